@@ -1,0 +1,129 @@
+"""Named, unit-carrying vectors: the only way a quantity enters or leaves a model."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}\Z")
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One scalar quantity.
+
+    name: a C identifier; unit: SI symbol, "" for a pure number; doc: one line;
+    nominal: default value; lower, upper: bounds (lower <= nominal <= upper).
+    Raises ValueError for a name that is no identifier or bounds that exclude the nominal value.
+    """
+
+    name: str
+    unit: str
+    doc: str
+    nominal: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not _NAME.match(self.name):
+            raise ValueError(f"signal name: expected a C identifier (letters, digits, _), found {self.name!r}")
+        if not self.lower <= self.nominal <= self.upper:
+            raise ValueError(
+                f"signal {self.name}: expected lower <= nominal <= upper, "
+                f"found {self.lower} <= {self.nominal} <= {self.upper}"
+            )
+
+
+@dataclass(frozen=True)
+class Layout(Sequence[Signal]):
+    """An ordered vector of signals with distinct names.
+
+    Raises ValueError where two signals share a name.
+    """
+
+    signals: tuple[Signal, ...] = ()
+
+    def __post_init__(self) -> None:
+        seen: set[str] = set()
+        for signal in self.signals:
+            if signal.name in seen:
+                raise ValueError(f"layout: expected distinct names, found {signal.name!r} twice")
+            seen.add(signal.name)
+
+    @classmethod
+    def of(cls, *signals: Signal) -> Layout:
+        """Layout of the given signals, in order."""
+        return cls(tuple(signals))
+
+    def __len__(self) -> int:
+        return len(self.signals)
+
+    def __iter__(self) -> Iterator[Signal]:
+        return iter(self.signals)
+
+    def __getitem__(self, key):  # type: ignore[override]
+        if isinstance(key, str):
+            return self.signals[self.index(key)]
+        return self.signals[key]
+
+    def __contains__(self, item: object) -> bool:
+        return item in self.names if isinstance(item, str) else item in self.signals
+
+    def __add__(self, other: Layout) -> Layout:
+        return Layout(self.signals + tuple(other))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in order."""
+        return tuple(signal.name for signal in self.signals)
+
+    @property
+    def nominal(self) -> NDArray[np.float64]:
+        """(n,) nominal values."""
+        return np.array([signal.nominal for signal in self.signals], dtype=float)
+
+    @property
+    def lower(self) -> NDArray[np.float64]:
+        """(n,) lower bounds."""
+        return np.array([signal.lower for signal in self.signals], dtype=float)
+
+    @property
+    def upper(self) -> NDArray[np.float64]:
+        """(n,) upper bounds."""
+        return np.array([signal.upper for signal in self.signals], dtype=float)
+
+    def index(self, name, start=0, stop=None):  # type: ignore[override]
+        """Position of the signal called `name`; KeyError names what there is."""
+        try:
+            return self.names.index(name if isinstance(name, str) else name.name)
+        except ValueError:
+            raise KeyError(f"expected one of {', '.join(self.names) or '(no signals)'}; found {name!r}") from None
+
+    def without(self, *names: str) -> Layout:
+        """The layout less the named signals; KeyError for one that is not there."""
+        drop = {self.index(name) for name in names}
+        return Layout(tuple(s for i, s in enumerate(self.signals) if i not in drop))
+
+    def with_nominal(self, **values: float) -> Layout:
+        """The layout with other nominal values; KeyError for a name that is not there."""
+        for name in values:
+            self.index(name)
+        return Layout(tuple(replace(s, nominal=float(values[s.name])) if s.name in values else s for s in self.signals))
+
+    def pack(self, values: Mapping[str, float] | None = None, **more: float) -> NDArray[np.float64]:
+        """(n,) vector: nominal values overridden by name; KeyError for a name that is not there."""
+        vector = self.nominal
+        for name, value in {**(values or {}), **more}.items():
+            vector[self.index(name)] = value
+        return vector
+
+    def unpack(self, vector: Sequence[float] | NDArray[np.float64]) -> dict[str, float]:
+        """Name -> value of a (n,) vector; ValueError for another length."""
+        if len(vector) != len(self):
+            raise ValueError(f"expected {len(self)} values ({', '.join(self.names)}), found {len(vector)}")
+        return {name: float(value) for name, value in zip(self.names, vector, strict=True)}

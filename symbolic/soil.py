@@ -1,0 +1,108 @@
+"""Soils: the Bekker-Wong pressure-sinkage and Janosi-Hanamoto shear parameters, with built-in classes and TOML."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from symbolic.signals import Layout, Signal
+
+Scalar = Any
+"""A float, or a CasADi scalar where a parameter is free."""
+
+SOIL_SIGNALS = Layout.of(
+    Signal("k_phi", "N/m^(n+2)", "frictional modulus of sinkage", 692200.0, 0.0, 1e9),
+    Signal("k_c", "N/m^(n+1)", "cohesive modulus of sinkage", 13200.0, 0.0, 1e9),
+    Signal("n", "", "sinkage exponent", 0.5, 0.2, 1.6),
+    Signal("c", "Pa", "cohesion", 4140.0, 0.0, 1e6),
+    Signal("phi", "rad", "angle of internal friction", 0.2269, 0.0, 1.2),
+    Signal("k", "m", "shear deformation modulus", 0.01, 1e-4, 1.0),
+    Signal("K", "Pa/m", "elastic stiffness of unloading and reloading", 2e8, 1e5, 1e12),
+    Signal("R", "Pa s/m", "damping of the sinkage rate", 3e4, 0.0, 1e7),
+)
+"""Names, units, reference values (clay of Table 6) and bounds of the soil parameters."""
+
+
+@dataclass(frozen=True)
+class Soil:
+    """A soil: sigma = (k_c/b + k_phi) h^n, tau = (c + sigma tan phi)(1 - exp(-j/k)) (paper, eqs. (1)-(3)).
+
+    Fields in SI units as in SOIL_SIGNALS; K and R are the elastic stiffness and the damping of the soil contact model.
+    Each may be a float or a CasADi scalar. Raises ValueError for a float outside its bounds.
+    """
+
+    name: str
+    k_phi: Scalar
+    k_c: Scalar
+    n: Scalar
+    c: Scalar
+    phi: Scalar
+    k: Scalar
+    K: Scalar = 2e8
+    R: Scalar = 3e4
+
+    def __post_init__(self) -> None:
+        for signal in SOIL_SIGNALS:
+            value = getattr(self, signal.name)
+            if isinstance(value, int | float) and not signal.lower <= value <= signal.upper:
+                raise ValueError(
+                    f"soil {self.name}: expected {signal.name} in [{signal.lower:g}, {signal.upper:g}] {signal.unit}, "
+                    f"found {value:g}" + (" (degrees?)" if signal.name == "phi" and value > 1.2 else "")
+                )
+
+    def with_(self, **values: Scalar) -> Soil:
+        """The same soil with other parameters, by name."""
+        return replace(self, **values)
+
+    def parameters(self) -> dict[str, Scalar]:
+        """Parameter name -> value, in the order of SOIL_SIGNALS."""
+        return {signal.name: getattr(self, signal.name) for signal in SOIL_SIGNALS}
+
+
+CLAY = Soil("clay", k_phi=692200.0, k_c=13200.0, n=0.5, c=4140.0, phi=0.2269, k=0.01)
+SANDY_LOAM = Soil("sandy_loam", k_phi=1515000.0, k_c=5300.0, n=0.7, c=1700.0, phi=0.5061, k=0.025)
+SAND = Soil("sand", k_phi=1528600.0, k_c=1000.0, n=1.08, c=200.0, phi=0.4712, k=0.024)
+SOILS = {soil.name: soil for soil in (CLAY, SANDY_LOAM, SAND)}
+"""Built-in classes: clay and sandy loam of the paper's Table 6, sand of its Table 2."""
+
+
+def load_soil(source: str | Path) -> Soil:
+    """A built-in class by name, or a TOML file with the parameters of SOIL_SIGNALS (K and R optional).
+
+    Raises ValueError naming the file, the key, what was expected and what was found.
+    """
+    if isinstance(source, str) and source in SOILS:
+        return SOILS[source]
+    path = Path(source)
+    if path.suffix != ".toml" or not path.is_file():
+        raise ValueError(f"soil: expected one of {', '.join(SOILS)} or a TOML file, found {str(source)!r}")
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    return soil_from_table(table.get("soil", table), str(path), path.stem)
+
+
+def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
+    """Soil from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
+    known = {field.name for field in fields(Soil)}
+    for key in table:
+        if key not in known:
+            raise ValueError(f"{where}: expected keys {', '.join(sorted(known))}; found {key!r}")
+    values: dict[str, float] = {}
+    for signal in SOIL_SIGNALS:
+        if signal.name not in table:
+            if signal.name in ("K", "R"):
+                continue
+            raise ValueError(f"{where}: expected key {signal.name!r} ({signal.doc}, {signal.unit}), found none")
+        value = table[signal.name]
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise ValueError(f"{where}: key {signal.name!r}: expected a finite number, found {value!r}")
+        values[signal.name] = float(value)
+    try:
+        return Soil(str(table.get("name", name)), **values)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
