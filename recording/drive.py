@@ -1,0 +1,107 @@
+"""A recorded drive: named channels on one clock, with the evaluation-only truth kept apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+CHANNEL_UNITS: Mapping[str, str] = MappingProxyType(
+    {
+        "t": "s",
+        "x": "m",
+        "y": "m",
+        "psi": "rad",
+        "u": "m/s",
+        "v": "m/s",
+        "omega_z": "rad/s",
+        "a_x_imu": "m/s^2",
+        "a_y_imu": "m/s^2",
+        "steer": "rad",
+        "throttle": "",
+        "brake": "",
+        "omega_fl": "rad/s",
+        "omega_fr": "rad/s",
+        "omega_rl": "rad/s",
+        "omega_rr": "rad/s",
+    }
+)
+"""The drive columns and their units: ISO 8855, (x, y) on the front axle, (u, v) at the centre of gravity."""
+
+STATE_CHANNELS = ("x", "y", "psi", "u", "v", "omega_z")
+WHEEL_CHANNELS = ("omega_fl", "omega_fr", "omega_rl", "omega_rr")
+TRUTH_PREFIX = "true_"
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One drive.
+
+    name: file stem or manoeuvre; channels: sensor channels by name, each (N,), SI units as in CHANNEL_UNITS, all on `t`;
+    truth: clean `true_*` columns, for evaluation only (nothing that estimates or traces may touch it);
+    notes: what the reader did to the data (gaps, outliers), one sentence each; meta: free text facts such as the soil.
+    Raises ValueError where lengths differ or `t` does not increase.
+    """
+
+    name: str
+    channels: Mapping[str, Array]
+    truth: Mapping[str, Array] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    meta: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if "t" not in self.channels:
+            raise ValueError(f"{self.name}: expected a channel 't', found {', '.join(self.channels) or 'none'}")
+        length = len(self.channels["t"])
+        for key, values in {**self.channels, **self.truth}.items():
+            if np.shape(values) != (length,):
+                raise ValueError(f"{self.name}: channel {key}: expected shape ({length},), found {np.shape(values)}")
+        steps = np.diff(self.channels["t"])
+        if length > 1 and not np.all(steps > 0):
+            row = int(np.argmin(steps > 0)) + 1
+            raise ValueError(f"{self.name}: channel t: expected increasing time, found {self.t[row]} at sample {row}")
+
+    @property
+    def t(self) -> Array:
+        """(N,) time, s."""
+        return self.channels["t"]
+
+    @property
+    def dt(self) -> float:
+        """Median sample interval, s."""
+        return float(np.median(np.diff(self.t)))
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, name: str) -> Array:
+        """A sensor channel; KeyError names what there is."""
+        try:
+            return self.channels[name]
+        except KeyError:
+            raise KeyError(f"{self.name}: expected one of {', '.join(self.channels)}; found {name!r}") from None
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.channels
+
+    def stack(self, *names: str) -> Array:
+        """(N, len(names)) sensor channels side by side."""
+        return np.column_stack([self[name] for name in names])
+
+    def between(self, start: float, stop: float) -> Recording:
+        """The part with start <= t < stop (s)."""
+        keep = (self.t >= start) & (self.t < stop)
+        return replace(
+            self,
+            channels={key: values[keep] for key, values in self.channels.items()},
+            truth={key: values[keep] for key, values in self.truth.items()},
+        )
+
+    def with_channels(self, **channels: Array) -> Recording:
+        """The same drive with channels replaced or added."""
+        return replace(self, channels={**self.channels, **channels})

@@ -1,0 +1,98 @@
+"""The interface of every force law: what a wheel meets, what it gives back, and the laws by name.
+
+Conventions (stated here once, for every law): wheel frame, x forward in the wheel plane, y left, z up; SI units, radians.
+(v_x, v_y) is the velocity of the wheel centre in the wheel frame: v_y = -v sin(alpha) with alpha the slip angle,
+alpha = steering angle - course angle. Forces act on the wheel, in the wheel frame; forces are per wheel.
+Longitudinal slip (paper): s = 1 - v_x/(r omega) when driving, s = r omega/v_x - 1 when braking.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from symbolic.soil import Soil
+
+Scalar = Any
+"""A CasADi SX scalar, or a float."""
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A rigid cylinder wheel: radius (m), width (m). Raises ValueError unless both are positive."""
+
+    radius: float
+    width: float
+
+    def __post_init__(self) -> None:
+        if not (self.radius > 0 and self.width > 0):
+            raise ValueError(f"wheel: expected positive radius and width (m), found {self.radius} and {self.width}")
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The state of one wheel on the soil; each field a CasADi scalar or a float.
+
+    v_x, v_y: velocity of the wheel centre in the wheel frame (m/s), v_x > 0;
+    omega: spin (rad/s, forward positive); load: force that the soil carries (N);
+    yaw_rate: yaw rate of the wheel body, steering rate + omega_z (rad/s); steer_rate: its steering part (rad/s);
+    dv_y: rate of v_y in the wheel frame, a_y - yaw_rate v_x (m/s^2), for laws that know shear history;
+    entry_path: shear path already spent in the soil where the wheel enters it (m), 0 for fresh soil.
+    """
+
+    v_x: Scalar
+    v_y: Scalar
+    omega: Scalar
+    load: Scalar
+    yaw_rate: Scalar = 0.0
+    steer_rate: Scalar = 0.0
+    dv_y: Scalar = 0.0
+    entry_path: Scalar = 0.0
+
+
+@dataclass(frozen=True)
+class WheelForce:
+    """What the soil does to the wheel, in the wheel frame.
+
+    f_x, f_y: force (N); m_y: rolling resistance moment about the spin axis (N m, positive drives the wheel forward);
+    m_z: aligning moment about the contact centre (N m, left positive); sinkage: maximum sinkage h (m);
+    exit_path: shear path spent when the soil leaves the wheel (m).
+    """
+
+    f_x: Scalar
+    f_y: Scalar
+    m_y: Scalar
+    m_z: Scalar
+    sinkage: Scalar
+    exit_path: Scalar
+
+
+class ForceLaw(Protocol):
+    """A force law: soil, wheel and contact to forces, in smooth CasADi operations only."""
+
+    @property
+    def name(self) -> str:
+        """The law's name on the command line and in TOML."""
+        ...
+
+    def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
+        """Forces on one wheel."""
+        ...
+
+
+_LAWS: dict[str, Callable[[], ForceLaw]] = {}
+
+
+def register_law(name: str, make: Callable[[], ForceLaw]) -> None:
+    """Make a law known by name; ValueError for a name already taken."""
+    if name in _LAWS:
+        raise ValueError(f"force law {name!r} is registered already")
+    _LAWS[name] = make
+
+
+def force_law(name: str) -> ForceLaw:
+    """The law called `name`; ValueError names the laws there are."""
+    if name not in _LAWS:
+        raise ValueError(f"force law: expected one of {', '.join(sorted(_LAWS))}; found {name!r}")
+    return _LAWS[name]()
