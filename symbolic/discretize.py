@@ -1,0 +1,96 @@
+"""From continuous time to steps: forward Euler (the paper's) and the classical Runge-Kutta method."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from symbolic.model import Model
+
+METHODS = ("euler", "rk4")
+
+
+def discretize(model: Model, dt: float, method: str = "euler", substeps: int = 1) -> ca.Function:
+    """One step x+ = F(x, u, p) with the input held, as a CasADi function [x, u, p] -> [x_next].
+
+    dt: step (s, > 0); method: "euler" (paper, below eq. (y_update)) or "rk4"; substeps: steps inside dt.
+    Raises ValueError for another method, a step that is not positive, or fewer than one substep.
+    """
+    if method not in METHODS:
+        raise ValueError(f"discretize: expected method of {', '.join(METHODS)}; found {method!r}")
+    if not dt > 0 or substeps < 1:
+        raise ValueError(f"discretize: expected dt > 0 s and substeps >= 1; found {dt} and {substeps}")
+    ode = model.ode()
+    x, u, p = model.symbols()
+    h = dt / substeps
+    end = x
+    for _ in range(substeps):
+        end = _euler(ode, end, u, p, h) if method == "euler" else _rk4(ode, end, u, p, h)
+    return ca.Function("step", [x, u, p], [end], ["x", "u", "p"], ["x_next"])
+
+
+def _euler(ode: ca.Function, x: ca.SX, u: ca.SX, p: ca.SX, h: float) -> ca.SX:
+    return x + h * ode(x, u, p)
+
+
+def _rk4(ode: ca.Function, x: ca.SX, u: ca.SX, p: ca.SX, h: float) -> ca.SX:
+    k1 = ode(x, u, p)
+    k2 = ode(x + h / 2 * k1, u, p)
+    k3 = ode(x + h / 2 * k2, u, p)
+    k4 = ode(x + h * k3, u, p)
+    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+
+def read_memory(model: Model) -> ca.Function:
+    """CasADi function [x, u_external, p, m] -> [u]: the full input, with what the memories provide at its end."""
+    x, _, p = model.symbols()
+    external, m = ca.SX.sym("u_external", len(model.external)), ca.SX.sym("m", len(model.cells))
+    q = {name: x[i] for i, name in enumerate(model.x.names)}
+    q |= {name: external[i] for i, name in enumerate(model.external.names)}
+    q |= {name: p[i] for i, name in enumerate(model.p.names)}
+    q["memory"] = {name: m[i] for i, name in enumerate(model.cells.names)}
+    provided: list[ca.SX] = []
+    for memory in model.memories:
+        values = memory.read(q)
+        provided += [values[name] for name in memory.provides.names]
+    u = ca.vertcat(external, *provided)
+    return ca.Function("read_memory", [x, external, p, m], [u], ["x", "u_external", "p", "m"], ["u"])
+
+
+def advance_memory(model: Model, dt: float) -> ca.Function:
+    """CasADi function [x, u, p, m] -> [m_next]: the histories one step of dt (s) later; u is the full input."""
+    x, u, p = model.symbols()
+    m = ca.SX.sym("m", len(model.cells))
+    q = model.quantities(x, u, p) if model.memories else {}
+    q["memory"] = {name: m[i] for i, name in enumerate(model.cells.names)}
+    q["dt"] = dt
+    following: list[ca.SX] = []
+    for memory in model.memories:
+        values = memory.advance(q)
+        following += [values[name] for name in memory.cells.names]
+    m_next = ca.vertcat(*following) if following else ca.SX(0, 1)
+    return ca.Function("advance_memory", [x, u, p, m], [m_next], ["x", "u", "p", "m"], ["m_next"])
+
+
+def start_memory(model: Model) -> ca.Function:
+    """CasADi function [x, u_external, p] -> [m]: the histories at a standing start."""
+    x, _, p = model.symbols()
+    external = ca.SX.sym("u_external", len(model.external))
+    q = {name: x[i] for i, name in enumerate(model.x.names)}
+    q |= {name: external[i] for i, name in enumerate(model.external.names)}
+    q |= {name: p[i] for i, name in enumerate(model.p.names)}
+    first: list[ca.SX] = []
+    for memory in model.memories:
+        values = memory.start(q)
+        first += [ca.SX(values[name]) for name in memory.cells.names]
+    m = ca.vertcat(*first) if first else ca.SX(0, 1)
+    return ca.Function("start_memory", [x, external, p], [m], ["x", "u_external", "p"], ["m"])
+
+
+def step_with_memory(model: Model, dt: float, method: str = "euler", substeps: int = 1) -> ca.Function:
+    """CasADi function [x, m, u_external, p] -> [x_next, m_next]: one step, histories rolled forward with it."""
+    step, read, advance = discretize(model, dt, method, substeps), read_memory(model), advance_memory(model, dt)
+    x, _, p = model.symbols()
+    m, external = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u_external", len(model.external))
+    u = read(x, external, p, m)
+    names = ["x", "m", "u_external", "p"], ["x_next", "m_next"]
+    return ca.Function("rollout_step", [x, m, external, p], [step(x, u, p), advance(x, u, p, m)], *names)
