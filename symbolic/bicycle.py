@@ -1,0 +1,196 @@
+"""The soft-soil bicycle (3 DoF): the only place where its equations stand.
+
+Conventions: ISO 8855 (x forward, y left, z up), SI units, radians. (x, y) is the point on the FRONT AXLE; (u, v) is the
+velocity of the CENTRE OF GRAVITY in the yaw frame: hence v + l_f omega_z in the position rows. a_x is du/dt (an
+accelerometer reads du/dt - v omega_z). Wheel speeds and steering rate are inputs. Forces are per wheel; an axle has two.
+Valid for forward motion (u > 0) only; below a few tenths of a metre per second the force laws fade out smoothly.
+
+The stages, in order, and what an effect may correct after each:
+inputs (delta, delta_rate, a_x, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg), loads (load_f, load_r: axle loads),
+tracks (wheels: position, load, steering angle, count), contacts (each wheel's soil and contact), forces (each wheel's
+force), balance (force_y, moment_z in the yaw frame), rates (d_*), outputs (y_*).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+
+from symbolic.model import Model, Quantities, Stage
+from symbolic.signals import Layout, Signal
+from symbolic.soil import SOIL_SIGNALS, Soil
+from symbolic.vehicle import GRAVITY, Vehicle
+from symbolic.wheel import Contact, ForceLaw, WheelForce, force_law
+
+Scalar = Any
+
+STATES = Layout.of(
+    Signal("x", "m", "global x position of the front axle"),
+    Signal("y", "m", "global y position of the front axle"),
+    Signal("psi", "rad", "yaw angle"),
+    Signal("u", "m/s", "longitudinal velocity of the centre of gravity", 5.0),
+    Signal("v", "m/s", "lateral velocity of the centre of gravity"),
+    Signal("omega_z", "rad/s", "yaw rate"),
+)
+INPUTS = Layout.of(
+    Signal("steer", "rad", "steering angle at the road wheels"),
+    Signal("steer_rate", "rad/s", "rate of the steering angle"),
+    Signal("a_x", "m/s^2", "rate of u"),
+    Signal("omega_fl", "rad/s", "spin of the front left wheel", 15.0),
+    Signal("omega_fr", "rad/s", "spin of the front right wheel", 15.0),
+    Signal("omega_rl", "rad/s", "spin of the rear left wheel", 15.0),
+    Signal("omega_rr", "rad/s", "spin of the rear right wheel", 15.0),
+)
+
+
+@dataclass(frozen=True)
+class Corner:
+    """One wheel, or the two wheels of an axle taken as one.
+
+    axle: "f" or "r"; side: +1 left, -1 right, 0 both; count: wheels it stands for; y: lateral position (m);
+    load: per wheel (N); delta: steering angle (rad); spin (rad/s); the rest is filled in by later stages.
+    """
+
+    axle: str
+    side: int
+    count: int
+    y: Scalar
+    load: Scalar
+    delta: Scalar
+    spin: Scalar
+    soil: Soil | None = None
+    contact: Contact | None = None
+    force: WheelForce | None = None
+
+    @property
+    def name(self) -> str:
+        """Name for messages and probes: f, fl, fr, r, rl, rr."""
+        return self.axle + {0: "", 1: "l", -1: "r"}[self.side]
+
+    def with_(self, **values: Any) -> Corner:
+        """The same corner with other values, by name."""
+        return replace(self, **values)
+
+
+def bicycle(vehicle: Vehicle, soil: Soil, law: ForceLaw | str = "turn_slip") -> Model:
+    """The paper's bicycle (eq. (bicycle)) on soft soil: states of eq. (bicycle_states), outputs the states.
+
+    vehicle: its numbers; soil: nominal values of the soil parameters p (n once per axle, n_f and n_r);
+    law: per-wheel force law or its name. Effects are added with `symbolic.effects.add_effect`.
+    """
+    law = force_law(law) if isinstance(law, str) else law
+    stages = (
+        Stage("inputs", _inputs),
+        Stage("vehicle", lambda q: _vehicle(vehicle)),
+        Stage("loads", _loads),
+        Stage("tracks", _tracks),
+        Stage("contacts", lambda q: _contacts(q, soil.name)),
+        Stage("forces", lambda q: _forces(q, vehicle, law)),
+        Stage("balance", _balance),
+        Stage("rates", _rates),
+        Stage("outputs", lambda q: {f"y_{name}": q[name] for name in STATES.names}),
+    )
+    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil), STATES, stages)
+
+
+def soil_parameters(soil: Soil) -> Layout:
+    """Layout of the soil parameters: n_f, n_r, then the others, with `soil`'s values as nominal."""
+    n = SOIL_SIGNALS["n"]
+    values = soil.parameters()
+    both = Layout.of(replace(n, name="n_f", doc="sinkage exponent, front"), replace(n, name="n_r", doc=f"{n.doc}, rear"))
+    both = both.with_nominal(n_f=values["n"], n_r=values["n"])
+    rest = SOIL_SIGNALS.without("n")
+    return both + rest.with_nominal(**{name: values[name] for name in rest.names})
+
+
+def _inputs(q: Quantities) -> Quantities:
+    spins = {f"spin_{corner}": q[f"omega_{corner}"] for corner in ("fl", "fr", "rl", "rr")}
+    return {"delta": q["steer"], "delta_rate": q["steer_rate"], "du": q["a_x"], **spins}
+
+
+def _vehicle(vehicle: Vehicle) -> Quantities:
+    names = ("mass", "l_f", "l_r", "yaw_inertia", "h_cg", "track", "load_offset", "ackermann", "toe")
+    return {**{name: getattr(vehicle, name) for name in names}, "roll_share_f": vehicle.roll_stiffness_front}
+
+
+def _loads(q: Quantities) -> Quantities:
+    """Axle loads, static plus longitudinal transfer: F_zf = M (g (l_r - e) - a_x h)/L."""
+    wheelbase = q["l_f"] + q["l_r"]
+    front = q["mass"] * (GRAVITY * (q["l_r"] - q["load_offset"]) - q["du"] * q["h_cg"]) / wheelbase
+    return {"load_f": front, "load_r": q["mass"] * GRAVITY - front}
+
+
+def _tracks(q: Quantities) -> Quantities:
+    """The paper's single track: one corner per axle, standing for two equal wheels."""
+    front = Corner("f", 0, 2, 0.0, q["load_f"] / 2, q["delta"], (q["spin_fl"] + q["spin_fr"]) / 2)
+    rear = Corner("r", 0, 2, 0.0, q["load_r"] / 2, 0.0, (q["spin_rl"] + q["spin_rr"]) / 2)
+    return {"wheels": (front, rear)}
+
+
+def _contacts(q: Quantities, soil_name: str) -> Quantities:
+    return {"wheels": tuple(_contact(q, corner, soil_name) for corner in q["wheels"])}
+
+
+def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
+    """Velocity of the wheel centre, turned into the wheel plane."""
+    arm = q["l_f"] if corner.axle == "f" else -q["l_r"]
+    v_x, v_y = q["u"] - corner.y * q["omega_z"], q["v"] + arm * q["omega_z"]
+    cos, sin = ca.cos(corner.delta), ca.sin(corner.delta)
+    steer_rate = q["delta_rate"] if corner.axle == "f" else 0.0
+    contact = Contact(
+        v_x=v_x * cos + v_y * sin,
+        v_y=-v_x * sin + v_y * cos,
+        omega=corner.spin,
+        load=corner.load,
+        yaw_rate=steer_rate + q["omega_z"],
+        steer_rate=steer_rate,
+    )
+    values = {name: q[name] for name in SOIL_SIGNALS.names if name != "n"}
+    soil = Soil(soil_name, n=q[f"n_{corner.axle}"], **values)
+    return corner.with_(soil=soil, contact=contact)
+
+
+def _forces(q: Quantities, vehicle: Vehicle, law: ForceLaw) -> Quantities:
+    wheels = tuple(c.with_(force=law(c.soil, vehicle.wheel, c.contact)) for c in q["wheels"])  # type: ignore[arg-type]
+    return {"wheels": wheels}
+
+
+def body_force(corner: Corner) -> tuple[Scalar, Scalar]:
+    """(F_x, F_y) of one wheel of the corner, turned from the wheel plane into the yaw frame (N)."""
+    force = corner.force
+    if force is None:
+        raise ValueError(f"corner {corner.name}: expected its force, found none: the stage 'forces' has not run")
+    cos, sin = ca.cos(corner.delta), ca.sin(corner.delta)
+    return force.f_x * cos - force.f_y * sin, force.f_x * sin + force.f_y * cos
+
+
+def _balance(q: Quantities) -> Quantities:
+    """Sum of the lateral forces, their moment, and the moment of longitudinal forces on two tracks."""
+    axle = {"f": 0.0, "r": 0.0}
+    track_moment = 0.0
+    for corner in q["wheels"]:
+        f_x, f_y = body_force(corner)
+        axle[corner.axle] = axle[corner.axle] + corner.count * f_y
+        track_moment = track_moment - corner.count * corner.y * f_x
+    return {
+        "force_f": axle["f"],
+        "force_r": axle["r"],
+        "force_y": axle["f"] + axle["r"],
+        "moment_z": axle["f"] * q["l_f"] - axle["r"] * q["l_r"] + track_moment,
+    }
+
+
+def _rates(q: Quantities) -> Quantities:
+    """Right-hand side of eq. (bicycle)."""
+    cos, sin = ca.cos(q["psi"]), ca.sin(q["psi"])
+    v_axle = q["v"] + q["l_f"] * q["omega_z"]
+    return {
+        "d_x": q["u"] * cos - v_axle * sin,
+        "d_y": q["u"] * sin + v_axle * cos,
+        "d_psi": q["omega_z"],
+        "d_u": q["du"],
+        "d_v": q["force_y"] / q["mass"] - q["u"] * q["omega_z"],
+        "d_omega_z": q["moment_z"] / q["yaw_inertia"],
+    }

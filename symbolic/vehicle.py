@@ -1,0 +1,133 @@
+"""The vehicle in numbers, from TOML."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from symbolic.wheel import Wheel
+
+GRAVITY = 9.81
+"""m/s^2"""
+
+_BOUNDS: dict[str, tuple[float, float, str]] = {
+    "mass": (0.1, 1e5, "kg"),
+    "l_f": (0.01, 20.0, "m"),
+    "l_r": (0.01, 20.0, "m"),
+    "yaw_inertia": (1e-4, 1e7, "kg m^2"),
+    "track": (0.01, 10.0, "m"),
+    "h_cg": (0.0, 5.0, "m"),
+    "load_offset": (-2.0, 2.0, "m"),
+    "roll_stiffness_front": (0.0, 1.0, "1"),
+    "ackermann": (-5.0, 5.0, "1/rad"),
+    "toe": (-0.2, 0.2, "rad"),
+    "max_steer": (0.01, 1.5, "rad"),
+    "max_steer_rate": (0.01, 50.0, "rad/s"),
+    "radius": (0.005, 5.0, "m"),
+    "width": (0.005, 5.0, "m"),
+}
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A two-axle vehicle with rigid wheels.
+
+    mass (kg); l_f, l_r: centre of gravity to front and rear axle (m); yaw_inertia (kg m^2); track (m);
+    h_cg: height of the centre of gravity above the soil (m); load_offset: how far behind l_r, l_f say the static load acts
+    (m, the e of the load balance); roll_stiffness_front: share of the lateral load transfer at the front axle (1);
+    ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); max_steer (rad), max_steer_rate (rad/s);
+    radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters.
+    Raises ValueError for a number outside its physical bounds.
+    """
+
+    name: str
+    mass: float
+    l_f: float
+    l_r: float
+    yaw_inertia: float
+    track: float
+    h_cg: float
+    radius: float
+    width: float
+    load_offset: float = 0.0
+    roll_stiffness_front: float = 0.5
+    ackermann: float = 0.0
+    toe: float = 0.0
+    max_steer: float = 0.5
+    max_steer_rate: float = 1.0
+    effects: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for key, (lower, upper, unit) in _BOUNDS.items():
+            value = getattr(self, key)
+            if not lower <= value <= upper:
+                raise ValueError(
+                    f"vehicle {self.name}: expected {key} in [{lower:g}, {upper:g}] {unit}, found {value:g}"
+                )
+
+    @property
+    def wheel(self) -> Wheel:
+        """The wheel that all four corners carry."""
+        return Wheel(self.radius, self.width)
+
+    @property
+    def wheelbase(self) -> float:
+        """l_f + l_r, m."""
+        return self.l_f + self.l_r
+
+    def with_(self, **values: Any) -> Vehicle:
+        """The same vehicle with other numbers, by name."""
+        return replace(self, **values)
+
+
+def load_vehicle(source: str | Path) -> Vehicle:
+    """A vehicle from a TOML file (keys: fields of Vehicle; `[effects.<name>]` tables of declared effects).
+
+    Raises ValueError naming the file, the key, what was expected and what was found.
+    """
+    path = Path(source)
+    if not path.is_file():
+        raise ValueError(f"vehicle: expected a TOML file, found {'a folder' if path.is_dir() else 'none'} at {path}")
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    return vehicle_from_table(table.get("vehicle", table), str(path), path.stem)
+
+
+def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
+    """Vehicle from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
+    known = {f.name: f for f in fields(Vehicle)}
+    for key in table:
+        if key not in known:
+            raise ValueError(f"{where}: expected keys {', '.join(known)}; found {key!r}")
+    values: dict[str, Any] = {"name": str(table.get("name", name)), "effects": _effects(table, where)}
+    for key, (_, _, unit) in _BOUNDS.items():
+        if key not in table:
+            if known[key].default is known["mass"].default:
+                raise ValueError(f"{where}: expected key {key!r} ({unit}), found none")
+            continue
+        values[key] = _number(table[key], f"{where}: key {key!r}")
+    try:
+        return Vehicle(**values)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+
+
+def _effects(table: dict[str, Any], where: str) -> dict[str, dict[str, float]]:
+    effects = table.get("effects", {})
+    if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
+        raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
+    return {
+        name: {key: _number(value, f"{where}: effects.{name}.{key}") for key, value in values.items()}
+        for name, values in effects.items()
+    }
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"{where}: expected a finite number, found {value!r}")
+    return float(value)
