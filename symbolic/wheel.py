@@ -8,8 +8,10 @@ Longitudinal slip (paper): s = 1 - v_x/(r omega) when driving, s = r omega/v_x -
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
+from types import MappingProxyType
 from typing import Any, Protocol
 
 from symbolic.soil import Soil
@@ -38,7 +40,8 @@ class Contact:
     omega: spin (rad/s, forward positive); load: force that the soil carries (N);
     yaw_rate: yaw rate of the wheel body, steering rate + omega_z (rad/s); steer_rate: its steering part (rad/s);
     dv_y: rate of v_y in the wheel frame, a_y - yaw_rate v_x (m/s^2), for laws that know shear history;
-    entry_path: shear path already spent in the soil where the wheel enters it (m), 0 for fresh soil.
+    entry_path: shear path already spent in the soil where the wheel enters it (m), 0 for fresh soil;
+    overlap: fraction of the width that runs in a rut, where the path starts at entry_path; on the rest it starts at 0.
     """
 
     v_x: Scalar
@@ -49,15 +52,17 @@ class Contact:
     steer_rate: Scalar = 0.0
     dv_y: Scalar = 0.0
     entry_path: Scalar = 0.0
+    overlap: Scalar = 0.0
 
 
 @dataclass(frozen=True)
 class WheelForce:
     """What the soil does to the wheel, in the wheel frame.
 
-    f_x, f_y: force (N); m_y: rolling resistance moment about the spin axis (N m, positive drives the wheel forward);
+    f_x, f_y: force (N); m_y: moment of all soil forces about the spin axis, rolling resistance and
+    traction (N m, positive turns the wheel forward);
     m_z: aligning moment about the contact centre (N m, left positive); sinkage: maximum sinkage h (m);
-    exit_path: shear path spent when the soil leaves the wheel (m).
+    exit_path: shear path that this wheel adds from entry to exit (m), to be carried to the wheel that follows.
     """
 
     f_x: Scalar
@@ -81,18 +86,22 @@ class ForceLaw(Protocol):
         ...
 
 
-_LAWS: dict[str, Callable[[], ForceLaw]] = {}
+_LAWS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "turn_slip": ("symbolic.turn_slip", "TurnSlip"),
+    }
+)
+"""Name -> module and class, imported only when asked for: the laws import this module."""
 
 
-def register_law(name: str, make: Callable[[], ForceLaw]) -> None:
-    """Make a law known by name; ValueError for a name already taken."""
-    if name in _LAWS:
-        raise ValueError(f"force law {name!r} is registered already")
-    _LAWS[name] = make
+def law_names() -> tuple[str, ...]:
+    """Names that `force_law` knows."""
+    return tuple(_LAWS)
 
 
 def force_law(name: str) -> ForceLaw:
-    """The law called `name`; ValueError names the laws there are."""
+    """The law called `name`, with its default options; ValueError names the laws there are."""
     if name not in _LAWS:
-        raise ValueError(f"force law: expected one of {', '.join(sorted(_LAWS))}; found {name!r}")
-    return _LAWS[name]()
+        raise ValueError(f"force law: expected one of {', '.join(_LAWS)}; found {name!r}")
+    module, cls = _LAWS[name]
+    return getattr(import_module(module), cls)()

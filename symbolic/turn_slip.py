@@ -1,0 +1,126 @@
+"""The default force law: stresses on a contact line with the wheel's own yaw in the sliding velocity. Nothing is fitted.
+
+X is forward of the wheel centre, x_f where the soil enters, -x_r where it leaves. With k_eq = k_phi + k_c (1/b + 1/x_f):
+  pressure   sigma = k_eq d(X)^n + R omega X,  d = sqrt(r^2 - X^2) - (r - h), for X >= 0,
+             sigma = sigma_m (1 - (X/x_r)^2) + R omega X behind, sigma_m = k_eq h^n, x_r = sqrt(2 r sigma_m/K);
+  sinkage    b int sigma dX = load;
+  sliding    u_x = v_x - omega sqrt(r^2 - X^2), u_y = v_y + yaw_rate X;
+  path       j(X) = int_X^x_f |u| dX'/v_x, along the velocities that this soil met: u_y(X', t') at t' = t - (X' - X)/v_x;
+  shear      tau = (c + sigma tan phi)(1 - exp(-j/k)), against u: force = -b int tau u/|u| dX.
+Soil that entered through the side of the wheel has run part of the path only (`side_entry`); soil that another wheel
+sheared before starts at `entry_path` in the fraction `overlap` of the width. The equations are those of the soil contact
+model (paper, eqs. (1)-(3)) on a line; turn slip replaces the paper's two branches and their correction factors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from symbolic.contact_line import contact_line, tan_phi
+from symbolic.smooth import Scalar
+from symbolic.soil import Soil
+from symbolic.wheel import Contact, Wheel, WheelForce
+
+PATH_NODES = tuple((0.5 * (1.0 + x), 0.5 * w) for x, w in zip(*np.polynomial.legendre.leggauss(2), strict=True))
+"""Gauss nodes and weights on (0, 1) along the path of a soil particle."""
+
+
+@dataclass(frozen=True)
+class TurnSlip:
+    """The fit-free law.
+
+    speed_floor: m/s, v_x is used as sqrt(v_x^2 + speed_floor^2); slip_floor: pure number, sliding speeds are used as
+    sqrt(|u|^2 + (slip_floor v_x)^2); front_nodes, tail_nodes: Gauss nodes ahead of and behind the wheel centre.
+    Raises ValueError unless all are positive.
+    """
+
+    speed_floor: float = 0.1
+    slip_floor: float = 0.01
+    front_nodes: int = 5
+    tail_nodes: int = 2
+
+    def __post_init__(self) -> None:
+        for name in ("speed_floor", "slip_floor", "front_nodes", "tail_nodes"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"turn_slip: expected {name} > 0, found {getattr(self, name)}")
+
+    @property
+    def name(self) -> str:
+        """turn_slip."""
+        return "turn_slip"
+
+    def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
+        """Forces on one wheel; see the module for the equations and symbolic.wheel for conventions."""
+        line = contact_line(soil, wheel, contact.load, contact.omega, self.front_nodes, self.tail_nodes)
+        v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
+        motion = Sliding(contact, wheel.radius, v, self.slip_floor)
+        fresh = 1.0 - contact.overlap * (1.0 - ca.exp(-contact.entry_path / soil.k))
+        tan = tan_phi(soil.phi)
+        f_x = f_y = m_y = m_z = 0.0
+        for node in line.nodes:
+            path = motion.path(node.x, line.x_front) / soil.k
+            unsheared = side_entry(path, motion.mean_y(node.x, line.x_front), line.x_front - node.x, v, wheel.width)
+            tau = (soil.c + node.sigma * tan) * (1.0 - fresh * unsheared)
+            u_x, u_y, length = motion.at(node.x, node.depth)
+            force = -wheel.width * node.weight * tau / length
+            f_x += force * u_x
+            f_y += force * u_y
+            m_y -= node.depth * force * u_x + wheel.width * node.weight * node.sigma * node.x
+            m_z += node.x * force * u_y
+        return WheelForce(f_x, f_y, m_y, m_z, line.sinkage, motion.path(-line.x_rear, line.x_front))
+
+
+@dataclass(frozen=True)
+class Sliding:
+    """Sliding velocities of the wheel's body over the soil (m/s), and the shear path they leave (m)."""
+
+    contact: Contact
+    radius: Scalar
+    v: Scalar
+    slip_floor: float
+
+    def at(self, x: Scalar, depth: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """u_x, u_y and the smooth |u| at x (m), with `depth` = sqrt(r^2 - x^2)."""
+        u_x = self.contact.v_x - self.contact.omega * depth
+        u_y = self.contact.v_y + self.contact.yaw_rate * x
+        return u_x, u_y, self._length(u_x, u_y)
+
+    def _length(self, u_x: Scalar, u_y: Scalar) -> Scalar:
+        return ca.sqrt(u_x * u_x + u_y * u_y + (self.slip_floor * self.v) ** 2)
+
+    def mean_y(self, x: Scalar, x_front: Scalar) -> Scalar:
+        """Mean lateral sliding velocity of the soil now at x since it entered at x_front (m/s)."""
+        ago = 0.5 * (x_front - x)
+        return self.contact.v_y + self.contact.yaw_rate * (x + ago) - self.contact.dv_y * ago / self.v
+
+    def path(self, x: Scalar, x_front: Scalar) -> Scalar:
+        """Shear path (m) of the soil now at x: its own history of sliding velocities, by two Gauss points."""
+        total: Scalar = 0.0
+        for part, weight in PATH_NODES:
+            behind = part * (x_front - x)
+            there = x + behind
+            square = there * there / (self.radius * self.radius)
+            depth = self.radius * (1.0 - square * (0.5 + square * (0.125 + 0.0625 * square)))
+            u_x = self.contact.v_x - self.contact.omega * depth
+            u_y = self.contact.v_y + self.contact.yaw_rate * there - self.contact.dv_y * behind / self.v
+            total += weight * self._length(u_x, u_y)
+        return total * (x_front - x) / self.v
+
+
+def side_entry(path: Scalar, mean_y: Scalar, distance: Scalar, v: Scalar, width: Scalar) -> Scalar:
+    """Mean of exp(-j/k) over the width, where part of the soil came in through the wheel's side.
+
+    rho = |mean_y| distance/(v b) is how far the wheel moved sideways over its width since this line entered; the share
+    f = min(1, rho) of the width then holds soil whose path grows linearly from 0:
+    (1 - f) exp(-J) + f (1 - exp(-J2))/J2 with J2 = J min(1, 1/rho), the minima smooth.
+    path: J, path over shear modulus; mean_y, v (m/s); distance (m); width b (m).
+    """
+    scaled = mean_y * distance / (v * width)
+    square = scaled * scaled
+    ratio = 1.0 / ca.sqrt(ca.sqrt(ca.sqrt(1.0 + (square * square) ** 2)))
+    share = ca.sqrt(square + 1e-12) * ratio
+    part = path * ratio
+    return (1.0 - share) * ca.exp(-path) + share * (1.0 - ca.exp(-part)) / part
