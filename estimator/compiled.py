@@ -109,14 +109,12 @@ class CompiledFunction:
         self.function = compile_function(self.symbolic) if compiled else self.symbolic
         self.is_compiled = self.function is not self.symbolic
         self._buffer, self.run = self.function.buffer()
-        self.inputs = tuple(np.zeros(function.size_in(i), order="F") for i in range(function.n_in()))
-        self.outputs = tuple(np.zeros(function.size_out(i), order="F") for i in range(function.n_out()))
+        self.inputs = tuple(_matrix(function.size_in(i)) for i in range(function.n_in()))
+        self.outputs = tuple(_matrix(function.size_out(i)) for i in range(function.n_out()))
         for i, array in enumerate(self.inputs):
-            if array.size:
-                self._buffer.set_arg(i, memoryview(array))
+            self._buffer.set_arg(i, memoryview(array.reshape(-1, order="A")))
         for i, array in enumerate(self.outputs):
-            if array.size:
-                self._buffer.set_res(i, memoryview(array))
+            self._buffer.set_res(i, memoryview(array.reshape(-1, order="A")))
 
     def __call__(self, *args: ArrayLike) -> NDArray[np.float64] | tuple[NDArray[np.float64], ...]:
         """Outputs for the given inputs: vectors as (n,), matrices as (n, m); one output is returned bare.
@@ -137,6 +135,11 @@ class CompiledFunction:
         self.run()
         results = tuple(out[:, 0].copy() if out.shape[1] == 1 else out.copy() for out in self.outputs)
         return results[0] if len(results) == 1 else results
+
+
+def _matrix(shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Zeros in column-major order, as CasADi stores a matrix."""
+    return np.zeros(shape, order="F")
 
 
 def _dense(function: ca.Function) -> ca.Function:
