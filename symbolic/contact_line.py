@@ -10,7 +10,7 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from symbolic.smooth import Scalar, smooth_positive
+from symbolic.smooth import Scalar, smooth_min, smooth_positive
 from symbolic.soil import Soil
 from symbolic.wheel import Wheel
 
@@ -18,8 +18,11 @@ LOAD_WIDTH = 0.1
 """N: loads below this are smoothed towards zero, so that a wheel in the air carries nothing instead of failing."""
 DEEPEST = 0.9
 """Sinkage over radius at which the smooth cap bends; the contact line ends at the axle."""
-SINKAGE_STEPS = 4
-"""Newton steps in log(sinkage) on the quadrature: 0.01 % of h over the paper's Table 4."""
+PATCH_LENGTH = 1.6
+"""Length over radius of the patch that sets k_c/b: the chord 0.4 r above the lowest point of the wheel."""
+SINKAGE_STEPS = 1
+"""Newton steps in log(sinkage) on the quadrature: 0.02 % of h in the median, 1 % at worst; the pressures are then
+scaled to carry the load exactly."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +54,7 @@ def _front_rule(count: int) -> tuple[tuple[float, float, float], ...]:
     nodes, weights = np.polynomial.legendre.leggauss(count)
     xi = 0.5 * (1.0 + nodes)
     along = 1.0 - xi * xi
-    return tuple(
-        (float(a), float(w), math.log(1.0 - a * a)) for a, w in zip(along, xi * weights, strict=True)
-    )
+    return tuple((float(a), float(w), math.log(1.0 - a * a)) for a, w in zip(along, xi * weights, strict=True))
 
 
 def tan_phi(phi: Scalar) -> Scalar:
@@ -64,31 +65,44 @@ def tan_phi(phi: Scalar) -> Scalar:
     return phi * (945.0 - q * (105.0 - q)) / (945.0 - q * (420.0 - 15.0 * q))
 
 
-def contact_line(
-    soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar, front_nodes: int, tail_nodes: int
-) -> ContactLine:
+def bulk_modulus(soil: Soil, wheel: Wheel) -> Scalar:
+    """k_eq = k_phi + k_c (1/b + 1/L), N/m^(n+2): half perimeter over area of a patch of width b and length L.
+
+    The patch of the soil contact model is what its contact search finds, which reaches above the soil: L = PATCH_LENGTH r
+    for every sinkage, instead of x_f, which also keeps the pressure growing with sinkage where n is small.
+    """
+    return soil.k_phi + soil.k_c * (1.0 / wheel.width + 1.0 / (PATCH_LENGTH * wheel.radius))
+
+
+def contact_line(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar, front_nodes: int) -> ContactLine:
     """Nodes, pressures and sinkage such that b int sigma dX = load.
 
-    load: N; omega: spin, rad/s; front_nodes, tail_nodes: numbers of quadrature nodes.
+    load: N; omega: spin, rad/s; front_nodes: number of quadrature nodes ahead of the wheel centre; one stands behind.
     (d/h)^n = (1 - (X/x_f)^2)^n g^n with g = (2r - h)/(sqrt(r^2 - X^2) + r - h) near 1: the first factor does not depend
-    on h, the second needs no logarithm, so that a step of the sinkage costs two exponentials.
+    on h, the second needs no logarithm, so that a step of the sinkage costs two exponentials and one logarithm.
     """
     rule = _front_rule(front_nodes)
     parabola = [ca.exp(soil.n * log_depth) for _, _, log_depth in rule]
     carried = smooth_positive(load, LOAD_WIDTH)
-    shape = _Shape(soil, wheel, omega, rule, parabola)
-    log_h = _first_guess(soil, wheel, carried)
+    shape = _Shape(soil, wheel, omega, rule, parabola, bulk_modulus(soil, wheel))
+    log_h = _first_guess(soil, wheel, carried, omega)
     for _ in range(SINKAGE_STEPS):
         total, slope = shape.load(log_h)
         log_h = log_h - ca.log(total / carried) / slope
-    return shape.line(log_h, tail_nodes)
+    return shape.line(log_h, carried)
 
 
-def _first_guess(soil: Soil, wheel: Wheel, load: Scalar) -> Scalar:
-    """log h from load = b k_eq sqrt(2r) beta h^(n + 1/2): pressure on a parabola alone."""
-    beta = 1.0 / (1.0 + soil.n * (0.592 - 0.088 * soil.n))
-    stiffness = soil.k_phi + soil.k_c * (1.0 / wheel.width + 2.5 / wheel.radius)
-    return ca.log(load / (wheel.width * stiffness * ca.sqrt(2.0 * wheel.radius) * beta)) / (soil.n + 0.5)
+def _first_guess(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar) -> Scalar:
+    """log h from load = A h^p, p = n + 1/2, A = b k_eq sqrt(2r) beta: pressure on a parabola alone, then one step for
+    the damping B h, B = b R omega r, and the tail T h^(1.5 n), T = (2/3) b k_eq sqrt(2 r k_eq/K).
+    """
+    b, r, n = wheel.width, wheel.radius, soil.n
+    beta = 1.0 / (1.0 + n * (0.592 - 0.088 * n))
+    stiffness = bulk_modulus(soil, wheel)
+    log_h = ca.log(load / (b * stiffness * ca.sqrt(2.0 * r) * beta)) / (n + 0.5)
+    sigma_m = stiffness * ca.exp(n * log_h)
+    more = b * (soil.R * omega * r * ca.exp(log_h) + (2.0 / 3.0) * sigma_m * ca.sqrt(2.0 * r * sigma_m / soil.K))
+    return log_h - ca.log(1.0 + more / load) / (0.5 + 0.5 * smooth_min(n + 0.5, 1.0, 0.1))
 
 
 @dataclass(frozen=True)
@@ -100,50 +114,62 @@ class _Shape:
     omega: Scalar
     rule: Sequence[tuple[float, float, float]]
     parabola: Sequence[Scalar]
+    stiffness: Scalar
 
-    def _geometry(self, log_h: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-        """h (capped at the axle), x_f, sigma_m, x_r."""
+    def _geometry(self, log_h: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
+        """h (capped at the axle), x_f, sigma_m, x_r, d(log x_f)/d(log h)."""
         soil, r = self.soil, self.wheel.radius
-        ratio = ca.exp(log_h) / (DEEPEST * r)
-        capped = ratio / ca.sqrt(ca.sqrt(ca.sqrt(1.0 + ratio**8)))
-        h = DEEPEST * r * capped
+        deepest = DEEPEST * r
+        uncapped = ca.exp(log_h)
+        ratio = uncapped / deepest
+        bend = 1.0 + ((ratio * ratio) ** 2) ** 2
+        h = uncapped / ca.sqrt(ca.sqrt(ca.sqrt(bend)))
         x_front = ca.sqrt(h * (2.0 * r - h))
-        sigma_m = (soil.k_phi + soil.k_c * (1.0 / self.wheel.width + 1.0 / x_front)) * ca.exp(soil.n * log_h)
-        return h, x_front, sigma_m, ca.sqrt(2.0 * r * sigma_m / soil.K)
+        sigma_m = self.stiffness * ca.exp(soil.n * log_h)
+        return h, x_front, sigma_m, ca.sqrt(2.0 * r * sigma_m / soil.K), (r - h) / ((2.0 * r - h) * bend)
 
     def _front(self, h: Scalar, x_front: Scalar) -> list[tuple[Scalar, Scalar]]:
         """((d/h)^n, sqrt(r^2 - x^2)) at the front nodes."""
         r, out = self.wheel.radius, []
         for (along, _, _), shape in zip(self.rule, self.parabola, strict=True):
             depth = ca.sqrt(r * r - (along * along) * (x_front * x_front))
-            excess = (r - depth) / (depth + r - h)
-            z = excess / (2.0 + excess)
+            z = (r - depth) / (r + depth + 2.0 * (r - h))
             y = self.soil.n * z * (2.0 + 0.6666666666666666 * z * z)
             out.append((shape * (1.0 + y * (1.0 + y * (0.5 + 0.16666666666666666 * y))), depth))
         return out
 
     def load(self, log_h: Scalar) -> tuple[Scalar, Scalar]:
         """Load carried (N) and d(log load)/d(log h), the latter from the powers of its three terms."""
-        h, x_front, sigma_m, x_rear = self._geometry(log_h)
-        area = sum(w * s for (_, w, _), (s, _) in zip(self.rule, self._front(h, x_front), strict=True))
-        static = sigma_m * x_front * area
-        damping = 0.5 * self.soil.R * self.omega * (x_front * x_front - x_rear * x_rear)
-        tail = (2.0 / 3.0) * sigma_m * x_rear
-        total = static + damping + tail
+        h, x_front, sigma_m, x_rear, growth = self._geometry(log_h)
+        total, static, damping, tail = self._terms(self._front(h, x_front), x_front, sigma_m, x_rear)
         n = self.soil.n
-        return self.wheel.width * total, ((n + 0.5) * static + damping + 1.5 * n * tail) / total
+        return self.wheel.width * total, ((n + growth) * static + 2.0 * growth * damping + 1.5 * n * tail) / total
 
-    def line(self, log_h: Scalar, tail_nodes: int) -> ContactLine:
-        """The nodes at the sinkage found."""
-        h, x_front, sigma_m, x_rear = self._geometry(log_h)
-        r, rate = self.wheel.radius, self.soil.R * self.omega
+    def _terms(
+        self, front: list[tuple[Scalar, Scalar]], x_front: Scalar, sigma_m: Scalar, x_rear: Scalar
+    ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+        """Load per width (N/m): the sum, and its parts from pressure ahead, damping and tail."""
+        area = sum(w * s for (_, w, _), (s, _) in zip(self.rule, front, strict=True))
+        static = sigma_m * x_front * area
+        damping = 0.5 * self.soil.R * self.omega * x_front * x_front
+        tail = self._tail_pressure(sigma_m, x_rear) * x_rear
+        return static + damping + tail, static, damping, tail
+
+    def _tail_pressure(self, sigma_m: Scalar, x_rear: Scalar) -> Scalar:
+        """Mean pressure behind the wheel centre (Pa): (2/3) sigma_m - R omega x_r/2 to first order, never negative."""
+        static = (2.0 / 3.0) * sigma_m
+        return static * static / (static + 0.5 * self.soil.R * self.omega * x_rear)
+
+    def line(self, log_h: Scalar, carried: Scalar) -> ContactLine:
+        """The nodes at the sinkage found, with the pressures scaled to carry the load exactly."""
+        h, x_front, sigma_m, x_rear, _ = self._geometry(log_h)
+        front = self._front(h, x_front)
+        scale = carried / (self.wheel.width * self._terms(front, x_front, sigma_m, x_rear)[0])
+        r, rate, peak = self.wheel.radius, scale * self.soil.R * self.omega, scale * sigma_m
         nodes = []
-        for (along, w, _), (shape, depth) in zip(self.rule, self._front(h, x_front), strict=True):
+        for (along, w, _), (shape, depth) in zip(self.rule, front, strict=True):
             x = along * x_front
-            nodes.append(Node(x, w * x_front, sigma_m * shape + rate * x, depth))
-        for position, w in zip(*np.polynomial.legendre.leggauss(tail_nodes), strict=True):
-            part = 0.5 * (1.0 - position)
-            x = -float(part) * x_rear
-            sigma = smooth_positive(float(1.0 - part * part) * sigma_m + rate * x, 0.02 * sigma_m)
-            nodes.append(Node(x, float(0.5 * w) * x_rear, sigma, r - 0.5 * x * x / r))
+            nodes.append(Node(x, w * x_front, peak * shape + rate * x, depth))
+        x = -0.375 * x_rear
+        nodes.append(Node(x, x_rear, scale * self._tail_pressure(sigma_m, x_rear), r - 0.5 * x * x / r))
         return ContactLine(nodes, h, x_front, x_rear)

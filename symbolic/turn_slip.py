@@ -1,15 +1,15 @@
-"""The default force law: stresses on a contact line with the wheel's own yaw in the sliding velocity. Nothing is fitted.
+"""The default force law: stresses on a contact line, with the wheel's own yaw in the sliding velocity; nothing fitted.
 
-X is forward of the wheel centre, x_f where the soil enters, -x_r where it leaves. With k_eq = k_phi + k_c (1/b + 1/x_f):
+X is forward of the wheel centre, x_f where the soil enters, -x_r where it leaves, k_eq = k_phi + k_c (1/b + 1/L):
   pressure   sigma = k_eq d(X)^n + R omega X,  d = sqrt(r^2 - X^2) - (r - h), for X >= 0,
              sigma = sigma_m (1 - (X/x_r)^2) + R omega X behind, sigma_m = k_eq h^n, x_r = sqrt(2 r sigma_m/K);
   sinkage    b int sigma dX = load;
   sliding    u_x = v_x - omega sqrt(r^2 - X^2), u_y = v_y + yaw_rate X;
-  path       j(X) = int_X^x_f |u| dX'/v_x, along the velocities that this soil met: u_y(X', t') at t' = t - (X' - X)/v_x;
+  path       j(X) = int_X^x_f |u| dX'/v_x with the velocities that this soil met, u_y(X', t - (X' - X)/v_x);
   shear      tau = (c + sigma tan phi)(1 - exp(-j/k)), against u: force = -b int tau u/|u| dX.
 Soil that entered through the side of the wheel has run part of the path only (`side_entry`); soil that another wheel
-sheared before starts at `entry_path` in the fraction `overlap` of the width. The equations are those of the soil contact
-model (paper, eqs. (1)-(3)) on a line; turn slip replaces the paper's two branches and their correction factors.
+sheared before starts at `entry_path` in the fraction `overlap` of the width. The equations are those of the soil
+contact model (paper, eqs. (1)-(3)) on a line; turn slip replaces the paper's two branches and correction factors.
 """
 
 from __future__ import annotations
@@ -33,17 +33,16 @@ class TurnSlip:
     """The fit-free law.
 
     speed_floor: m/s, v_x is used as sqrt(v_x^2 + speed_floor^2); slip_floor: pure number, sliding speeds are used as
-    sqrt(|u|^2 + (slip_floor v_x)^2); front_nodes, tail_nodes: Gauss nodes ahead of and behind the wheel centre.
+    sqrt(|u|^2 + (slip_floor v_x)^2); front_nodes: Gauss nodes ahead of the wheel centre (one stands behind).
     Raises ValueError unless all are positive.
     """
 
     speed_floor: float = 0.1
     slip_floor: float = 0.01
     front_nodes: int = 5
-    tail_nodes: int = 2
 
     def __post_init__(self) -> None:
-        for name in ("speed_floor", "slip_floor", "front_nodes", "tail_nodes"):
+        for name in ("speed_floor", "slip_floor", "front_nodes"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"turn_slip: expected {name} > 0, found {getattr(self, name)}")
 
@@ -54,7 +53,7 @@ class TurnSlip:
 
     def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
         """Forces on one wheel; see the module for the equations and symbolic.wheel for conventions."""
-        line = contact_line(soil, wheel, contact.load, contact.omega, self.front_nodes, self.tail_nodes)
+        line = contact_line(soil, wheel, contact.load, contact.omega, self.front_nodes)
         v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
         motion = Sliding(contact, wheel.radius, v, self.slip_floor)
         fresh = 1.0 - contact.overlap * (1.0 - ca.exp(-contact.entry_path / soil.k))

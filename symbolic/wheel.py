@@ -1,6 +1,6 @@
 """The interface of every force law: what a wheel meets, what it gives back, and the laws by name.
 
-Conventions (stated here once, for every law): wheel frame, x forward in the wheel plane, y left, z up; SI units, radians.
+Conventions (stated once, for every law): wheel frame, x forward in the wheel plane, y left, z up; SI units, radians.
 (v_x, v_y) is the velocity of the wheel centre in the wheel frame: v_y = -v sin(alpha) with alpha the slip angle,
 alpha = steering angle - course angle. Forces act on the wheel, in the wheel frame; forces are per wheel.
 Longitudinal slip (paper): s = 1 - v_x/(r omega) when driving, s = r omega/v_x - 1 when braking.
