@@ -90,7 +90,9 @@ def _build(compiler: str, source: Path, library: Path) -> bool:
         run = subprocess.run(command, capture_output=True, text=True, check=False)
         if run.returncode != 0:
             reason = (run.stderr.strip().splitlines() or ["no message"])[0]
-            warnings.warn(f"{compiler} could not compile {library.name}: {reason}; running in the CasADi VM", stacklevel=4)
+            warnings.warn(
+                f"{compiler} could not compile {library.name}: {reason}; running in the CasADi VM", stacklevel=4
+            )
             return False
         built.replace(library)
     return True

@@ -95,7 +95,13 @@ class UnscentedKalmanFilter:
         """Time update over dt with the external inputs u (n_external,) held; a non-finite input keeps its last value."""
         u_full = self._full_input(u)
         into = self._predict.inputs
-        into[0][:, 0], into[1][...], into[2][:, 0], into[3][:, 0], into[4][...] = self.x, self.P, u_full, self.p, self._q
+        into[0][:, 0], into[1][...], into[2][:, 0], into[3][:, 0], into[4][...] = (
+            self.x,
+            self.P,
+            u_full,
+            self.p,
+            self._q,
+        )
         self._predict.run()
         x_before = self.x
         self.x, self.P = self._predict.outputs[0][:, 0].copy(), self._predict.outputs[1].copy()

@@ -99,7 +99,9 @@ def soil_parameters(soil: Soil) -> Layout:
     """Layout of the soil parameters: n_f, n_r, then the others, with `soil`'s values as nominal."""
     n = SOIL_SIGNALS["n"]
     values = soil.parameters()
-    both = Layout.of(replace(n, name="n_f", doc="sinkage exponent, front"), replace(n, name="n_r", doc=f"{n.doc}, rear"))
+    both = Layout.of(
+        replace(n, name="n_f", doc="sinkage exponent, front"), replace(n, name="n_r", doc=f"{n.doc}, rear")
+    )
     both = both.with_nominal(n_f=values["n"], n_r=values["n"])
     rest = SOIL_SIGNALS.without("n")
     return both + rest.with_nominal(**{name: values[name] for name in rest.names})

@@ -160,7 +160,7 @@ def tie_parameters(model: Model, signal: Signal, *names: str) -> Model:
     Raises KeyError for a name that is not a parameter.
     """
     remaining = model.p.without(*names)
-    spread = Stage(f"tie_{signal.name}", lambda q: {name: q[signal.name] for name in names})
+    spread = Stage(f"tie_{signal.name}", lambda q: dict.fromkeys(names, q[signal.name]))
     return replace(model, p=Layout((signal, *remaining)), stages=(spread, *model.stages))
 
 

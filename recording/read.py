@@ -1,0 +1,139 @@
+"""A drive from a file: columns to channels in SI units, with clock, gaps, missing values and units checked and reported."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from recording.columns import Source
+from recording.drive import CHANNEL_UNITS, STATE_CHANNELS, TRUTH_PREFIX, WHEEL_CHANNELS, Array, Recording
+from recording.table import numbers, read_table
+
+REQUIRED = ("t", *STATE_CHANNELS, "steer", *WHEEL_CHANNELS)
+LARGEST = {"steer": 1.3, "omega_z": 6.0}
+"""Beyond these a wheeled vehicle's value is taken for degrees (rad, rad/s)."""
+GAP_STEPS = 2.5
+"""A step longer than this many median steps is reported as a gap."""
+DEGREES = 180 / np.pi
+
+
+def read_drive(
+    path: str | Path, columns: Mapping[str, Source] | None = None, required: tuple[str, ...] = REQUIRED
+) -> Recording:
+    """A drive from CSV, CSV.gz or Parquet.
+
+    columns: channel -> source, for channels whose column has another name or unit; required: channels that must be there.
+    `true_*` columns go into `truth`. Missing values stay NaN and are noted, as are gaps in time.
+    Raises ValueError naming file, column, row, what was expected and what was found.
+    """
+    path = Path(path)
+    table = read_table(path)
+    sources = {name: Source(name) for name in CHANNEL_UNITS} | dict(columns or {})
+    channels: dict[str, Array] = {}
+    for name, source in sources.items():
+        if name in required or source.column in table.columns or name in (columns or {}):
+            channels[name] = numbers(table, source.column, path) * source.factor + source.offset
+    _check_clock(path, sources["t"].column, channels["t"])
+    notes = _check_values(path, sources, channels, required)
+    notes += _gaps(channels["t"])
+    _check_angles(path, sources, channels)
+    truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
+    return Recording(_stem(path), channels, truth, tuple(notes), {"path": str(path)})
+
+
+def write_drive(recording: Recording, path: str | Path) -> Path:
+    """Write a drive as CSV, CSV.gz or Parquet with the default column names; returns the path."""
+    path = Path(path)
+    table = pd.DataFrame({**recording.channels, **recording.truth})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".parquet":
+        table.to_parquet(path, index=False)
+    else:
+        table.to_csv(path, index=False, float_format="%.6g")
+    return path
+
+
+def _stem(path: Path) -> str:
+    name = path.name
+    for suffix in (".gz", ".csv", ".parquet"):
+        name = name.removesuffix(suffix)
+    return name
+
+
+def _check_clock(path: Path, column: str, t: Array) -> None:
+    bad = ~np.isfinite(t)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise ValueError(f"{path}: column {column!r}, row {row + 1}: expected a time in s, found {t[row]}")
+    if len(t) < 2:
+        raise ValueError(f"{path}: expected at least 2 rows, found {len(t)}")
+    back = np.diff(t) <= 0
+    if back.any():
+        row = int(np.argmax(back)) + 1
+        raise ValueError(
+            f"{path}: column {column!r}, row {row + 1}: expected time to increase, found {t[row]:g} after {t[row - 1]:g}"
+        )
+
+
+def _check_values(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array], required) -> list[str]:
+    notes = []
+    for name, values in channels.items():
+        missing = ~np.isfinite(values)
+        if missing.all() and name in required:
+            raise ValueError(
+                f"{path}: column {sources[name].column!r}: expected numbers, found none in {len(values)} rows"
+            )
+        if missing.any():
+            rows = np.flatnonzero(missing)
+            notes.append(f"{name}: {len(rows)} of {len(values)} values missing, the first in row {rows[0] + 1}")
+    return notes
+
+
+def _gaps(t: Array) -> list[str]:
+    steps = np.diff(t)
+    typical = float(np.median(steps))
+    long = np.flatnonzero(steps > GAP_STEPS * typical)
+    return [f"t: gap of {steps[i]:.3g} s after row {i + 1} (typical step {typical:.3g} s)" for i in long[:20]] + (
+        [f"t: {len(long) - 20} more gaps"] if len(long) > 20 else []
+    )
+
+
+def _check_angles(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array]) -> None:
+    for name, largest in LARGEST.items():
+        if name not in channels:
+            continue
+        size = np.nanpercentile(np.abs(channels[name]), 95)
+        if size > largest:
+            row = int(np.nanargmax(np.abs(channels[name])))
+            unit = CHANNEL_UNITS[name]
+            raise ValueError(
+                f"{path}: column {sources[name].column!r}, row {row + 1}: expected {unit} (95 % within {largest}), found "
+                f'{channels[name][row]:.4g}: degrees? A column map with unit = "{unit.replace("rad", "deg")}" converts'
+            )
+    if "psi" in channels and "omega_z" in channels:
+        _check_heading(path, sources, channels)
+
+
+def _check_heading(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array]) -> None:
+    """Heading in degrees shows as a rate 57.3 times the yaw rate, and the other way round."""
+    t, psi, rate = channels["t"], channels["psi"], channels["omega_z"]
+    turned = np.abs(np.diff(psi))
+    expected = np.abs(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))
+    good = np.isfinite(turned) & np.isfinite(expected) & (turned < np.pi)
+    if np.nansum(expected[good]) < 0.2:
+        return
+    ratio = np.nansum(turned[good]) / np.nansum(expected[good])
+    if ratio > 0.5 * DEGREES:
+        column = sources["psi"].column
+        # Noise on the heading also raises the ratio: only a net turn that disagrees is a matter of units.
+        net = abs(np.nansum(np.diff(psi)[good])) / max(
+            abs(np.nansum(0.5 * (rate[1:] + rate[:-1])[good] * np.diff(t)[good])), 1e-9
+        )
+        if net > 0.5 * DEGREES:
+            raise ValueError(
+                f"{path}: column {column!r}: expected rad, found a heading that turns {net:.0f} times as fast as the yaw "
+                'rate says: degrees? A column map with unit = "deg" converts'
+            )
