@@ -1,0 +1,71 @@
+"""Our single-wheel rig against the independent simulator's `val` runs: rms force error over the peak lateral force.
+
+    python -m benchmarks.plant_rig ../shared/data/chrono_rig [--set val] [--every 1]
+
+Nothing is fitted: the rig's facts are in `plant.rig`, the soil is what each run was told.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.rig import CHANNELS, RigRun, run_rig
+from symbolic.soil import Soil
+
+CLOCK_LEAD = 0.002
+"""The reference's rows lie 2 ms after their label (s): the phase of its yaw angle says so."""
+
+
+def run_of(row: np.void, soil: str) -> RigRun:
+    """What a row of `conditions` told the rig."""
+    parameters = {name: float(row[name]) for name in ("k_phi", "k_c", "n", "c", "phi", "k")}
+    return RigRun(
+        Soil(soil, **parameters),
+        load=float(row["load"]),
+        slip=float(row["slip"]),
+        speed=float(row["speed"]),
+        amplitude=float(np.deg2rad(row["amplitude_deg"])),
+        frequency=float(row["frequency"]),
+    )
+
+
+def errors(path: Path, every: int) -> NDArray[np.float64]:
+    """(runs, 3) rms error of fx, fy, fz over the reference's peak lateral force."""
+    data = np.load(path, allow_pickle=False)
+    times, found = data["t"], []
+    for row, reference in zip(data["conditions"][::every], data["series"][::every].astype(float), strict=True):
+        t, ours = run_rig(run_of(row, path.stem.split("_")[0]), duration=float(times[-1]) + 0.01, every=1)
+        rows = np.searchsorted(t, times + CLOCK_LEAD - 1e-6)
+        peak = np.abs(reference[:, CHANNELS.index("fy")]).max()
+        columns = [CHANNELS.index(name) for name in ("fx", "fy", "fz")]
+        found.append(np.sqrt(np.mean((ours[rows][:, columns] - reference[:, columns]) ** 2, axis=0)) / peak)
+    return np.array(found)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--set", default="val", choices=("val", "cal"))
+    parser.add_argument("--every", type=int, default=1, help="take every so many runs")
+    arguments = parser.parse_args()
+    everything = []
+    print(f"{'runs':<16}{'':>6}{'F_y median':>12}{'p95':>8}{'F_x median':>14}{'p95':>8}")
+    for path in sorted(arguments.folder.glob(f"*_{arguments.set}.npz")):
+        found = errors(path, arguments.every)
+        everything.append(found)
+        _row(path.stem, found)
+    _row("all", np.concatenate(everything))
+
+
+def _row(name: str, found: NDArray[np.float64]) -> None:
+    x, y = np.percentile(100 * found[:, 0], [50, 95]), np.percentile(100 * found[:, 1], [50, 95])
+    print(f"{name:<16}{len(found):>6}{y[0]:>10.2f} %{y[1]:>6.2f} %{x[0]:>12.2f} %{x[1]:>6.2f} %")
+
+
+if __name__ == "__main__":
+    main()
