@@ -1,0 +1,43 @@
+"""Is the filter as sure as it should be: NIS, NEES and whiteness of innovations."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import chi2
+
+Array = NDArray[np.float64]
+
+
+def nees(error: ArrayLike, covariance: ArrayLike) -> float:
+    """Normalised estimation error squared e' P^-1 e of error (n,) under covariance (n, n)."""
+    e = np.asarray(error, dtype=float)
+    return float(e @ np.linalg.solve(np.asarray(covariance, dtype=float), e))
+
+
+def inside_band(values: ArrayLike, dof: ArrayLike, level: float = 0.95) -> float:
+    """Share of chi-squared `values` (N,) with `dof` (N,) inside their two-sided band of the given level; NaN without any.
+
+    Values with no degree of freedom do not count.
+    """
+    values, dof = np.asarray(values, dtype=float), np.asarray(dof)
+    keep = dof > 0
+    if not keep.any():
+        return float("nan")
+    lower, upper = chi2.ppf((1 - level) / 2, dof[keep]), chi2.ppf((1 + level) / 2, dof[keep])
+    return float(np.mean((values[keep] >= lower) & (values[keep] <= upper)))
+
+
+def whiteness_p(series: ArrayLike, lags: int = 20) -> float:
+    """p-value of the Ljung-Box test that `series` (N,) is white over `lags`; NaN where it is too short or constant."""
+    z = np.asarray(series, dtype=float)
+    z = z[np.isfinite(z)]
+    n = len(z)
+    lags = min(lags, n // 4)
+    if lags < 1 or np.ptp(z) == 0:
+        return float("nan")
+    z = z - z.mean()
+    power = float(z @ z)
+    rho = np.array([z[k:] @ z[:-k] for k in range(1, lags + 1)]) / power
+    statistic = n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1)))
+    return float(chi2.sf(statistic, lags))

@@ -1,0 +1,96 @@
+"""Model inputs and measurements from a recorded drive."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from recording.drive import STATE_CHANNELS, Recording
+from symbolic.signals import Layout
+
+Array = NDArray[np.float64]
+
+RATE_WINDOW = 5
+"""Samples of the straight line whose slope is the steering rate: two to each side, so that a step stays a step."""
+REVERSING = -0.2
+"""m/s: below this, for longer than noise does, the vehicle reverses."""
+REVERSING_SAMPLES = 25
+
+
+def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[str, int]]:
+    """(N, n_u) inputs of the bicycle from sensor channels, and how many values of each channel were held or interpolated.
+
+    steer and wheel speeds as measured; steer_rate: slope of steer over five samples; a_x: du/dt = a_x_imu + v omega_z, or
+    the slope of u where the log has no accelerometer. Missing values are interpolated in time.
+    Raises ValueError for a layout with an input that a drive cannot give, and for reversing (naming the row).
+    """
+    _check_forward(recording)
+    filled, count = _filled(recording)
+    known = {
+        **filled,
+        "steer_rate": _slope(filled["steer"], recording.dt),
+        "a_x": _longitudinal(filled, recording.dt),
+    }
+    missing = [name for name in layout.names if name not in known]
+    if missing:
+        raise ValueError(f"{recording.name}: expected a model whose inputs a drive can give; it has no {missing[0]!r}")
+    return np.column_stack([known[name] for name in layout.names]), count
+
+
+def measured_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
+    """(N, 6) measured states, psi unwrapped; missing values stay NaN."""
+    states = recording.stack(*names).copy()
+    if "psi" in names:
+        column = names.index("psi")
+        good = np.isfinite(states[:, column])
+        states[good, column] = np.unwrap(states[good, column])
+    return states
+
+
+def sensor_std(recording: Recording, floor: Array, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
+    """(n,) noise of each channel, from its third differences (robust), at least `floor` (n,).
+
+    A smooth signal sampled finely has third differences of its noise only: their standard deviation is sqrt(20) sigma.
+    """
+    states = measured_states(recording, names)
+    third = np.diff(states, n=3, axis=0)
+    spread = 1.4826 * np.nanmedian(np.abs(third), axis=0) / np.sqrt(20)
+    return np.maximum(np.nan_to_num(spread), floor)
+
+
+def _check_forward(recording: Recording) -> None:
+    back = np.nan_to_num(recording["u"], nan=0.0) < REVERSING
+    run = np.convolve(back, np.ones(REVERSING_SAMPLES), mode="valid") if len(back) >= REVERSING_SAMPLES else np.array([])
+    if run.size and run.max() >= REVERSING_SAMPLES:
+        row = int(np.argmax(run >= REVERSING_SAMPLES)) + 1
+        raise ValueError(
+            f"{recording.meta.get('path', recording.name)}: column 'u', row {row}: expected forward motion (u > 0 m/s), "
+            f"found {recording['u'][row - 1]:.3g}: the model does not reverse"
+        )
+
+
+def _filled(recording: Recording) -> tuple[dict[str, Array], dict[str, int]]:
+    filled, count = {}, {}
+    for name, values in recording.channels.items():
+        bad = ~np.isfinite(values)
+        if bad.all():
+            continue
+        if bad.any():
+            values = np.interp(recording.t, recording.t[~bad], values[~bad])
+            count[name] = int(bad.sum())
+        filled[name] = values
+    return filled, count
+
+
+def _slope(values: Array, dt: float) -> Array:
+    if len(values) < RATE_WINDOW:
+        return np.gradient(values, dt) if len(values) > 1 else np.zeros_like(values)
+    return savgol_filter(values, RATE_WINDOW, 1, deriv=1, delta=dt)
+
+
+def _longitudinal(filled: dict[str, Array], dt: float) -> Array:
+    if "a_x_imu" in filled:
+        return filled["a_x_imu"] + filled["v"] * filled["omega_z"]
+    window = min(2 * int(round(0.1 / dt)) + 1, len(filled["u"]) // 2 * 2 - 1)
+    return savgol_filter(filled["u"], max(window, 3), 1, deriv=1, delta=dt)

@@ -1,0 +1,71 @@
+"""Prediction of the states over a horizon, with any model's histories rolled forward."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from estimator.compiled import CompiledFunction
+from symbolic.discretize import advance_memory, read_memory, start_memory, step_with_memory
+from symbolic.model import Model
+
+Array = NDArray[np.float64]
+
+
+class Predictor:
+    """A model's one-step map, compiled once and rolled over horizons.
+
+    model; dt: step (s); method, substeps: of `discretize`.
+    """
+
+    def __init__(self, model: Model, dt: float, method: str = "euler", substeps: int = 1) -> None:
+        self.model, self.dt = model, dt
+        self._step = CompiledFunction(step_with_memory(model, dt, method, substeps))
+        self._start = CompiledFunction(start_memory(model)) if model.memories else None
+        if model.memories:
+            self._read, self._advance = CompiledFunction(read_memory(model)), CompiledFunction(advance_memory(model, dt))
+
+    def first_memory(self, x0: ArrayLike, u: ArrayLike, p: ArrayLike) -> Array:
+        """(n_m,) memory at a standing start with state x0 (n_x,), external input u, parameters p."""
+        return np.zeros(0) if self._start is None else np.asarray(self._start(x0, u, p))
+
+    def rollout(self, x0: ArrayLike, u_future: ArrayLike, p: ArrayLike, m0: ArrayLike | None = None) -> Array:
+        """(N + 1, n_x) states from x0 (n_x,) under external inputs u_future (N, n_u), parameters p (n_p,), memory m0 (n_m,).
+
+        Without m0 the histories start as on a standing start. Raises ValueError for shapes that do not fit.
+        """
+        u_future = np.asarray(u_future, dtype=float)
+        if u_future.ndim != 2 or u_future.shape[1] != len(self.model.external):
+            raise ValueError(f"u_future: expected shape (N, {len(self.model.external)}), found {u_future.shape}")
+        x = np.empty((len(u_future) + 1, len(self.model.x)))
+        x[0] = x0
+        m = self.first_memory(x[0], u_future[0], p) if m0 is None and len(u_future) else m0
+        into, out = self._step.inputs, self._step.outputs
+        into[0][:, 0], into[3][:, 0] = x[0], p
+        if self.model.memories:
+            into[1][:, 0] = m
+        for k, u in enumerate(u_future):
+            into[2][:, 0] = u
+            self._step.run()
+            x[k + 1] = out[0][:, 0]
+            into[0][:] = out[0]
+            into[1][:] = out[1]
+        return x
+
+    def track_memory(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> tuple[Array, Array]:
+        """Histories along known states: memory (N, n_m) and full inputs (N, n_u_full) for states x (N, n_x), inputs u (N, n_u)."""
+        x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
+        if not self.model.memories:
+            return np.zeros((len(x), 0)), u
+        memory, full = np.empty((len(x), len(self.model.cells))), np.empty((len(x), len(self.model.u)))
+        memory[0] = self.first_memory(x[0], u[0], p)
+        for k in range(len(x)):
+            full[k] = self._read(x[k], u[k], p, memory[k])
+            if k + 1 < len(x):
+                memory[k + 1] = self._advance(x[k], full[k], p, memory[k])
+        return memory, full
+
+
+def predict_horizon(model: Model, x0: ArrayLike, u_future: ArrayLike, p: ArrayLike, dt: float) -> Array:
+    """(N + 1, n_x) states from x0 (n_x,) under inputs u_future (N, n_u) held over steps of dt (s), parameters p (n_p,)."""
+    return Predictor(model, dt).rollout(x0, u_future, p)

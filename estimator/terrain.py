@@ -1,0 +1,143 @@
+"""The terrain estimator: the sinkage exponent of a drive, assembled from model, filter and tuning."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.consistency import inside_band
+from estimator.inputs import measured_inputs, measured_states, sensor_std
+from estimator.ukf import Counts, UnscentedKalmanFilter
+from recording.drive import STATE_CHANNELS, Recording
+from symbolic.model import Model, promote_parameters, tie_parameters
+from symbolic.soil import SOIL_SIGNALS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Numbers of the filter that the paper leaves open; the same for every soil, vehicle and log.
+
+    model_error: what the equations miss, as densities per state: standard deviation after one second of accumulation
+    (units of x, y, psi, u, v, omega_z); n_walk: of the sinkage exponent per square root of a second; n_std: of the first
+    guess; sensor_floor: least standard deviation that a sensor is believed to have; gate: innovation in standard
+    deviations; update_every: predictions per update (the paper: 12 ms and 24 ms).
+    """
+
+    model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.05, 0.02)
+    n_walk: float = 0.002
+    n_std: float = 0.2
+    sensor_floor: tuple[float, ...] = (0.05, 0.05, 0.003, 0.05, 0.05, 0.005)
+    gate: float = 6.0
+    update_every: int = 2
+
+
+@dataclass(frozen=True)
+class TerrainEstimate:
+    """What the estimator says about one drive.
+
+    t (N,): times of the updates (s); n_front, n_rear, n_front_std, n_rear_std (N,); states (N, 6): estimates;
+    nis (N,), dof (N,): consistency of each update; counts: measurements left out; step_us (K,): time of each
+    predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the final estimate.
+    """
+
+    t: Array
+    n_front: Array
+    n_rear: Array
+    n_front_std: Array
+    n_rear_std: Array
+    states: Array
+    nis: Array
+    dof: NDArray[np.int_]
+    counts: Counts
+    step_us: Array
+    parameters: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def nis_inside_95(self) -> float:
+        """Share of updates whose NIS lies in its 95 % band."""
+        return inside_band(self.nis, self.dof)
+
+    @property
+    def converged_s(self) -> float:
+        """First time after the start from which n_front stays within 10 % of its final value (s)."""
+        outside = np.abs(self.n_front - self.n_front[-1]) > 0.1 * abs(self.n_front[-1])
+        last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
+        return float(self.t[min(last, len(self.t) - 1)] - self.t[0])
+
+
+def terrain_model(model: Model, tied: bool) -> Model:
+    """The model with n as a state: n_f and n_r as in the paper, or one n for both axles (`tied`)."""
+    if tied:
+        return promote_parameters(tie_parameters(model, SOIL_SIGNALS["n"], "n_f", "n_r"), "n")
+    return promote_parameters(model, "n_f", "n_r")
+
+
+def estimate_terrain(
+    recording: Recording,
+    model: Model,
+    n0: float,
+    *,
+    tied: bool = False,
+    tuning: Tuning | None = None,
+    start: float = 0.0,
+    progress=None,
+) -> TerrainEstimate:
+    """The sinkage exponent along a drive, from sensor channels only.
+
+    model: bicycle with parameters n_f, n_r (and declared effects); n0: first guess; tied: one n for both axles;
+    start: seconds of the log left out at its beginning (start-up transient); progress: called with the share done.
+    Raises ValueError for reversing, a first guess outside the bounds of n, or a log without the channels.
+    """
+    tuning = tuning or Tuning()
+    log = recording.between(recording.t[0] + start, np.inf)
+    augmented = terrain_model(model, tied)
+    inputs, _ = measured_inputs(log, augmented.external)
+    measured = measured_states(log)
+    ukf = _filter(log, augmented, n0, tuning, measured)
+    names = ("n", "n") if tied else ("n_f", "n_r")
+    rows: list[tuple] = []
+    step_us = []
+    for k in range(len(log) - 1):
+        began = time.perf_counter()
+        ukf.predict(inputs[k])
+        if (k + 1) % tuning.update_every == 0:
+            seen = ukf.update(measured[k + 1])
+            step_us.append((time.perf_counter() - began) * 1e6)
+            values = [ukf[names[0]], ukf[names[1]], ukf.std(names[0]), ukf.std(names[1])]
+            rows.append((log.t[k + 1], *values, seen.nis, seen.dof, *ukf.x[: len(STATE_CHANNELS)]))
+            if progress is not None and len(rows) % 64 == 0:
+                progress((k + 1) / len(log))
+    table = np.array(rows)
+    return TerrainEstimate(
+        t=table[:, 0], n_front=table[:, 1], n_rear=table[:, 2], n_front_std=table[:, 3], n_rear_std=table[:, 4],
+        states=table[:, 7:], nis=table[:, 5], dof=table[:, 6].astype(int), counts=ukf.counts, step_us=np.array(step_us),
+        parameters={"n_f": float(table[-1, 1]), "n_r": float(table[-1, 2])},
+    )  # fmt: skip
+
+
+def _filter(log: Recording, model: Model, n0: float, tuning: Tuning, measured: Array) -> UnscentedKalmanFilter:
+    bounds = SOIL_SIGNALS["n"]
+    if not bounds.lower <= n0 <= bounds.upper:
+        raise ValueError(f"n0: expected a first guess in [{bounds.lower}, {bounds.upper}], found {n0}")
+    if len(log) < 4:
+        raise ValueError(f"{log.name}: expected at least 4 rows after the start-up, found {len(log)}")
+    sensor = sensor_std(log, np.array(tuning.sensor_floor))
+    extra = len(model.x) - len(STATE_CHANNELS)
+    first = np.array([_first(measured[:, i]) for i in range(measured.shape[1])])
+    is_n = np.array([name in ("n", "n_f", "n_r") for name in model.x.names[len(STATE_CHANNELS) :]])
+    x0 = np.concatenate([first, np.where(is_n, n0, model.x.nominal[len(STATE_CHANNELS) :])])
+    p0 = np.concatenate([sensor**2, np.where(is_n, tuning.n_std**2, 1e-4)])
+    walk = np.where(is_n, tuning.n_walk, 1e-4) if extra else np.zeros(0)
+    q = np.concatenate([tuning.model_error, walk]) ** 2 * log.dt
+    return UnscentedKalmanFilter(model, log.dt, q=q, r=sensor**2, x0=x0, p0=p0, gate=tuning.gate)
+
+
+def _first(values: Array) -> float:
+    """Median of the first few finite values: a first state that one outlier does not spoil."""
+    good = values[np.isfinite(values)][:5]
+    return float(np.median(good)) if len(good) else 0.0
