@@ -68,8 +68,8 @@ def tan_phi(phi: Scalar) -> Scalar:
 def bulk_modulus(soil: Soil, wheel: Wheel) -> Scalar:
     """k_eq = k_phi + k_c (1/b + 1/L), N/m^(n+2): half perimeter over area of a patch of width b and length L.
 
-    The patch of the soil contact model is what its contact search finds, which reaches above the soil: L = PATCH_LENGTH r
-    for every sinkage, instead of x_f, which also keeps the pressure growing with sinkage where n is small.
+    The patch of the soil contact model is what its contact search finds, which reaches above the soil: PATCH_LENGTH r
+    for every sinkage, instead of x_f; it also keeps the pressure growing with sinkage where n is small.
     """
     return soil.k_phi + soil.k_c * (1.0 / wheel.width + 1.0 / (PATCH_LENGTH * wheel.radius))
 

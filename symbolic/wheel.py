@@ -88,6 +88,8 @@ class ForceLaw(Protocol):
 
 _LAWS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
+        "bekker": ("symbolic.bekker", "Bekker"),
+        "dallas": ("symbolic.dallas", "Dallas"),
         "turn_slip": ("symbolic.turn_slip", "TurnSlip"),
     }
 )
