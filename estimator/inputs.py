@@ -92,5 +92,5 @@ def _slope(values: Array, dt: float) -> Array:
 def _longitudinal(filled: dict[str, Array], dt: float) -> Array:
     if "a_x_imu" in filled:
         return filled["a_x_imu"] + filled["v"] * filled["omega_z"]
-    window = min(2 * int(round(0.1 / dt)) + 1, len(filled["u"]) // 2 * 2 - 1)
+    window = min(2 * round(0.1 / dt) + 1, len(filled["u"]) // 2 * 2 - 1)
     return savgol_filter(filled["u"], max(window, 3), 1, deriv=1, delta=dt)

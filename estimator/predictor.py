@@ -53,7 +53,7 @@ class Predictor:
         return x
 
     def track_memory(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> tuple[Array, Array]:
-        """Histories along known states: memory (N, n_m) and full inputs (N, n_u_full) for states x (N, n_x), inputs u (N, n_u)."""
+        """Histories along known states: memory (N, n_m) and full inputs (N, n_u_full) for x (N, n_x) and u (N, n_u)."""
         x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
         if not self.model.memories:
             return np.zeros((len(x), 0)), u
