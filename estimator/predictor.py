@@ -23,7 +23,10 @@ class Predictor:
         self._step = CompiledFunction(step_with_memory(model, dt, method, substeps))
         self._start = CompiledFunction(start_memory(model)) if model.memories else None
         if model.memories:
-            self._read, self._advance = CompiledFunction(read_memory(model)), CompiledFunction(advance_memory(model, dt))
+            self._read, self._advance = (
+                CompiledFunction(read_memory(model)),
+                CompiledFunction(advance_memory(model, dt)),
+            )
 
     def first_memory(self, x0: ArrayLike, u: ArrayLike, p: ArrayLike) -> Array:
         """(n_m,) memory at a standing start with state x0 (n_x,), external input u, parameters p."""

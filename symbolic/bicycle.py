@@ -6,7 +6,7 @@ accelerometer reads du/dt - v omega_z). Wheel speeds and steering rate are input
 Valid for forward motion (u > 0) only; below a few tenths of a metre per second the force laws fade out smoothly.
 
 The stages, in order, and what an effect may correct after each:
-inputs (delta, delta_rate, a_x, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg), loads (load_f, load_r: axle loads),
+inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg), loads (load_f, load_r: axle loads),
 tracks (wheels: position, load, steering angle, count), contacts (each wheel's soil and contact), forces (each wheel's
 force), balance (force_y, moment_z in the yaw frame), rates (d_*), outputs (y_*).
 """
@@ -109,18 +109,26 @@ def soil_parameters(soil: Soil) -> Layout:
 
 def _inputs(q: Quantities) -> Quantities:
     spins = {f"spin_{corner}": q[f"omega_{corner}"] for corner in ("fl", "fr", "rl", "rr")}
-    return {"delta": q["steer"], "delta_rate": q["steer_rate"], "du": q["a_x"], **spins}
+    return {
+        "delta": q["steer"],
+        "delta_rate": q["steer_rate"],
+        "du": q["a_x"],
+        "specific_x": q["a_x"],
+        "gravity_x": 0.0,
+        "gravity_y": 0.0,
+        **spins,
+    }
 
 
 def _vehicle(vehicle: Vehicle) -> Quantities:
-    names = ("mass", "l_f", "l_r", "yaw_inertia", "h_cg", "track", "load_offset", "ackermann", "toe")
+    names = ("mass", "l_f", "l_r", "yaw_inertia", "h_cg", "track", "load_offset", "ackermann", "toe", "width")
     return {**{name: getattr(vehicle, name) for name in names}, "roll_share_f": vehicle.roll_stiffness_front}
 
 
 def _loads(q: Quantities) -> Quantities:
     """Axle loads, static plus longitudinal transfer: F_zf = M (g (l_r - e) - a_x h)/L."""
     wheelbase = q["l_f"] + q["l_r"]
-    front = q["mass"] * (GRAVITY * (q["l_r"] - q["load_offset"]) - q["du"] * q["h_cg"]) / wheelbase
+    front = q["mass"] * (GRAVITY * (q["l_r"] - q["load_offset"]) - q["specific_x"] * q["h_cg"]) / wheelbase
     return {"load_f": front, "load_r": q["mass"] * GRAVITY - front}
 
 
@@ -192,7 +200,7 @@ def _rates(q: Quantities) -> Quantities:
         "d_x": q["u"] * cos - v_axle * sin,
         "d_y": q["u"] * sin + v_axle * cos,
         "d_psi": q["omega_z"],
-        "d_u": q["du"],
-        "d_v": q["force_y"] / q["mass"] - q["u"] * q["omega_z"],
+        "d_u": q["du"] + q["gravity_x"],
+        "d_v": q["force_y"] / q["mass"] - q["u"] * q["omega_z"] + q["gravity_y"],
         "d_omega_z": q["moment_z"] / q["yaw_inertia"],
     }

@@ -75,9 +75,8 @@ def start_memory(model: Model) -> ca.Function:
     """CasADi function [x, u_external, p] -> [m]: the histories at a standing start."""
     x, _, p = model.symbols()
     external = ca.SX.sym("u_external", len(model.external))
-    q = {name: x[i] for i, name in enumerate(model.x.names)}
-    q |= {name: external[i] for i, name in enumerate(model.external.names)}
-    q |= {name: p[i] for i, name in enumerate(model.p.names)}
+    provided = model.u.nominal[len(model.external) :]
+    q = model.quantities(x, ca.vertcat(external, provided), p) if model.memories else {}
     first: list[ca.SX] = []
     for memory in model.memories:
         values = memory.start(q)

@@ -35,7 +35,8 @@ class Memory:
 
     cells: its numbers; provides: the model inputs that it supplies; read: quantities (x, u, p and cells by name, under
     `memory`) -> provided inputs; advance: quantities of the whole chain (and `memory`, `dt`) -> next cells;
-    start: quantities at a standing start -> first cells. All are smooth CasADi expressions of fixed size.
+    start: quantities of the whole chain with nominal provided inputs -> first cells, as on a straight standing start.
+    All are CasADi expressions of fixed size.
     """
 
     name: str

@@ -1,0 +1,146 @@
+"""Effects of two tracks and of the rut: lateral load transfer, and rear wheels that follow the front ones."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from symbolic.bicycle import Corner
+from symbolic.effects import Effect, each_wheel
+from symbolic.model import Memory, Quantities
+from symbolic.signals import Layout, Signal
+from symbolic.smooth import smooth_abs, smooth_positive
+from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
+
+ROLL_TIME = 0.1
+"""s: how long the body takes to roll, about a quarter of the roll period of a suspended vehicle."""
+RUT_CELLS = 40
+RUT_REACH = 1.3
+"""Length of the rut that is remembered, over the wheelbase."""
+RUT_VALUES = (
+    Signal("d", "m", "distance behind the front axle"),
+    Signal("e", "m", "lateral position in the yaw frame"),
+    Signal("jl", "m", "shear path left by the front left wheel"),
+    Signal("jr", "m", "shear path left by the front right wheel"),
+)
+
+
+def load_transfer() -> Effect:
+    """Each wheel its own load: Delta F_z = share M a h/T per axle, a the lateral specific force as the body follows it.
+
+    Two tracks then carry the yaw moment of the wheel that bears more and rolls with more resistance. Needs wheel speeds.
+    """
+    a_y = Signal("a_y_body", "m/s^2", "lateral specific force that the rolled body has followed")
+
+    def advance(q: Quantities) -> Quantities:
+        share = 1.0 - ca.exp(-q["dt"] / ROLL_TIME)
+        before = q["memory"]["a_y_roll"]
+        return {"a_y_roll": before + share * (q["force_y"] / q["mass"] - before)}
+
+    memory = Memory(
+        "load_transfer",
+        Layout.of(Signal("a_y_roll", "m/s^2", "lateral specific force that the rolled body has followed")),
+        Layout.of(a_y),
+        read=lambda q: {"a_y_body": q["memory"]["a_y_roll"]},
+        advance=advance,
+        start=lambda q: {"a_y_roll": q["u"] * q["omega_z"]},
+    )
+    return Effect(
+        name="load_transfer",
+        doc="lateral load transfer on two tracks, with the yaw moment of unequal rolling resistance",
+        reference="moment balance about the roll axis; physics of a two-track vehicle",
+        parameters=Layout.of(Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0)),
+        typical={"transfer_height": 0.63},
+        corrections={"tracks": _two_tracks},
+        memories=(memory,),
+        confusable=("locked_differential", "yaw_moment"),
+        separates="turns of both signs at several lateral accelerations and speeds",
+    )
+
+
+def _two_tracks(q: Quantities) -> Quantities:
+    """Left and right wheels in the place of each axle's pair; delta_left - delta_right = ackermann delta^2 + toe."""
+    half_track = q["track"] / 2
+    spread = (q["ackermann"] * q["delta"] ** 2 + q["toe"]) / 2
+    moved = q["mass"] * q["a_y_body"] * q["transfer_height"] / q["track"]
+    share = {"f": q["roll_share_f"], "r": 1.0 - q["roll_share_f"]}
+    corners = []
+    for axle in ("f", "r"):
+        load = q[f"load_{axle}"] / 2
+        for side, letter in ((1, "l"), (-1, "r")):
+            delta = q["delta"] + side * spread if axle == "f" else 0.0
+            # A wheel that has lifted carries nothing.
+            carried = smooth_positive(load - side * share[axle] * moved, 50.0)
+            corners.append(Corner(axle, side, 1, side * half_track, carried, delta, q[f"spin_{axle}{letter}"]))
+    return {"wheels": tuple(corners)}
+
+
+def multipass(wheelbase: float) -> Effect:
+    """Rear wheels in the front wheels' ruts: there the shear path starts at kappa times what the front wheel left.
+
+    wheelbase (m) sets how much of the rut is remembered. The rut is kept as samples behind the front axle (place and
+    shear path where each front wheel stood), moved with the vehicle's motion; a fraction max(0, 1 - |y_off|/b) of the
+    rear wheel's width runs in it. From the soil contact model: shear path stays in the soil.
+    """
+    spacing = RUT_REACH * wheelbase / (RUT_CELLS - 2)
+    cells = track_layout("rut", RUT_CELLS, RUT_VALUES)
+    provides = Layout.of(
+        Signal("rut_offset", "m", "lateral position of the rut at the rear axle"),
+        Signal("rut_path_l", "m", "shear path that the front left wheel left where the rear one stands"),
+        Signal("rut_path_r", "m", "shear path that the front right wheel left where the rear one stands"),
+    )
+
+    def read(q: Quantities) -> Quantities:
+        track = read_cells(q["memory"], "rut", RUT_CELLS, RUT_VALUES)
+        names = {"rut_offset": "e", "rut_path_l": "jl", "rut_path_r": "jr"}
+        return {out: interpolate(track, "d", wheelbase, name) for out, name in names.items()}
+
+    def advance(q: Quantities) -> Quantities:
+        aged = [_moved(q, cell) for cell in read_cells(q["memory"], "rut", RUT_CELLS, RUT_VALUES)]
+        left, right = _front_paths(q)
+        new = {"d": 0.0, "e": 0.0, "jl": left, "jr": right}
+        return write_cells(push(aged, new, "d", spacing), "rut")
+
+    def start(q: Quantities) -> Quantities:
+        left, right = _front_paths(q)
+        return write_cells([{"d": spacing * k, "e": 0.0, "jl": left, "jr": right} for k in range(RUT_CELLS)], "rut")
+
+    return Effect(
+        name="multipass",
+        doc="rear wheels run in the front wheels' ruts, in soil that is sheared already",
+        reference="soil contact model: shear path is a property of the soil and is never reset",
+        parameters=Layout.of(
+            Signal("kappa", "", "share of the front wheels' shear path that the rear wheels meet", 0.0, 0.0, 1.5)
+        ),
+        typical={"kappa": 0.7},
+        corrections={"contacts": each_wheel(_in_rut)},
+        memories=(Memory("multipass", cells, provides, read, advance, start),),
+        confusable=("payload",),
+        separates="straight driving and tight turns in one drive",
+    )
+
+
+def _moved(q: Quantities, cell: Quantities) -> Quantities:
+    """A point of the soil in the yaw frame at the front axle, one step later."""
+    turn = q["omega_z"] * q["dt"]
+    ahead = -cell["d"] - q["u"] * q["dt"]
+    left = cell["e"] - (q["v"] + q["l_f"] * q["omega_z"]) * q["dt"]
+    cos, sin = 1.0 - 0.5 * turn * turn, turn
+    return {**cell, "d": -(ahead * cos + left * sin), "e": -ahead * sin + left * cos}
+
+
+def _front_paths(q: Quantities):
+    """Shear paths (left, right) that the front wheels leave now (m)."""
+    paths = {c.side: c.force.exit_path for c in q["wheels"] if c.axle == "f"}
+    return (paths[1], paths[-1]) if 1 in paths else (paths[0], paths[0])
+
+
+def _in_rut(q: Quantities, corner: Corner) -> Corner:
+    if corner.axle != "r" or corner.contact is None:
+        return corner
+    path = {1: q["rut_path_l"], -1: q["rut_path_r"], 0: (q["rut_path_l"] + q["rut_path_r"]) / 2}[corner.side]
+    width = q["width"]
+    overlap = smooth_positive(1.0 - smooth_abs(q["rut_offset"], 0.05 * width) / width, 0.02)
+    contact = corner.contact
+    return corner.with_(
+        contact=type(contact)(**{**contact.__dict__, "entry_path": q["kappa"] * path, "overlap": overlap})
+    )
