@@ -146,5 +146,4 @@ def run_rig(
         if step > steps:
             break
     out[:, 6] += rig.zero
-    out[:, 6] += rig.zero
     return np.arange(len(out), dtype=float) * (every * rig.step), out

@@ -1,0 +1,330 @@
+"""The vehicle on the soil: one step of 11 degrees of freedom and four wheel spins.
+
+Kane's equations in chassis axes, with the generalised speeds V (3), omega (3) of the chassis and the travel rates (4);
+the steering arm is the eleventh. The carriers are point masses at the wheel centres r(q, theta), their inertia about a
+diameter belongs to the chassis; wheels add the gyroscopic moment of their spin. Soil forces act at the wheel centre
+with their moment: its part along the axle turns the wheel, the rest goes through the carrier into the links (so roll
+and pitch centres, jacking and bump steer follow from the hardpoints). Half-shaft torques react on the chassis, brakes
+on the carrier. Semi-implicit Euler.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from plant.contact import REACH, wheel_contact
+from plant.driveline import axle_drive_torque, shift_gear, spin_rates
+from plant.state import (
+    GEAR,
+    PITMAN,
+    PITMAN_RATE,
+    POSITION,
+    RATE,
+    SPIN,
+    SPIN_ANGLE,
+    STEPS,
+    TIME,
+    TRAVEL,
+    TRAVEL_RATE,
+    VELOCITY,
+    advance_pose,
+    rotation,
+)
+from plant.steering import advance_pitman, steering_target
+from plant.suspension import AXLE_X, AXLE_Z, LINK, STEER_TURN, STRUT, TURN, bar_forces, carrier, stop_force, strut_force
+
+GRAVITY = 9.81
+"""m/s^2"""
+
+INFO = 17
+"""Columns per wheel of what a step reports: soil force (3), its moment (3), wheel centre (3), its velocity (3), axle
+(3), all
+in world axes; greatest sinkage (m); drive torque (N m)."""
+EXTRA = 7
+"""And of the vehicle: force without gravity (3, world), gravity (3, world), engine torque at the axle (N m)."""
+
+
+@njit(cache=True)
+def cross(a, b, out):
+    """out = a x b"""
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True)
+def solve_positive(matrix, rhs):
+    """Solve in place for a symmetric positive matrix by elimination; the answer is left in rhs."""
+    n = rhs.shape[0]
+    for k in range(n):
+        for i in range(k + 1, n):
+            f = matrix[i, k] / matrix[k, k]
+            if f != 0.0:
+                for j in range(k, n):
+                    matrix[i, j] -= f * matrix[k, j]
+                rhs[i] -= f * rhs[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            rhs[k] -= matrix[k, j] * rhs[j]
+        rhs[k] /= matrix[k, k]
+
+
+@njit(cache=True)
+def gravity_at(slope, x, out):
+    """Gravity in world axes over ground that is banked (with a wave along x) and graded."""
+    bank = slope[0] + slope[2] * math.sin(2.0 * math.pi * x / slope[3])
+    out[0] = -GRAVITY * math.sin(slope[1])
+    out[1] = -GRAVITY * math.sin(bank)
+    out[2] = -math.sqrt(max(GRAVITY * GRAVITY - out[0] * out[0] - out[1] * out[1], 0.0))
+
+
+@njit(cache=True)
+def add_point_mass(matrix, rhs, mass, r, velocity_rate, path, column):
+    """Add a point mass to the equations; velocity_rate: its acceleration without that of the speeds; path: dr/dq or
+    none."""
+    for i in range(3):
+        matrix[i, i] += mass
+        rhs[i] -= mass * velocity_rate[i]
+    # omega' x r = -[r x] omega'; its transpose takes forces to moments.
+    skew = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+    for i in range(3):
+        for j in range(3):
+            matrix[i, 3 + j] -= mass * skew[i, j]
+            matrix[3 + i, j] += mass * skew[i, j]
+            rhs[3 + i] -= mass * skew[i, j] * velocity_rate[j]
+            for k in range(3):
+                matrix[3 + i, 3 + j] -= mass * skew[i, k] * skew[k, j]
+    if column >= 0:
+        for i in range(3):
+            matrix[i, column] += mass * path[i]
+            matrix[column, i] += mass * path[i]
+            matrix[column, column] += mass * path[i] * path[i]
+            rhs[column] -= mass * path[i] * velocity_rate[i]
+            for j in range(3):
+                matrix[3 + i, column] += mass * skew[i, j] * path[j]
+                matrix[column, 3 + i] += mass * skew[i, j] * path[j]
+
+
+@njit(cache=True)
+def add_force(rhs, force, r):
+    """Add a force at r, both in chassis axes."""
+    moment = np.empty(3)
+    cross(r, force, moment)
+    for i in range(3):
+        rhs[i] += force[i]
+        rhs[3 + i] += moment[i]
+
+
+@njit(cache=True)
+def _convective(omega, velocity, r, relative, out):
+    """omega x V + omega x (omega x r) + 2 omega x r', the acceleration that needs no rate of the speeds."""
+    inner = np.empty(3)
+    cross(omega, r, inner)
+    for i in range(3):
+        inner[i] += velocity[i] + 2.0 * relative[i]
+    cross(omega, inner, out)
+
+
+@njit(cache=True)
+def _external(state, machine, world, turn, gravity, rhs, extra):
+    """Forces that are neither soil nor suspension: side force, wind, drag, yaw moment (payload's weight is with its
+    mass)."""
+    force, r = np.empty(3), np.empty(3)
+    force[:] = 0.0
+    force[1] = world.force_body[0]
+    for i in range(3):
+        r[i] = world.force_body[1 + i]
+    add_force(rhs, force, r)
+    for i in range(3):
+        extra[i] += turn[i, 1] * force[1]
+    for i in range(3):
+        force[i] = turn[0, i] * world.force_world[0] + turn[1, i] * world.force_world[1]
+        r[i] = world.force_world[2 + i]
+    add_force(rhs, force, r)
+    extra[0] += world.force_world[0]
+    extra[1] += world.force_world[1]
+    speed = state[VELOCITY]
+    force[:] = 0.0
+    force[0] = -world.drag[0] * math.tanh(speed / 0.1) - world.drag[1] * speed * abs(speed)
+    r[:] = 0.0
+    add_force(rhs, force, r)
+    for i in range(3):
+        extra[i] += turn[i, 0] * force[0]
+        rhs[3 + i] += turn[2, i] * world.moment_z
+
+
+@njit(cache=True)
+def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spacing, field, meta, dt, info, extra):
+    """Advance the vehicle and the soil by dt; report the forces at the step's start in info (4, INFO) and extra
+    (EXTRA,).
+
+    command: steering (rad, what the road wheels are asked for), throttle and brake in [0, 1].
+    """
+    turn = np.empty((3, 3))
+    rotation(state, turn)
+    velocity, omega = state[VELOCITY : VELOCITY + 3].copy(), state[RATE : RATE + 3].copy()
+    gravity, gravity_body = np.empty(3), np.empty(3)
+    gravity_at(world.slope, state[POSITION], gravity)
+    for i in range(3):
+        gravity_body[i] = turn[0, i] * gravity[0] + turn[1, i] * gravity[1] + turn[2, i] * gravity[2]
+    extra[:] = 0.0
+    extra[3], extra[4], extra[5] = gravity[0], gravity[1], gravity[2]
+
+    matrix, rhs = np.zeros((10, 10)), np.zeros(10)
+    bias, zero = np.empty(3), np.zeros(3)
+    _sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bias, zero)
+    _external(state, machine, world, turn, gravity, rhs, extra)
+
+    theta, theta_rate = state[PITMAN], state[PITMAN_RATE]
+    value, by_q, by_angle = np.empty((4, 13)), np.empty((4, 13)), np.empty((4, 13))
+    torque, axle, arm_torque = np.empty(4), np.empty((4, 3)), 0.0
+    for w in range(4):
+        carrier(machine.paths[w], state[TRAVEL + w], theta, value[w], by_q[w], by_angle[w])
+        arm_torque += _wheel(
+            w, state, command, machine, world, turn, velocity, omega, gravity_body, theta_rate, value[w], by_q[w],
+            by_angle[w], keys, slots, count, nodes, spacing, field, meta, dt, matrix, rhs, torque, axle[w], info[w],
+        )  # fmt: skip
+        for i in range(3):
+            extra[i] += info[w, i]
+    for a in range(2):
+        left, right = 2 * a, 2 * a + 1
+        force = bar_forces(
+            machine, a, world.bar_factor[a], value[left, LINK], value[right, LINK],
+            by_q[left, LINK] * state[TRAVEL_RATE + left], by_q[right, LINK] * state[TRAVEL_RATE + right],
+        )  # fmt: skip
+        rhs[6 + left] += force * by_q[left, LINK]
+        rhs[6 + right] -= force * by_q[right, LINK]
+
+    shaft = 0.25 * (state[SPIN] + state[SPIN + 1] + state[SPIN + 2] + state[SPIN + 3]) * machine.final_drive
+    gear = shift_gear(machine, int(state[GEAR]), shaft)
+    state[GEAR] = gear
+    drive = axle_drive_torque(machine, gear, command[1], shaft)
+    extra[6] = drive
+    rates = np.empty(4)
+    spin_rates(machine, world.locked, drive, torque, state[SPIN : SPIN + 4], rates)
+    for w in range(4):
+        shaft_torque = machine.spin_inertia * rates[w] - torque[w]
+        info[w, 16] = shaft_torque
+        for i in range(3):
+            rhs[3 + i] -= shaft_torque * axle[w, i]
+
+    solve_positive(matrix, rhs)
+    for i in range(3):
+        state[VELOCITY + i] += dt * rhs[i]
+        state[RATE + i] += dt * rhs[3 + i]
+    for w in range(4):
+        state[TRAVEL_RATE + w] += dt * rhs[6 + w]
+        state[TRAVEL + w] += dt * state[TRAVEL_RATE + w]
+        state[SPIN + w] += dt * rates[w]
+        state[SPIN_ANGLE + w] += dt * state[SPIN + w]
+    target = steering_target(state, command[0], world.steering, dt)
+    advance_pitman(state, machine, target, arm_torque, dt)
+    advance_pose(state, turn, dt)
+    state[TIME] += dt
+    state[STEPS] += 1.0
+
+
+@njit(cache=True)
+def _sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bias, zero):
+    """Chassis and payload: inertia, gyroscopic moment and weight."""
+    momentum = machine.sprung_inertia @ omega
+    moment = np.empty(3)
+    cross(omega, momentum, moment)
+    for i in range(3):
+        rhs[3 + i] -= moment[i]
+        for j in range(3):
+            matrix[3 + i, 3 + j] += machine.sprung_inertia[i, j]
+    _convective(omega, velocity, zero, zero, bias)
+    for i in range(3):
+        bias[i] -= gravity_body[i]
+    add_point_mass(matrix, rhs, machine.sprung_mass, zero, bias, zero, -1)
+    if world.payload[0] > 0.0:
+        _convective(omega, velocity, world.payload[1:], zero, bias)
+        for i in range(3):
+            bias[i] -= gravity_body[i]
+        add_point_mass(matrix, rhs, world.payload[0], world.payload[1:], bias, zero, -1)
+
+
+@njit(cache=True)
+def _wheel(
+    w, state, command, machine, world, turn, velocity, omega, gravity_body, theta_rate, value, by_q, by_angle,
+    keys, slots, count, nodes, spacing, field, meta, dt, matrix, rhs, torque, axle, info,
+):  # fmt: skip
+    """One wheel and its carrier: mass, weight, soil, spring; writes the torque about its axle; returns that on the
+    arm."""
+    q_rate, spin = state[TRAVEL_RATE + w], state[SPIN + w]
+    r, path, relative = value[0:3], by_q[0:3], np.empty(3)
+    for i in range(3):
+        relative[i] = by_q[i] * q_rate + by_angle[i] * theta_rate
+    axle[0], axle[2] = value[AXLE_X], value[AXLE_Z]
+    if w >= 2:
+        axle[0] -= world.rear_toe[w - 2]
+    axle[1] = math.sqrt(max(1.0 - axle[0] * axle[0] - axle[2] * axle[2], 0.0))
+
+    body = np.empty(3)  # angular velocity of the carrier
+    for i in range(3):
+        body[i] = omega[i] + value[TURN + i] * q_rate + value[STEER_TURN + i] * theta_rate
+    bias = np.empty(3)
+    _convective(omega, velocity, r, relative, bias)
+    for i in range(3):
+        bias[i] -= gravity_body[i]
+    add_point_mass(matrix, rhs, machine.unsprung_mass[w], r, bias, path, 6 + w)
+
+    centre, speed, world_axle, rate = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    local = np.empty(3)
+    cross(omega, r, local)
+    for i in range(3):
+        local[i] += velocity[i] + relative[i]
+    for i in range(3):
+        centre[i] = state[POSITION + i]
+        speed[i] = world_axle[i] = rate[i] = 0.0
+        for j in range(3):
+            centre[i] += turn[i, j] * r[j]
+            speed[i] += turn[i, j] * local[j]
+            world_axle[i] += turn[i, j] * axle[j]
+            rate[i] += turn[i, j] * (body[j] + spin * axle[j])
+    angle = state[SPIN_ANGLE + w]
+    radius = machine.radius[w] * world.radius_factor[w] + world.out_of_round[w] * math.cos(angle)
+    force, moment = np.empty(3), np.empty(3)
+    layer = 0 if world.multipass > 0.0 else 1 + w
+    sinkage = wheel_contact(
+        keys, slots, count, nodes, layer, spacing, REACH, field, w % 2, meta, world.damped, world.creep,
+        centre, world_axle, speed, rate, radius, machine.width[w] * world.width_factor[w], dt, force, moment,
+    )  # fmt: skip
+    for i in range(3):
+        info[i], info[3 + i], info[6 + i], info[9 + i] = force[i], moment[i], centre[i], speed[i]
+        info[12 + i] = world_axle[i]
+    info[15] = sinkage
+
+    pull, twist = np.empty(3), np.empty(3)
+    for i in range(3):
+        pull[i] = turn[0, i] * force[0] + turn[1, i] * force[1] + turn[2, i] * force[2]
+        twist[i] = turn[0, i] * moment[0] + turn[1, i] * moment[1] + turn[2, i] * moment[2]
+    # An imbalance turns with the wheel, in the plane across its axle.
+    shake = world.imbalance[w] * spin * spin
+    pull[0] += shake * math.cos(angle)
+    pull[2] -= shake * math.sin(angle)
+    about = twist[0] * axle[0] + twist[1] * axle[1] + twist[2] * axle[2]
+    hold = command[2] * machine.brake_torque + world.bearing[w]
+    limit = 0.5 * machine.spin_inertia * abs(spin) / dt
+    brake = -math.copysign(min(hold, limit), spin)
+    torque[w] = about + brake
+
+    gyro, spin_axis = np.empty(3), np.empty(3)
+    for i in range(3):
+        spin_axis[i] = machine.spin_inertia * spin * axle[i]
+    cross(body, spin_axis, gyro)
+    arm = 0.0
+    along = 0.0
+    add_force(rhs, pull, r)
+    for i in range(3):
+        carried = twist[i] - (about + brake) * axle[i] - gyro[i]
+        rhs[3 + i] += carried
+        along += pull[i] * path[i] + carried * value[TURN + i]
+        arm += pull[i] * by_angle[i] + carried * value[STEER_TURN + i]
+    strut = strut_force(machine, w, value[STRUT], by_q[STRUT] * q_rate, world.damper_factor[w])
+    rhs[6 + w] += along + strut * by_q[STRUT] + stop_force(state[TRAVEL + w])
+    return arm
