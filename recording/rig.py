@@ -1,0 +1,178 @@
+"""Single-wheel runs: the motion of one wheel, the load it carries and the forces the soil gave, in the wheel frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+RIG_RADIUS, RIG_WIDTH, RIG_ARM = 0.330229, 0.2121, 0.3
+"""The reference rig: wheel radius and width, wheel centre to the left of its yaw axis (m)."""
+SMOOTHING = 0.025
+"""s: loads and forces are compared as means over this time."""
+SOIL_KEYS = ("k_phi", "k_c", "n", "c", "phi", "k")
+_CONDITIONS = (*SOIL_KEYS, "load", "slip", "speed")
+_SERIES = ("wheel_yaw", "omega", "fx", "fy", "fz")
+
+
+@dataclass(frozen=True)
+class WheelRun:
+    """One run of one wheel.
+
+    name; group: soil class, for tables; soil: parameters by name (SI); radius, width: of the wheel (m);
+    slip: nominal longitudinal slip (paper's sign). All else (N,), SI: dt: sample interval (s), None for steady rows;
+    v_x, v_y, omega, yaw_rate, steer_rate, dv_y, load: as in symbolic.wheel.Contact; f_x, f_y: measured force on the wheel
+    in the wheel frame (N); yaw: wheel frame against the frame in which the lateral force is judged (rad);
+    sinkage (m) and m_y (N m): where measured.
+    Raises ValueError where lengths differ or a value is not finite.
+    """
+
+    name: str
+    group: str
+    soil: Mapping[str, float]
+    radius: float
+    width: float
+    slip: float
+    dt: float | None
+    v_x: Array
+    v_y: Array
+    omega: Array
+    yaw_rate: Array
+    steer_rate: Array
+    dv_y: Array
+    load: Array
+    f_x: Array
+    f_y: Array
+    yaw: Array
+    sinkage: Array | None = None
+    m_y: Array | None = None
+
+    def __post_init__(self) -> None:
+        length = len(self.v_x)
+        for key in MOTION + ("f_x", "f_y", "yaw", "sinkage", "m_y"):
+            values = getattr(self, key)
+            if values is None:
+                continue
+            if np.shape(values) != (length,):
+                raise ValueError(f"{self.name}: {key}: expected shape ({length},), found {np.shape(values)}")
+            if not np.all(np.isfinite(values)):
+                row = int(np.argmin(np.isfinite(values)))
+                raise ValueError(f"{self.name}: {key}: expected finite numbers, found {values[row]} at sample {row}")
+
+    def __len__(self) -> int:
+        return len(self.v_x)
+
+    def motion(self) -> Array:
+        """(7, N): v_x, v_y, omega, load, yaw_rate, steer_rate, dv_y, in the order of symbolic.wheel.Contact."""
+        return np.array([getattr(self, key) for key in MOTION])
+
+    def lateral(self, f_x: Array, f_y: Array) -> Array:
+        """Force to the left in the frame of judgement (N), of a force in the wheel frame."""
+        return f_x * np.sin(self.yaw) + f_y * np.cos(self.yaw)
+
+    def longitudinal(self, f_x: Array, f_y: Array) -> Array:
+        """Force forward in the frame of judgement (N), of a force in the wheel frame."""
+        return f_x * np.cos(self.yaw) - f_y * np.sin(self.yaw)
+
+    def smooth(self, values: Array) -> Array:
+        """Centred mean over SMOOTHING; steady rows stay as they are."""
+        if self.dt is None:
+            return np.asarray(values, dtype=float)
+        return moving_mean(values, max(1, round(SMOOTHING / self.dt)))
+
+
+MOTION = ("v_x", "v_y", "omega", "load", "yaw_rate", "steer_rate", "dv_y")
+
+
+def moving_mean(values: Array, width: int) -> Array:
+    """Centred mean over `width` samples (an odd number is used), ends held."""
+    half = width // 2
+    padded = np.pad(np.asarray(values, dtype=float), half, mode="edge")
+    kernel = np.full(2 * half + 1, 1.0 / (2 * half + 1))
+    return np.convolve(padded, kernel, "valid")
+
+
+def read_rig(path: str | Path) -> list[WheelRun]:
+    """Runs of a `chrono_rig` archive (npz with conditions, t, series, channels).
+
+    The wheel centre stands RIG_ARM to the left of the axis it yaws about: v_x = v cos(psi) - arm dpsi/dt,
+    v_y = -v sin(psi), yaw rate dpsi/dt. Forces are turned from the travel frame into the wheel frame; the load is the
+    soil's own fz, smoothed. Raises ValueError naming the file, what was expected and what was found.
+    """
+    path = Path(path)
+    conditions, t, series, channels = _archive(path)
+    group = path.stem.split("_")[0]
+    return [
+        _rig_run(
+            group,
+            {key: float(row[key]) for key in _CONDITIONS},
+            str(row["name"]),
+            t,
+            dict(zip(channels, s.T, strict=True)),
+        )
+        for row, s in zip(conditions, series.astype(float), strict=True)
+    ]
+
+
+def _archive(path: Path) -> tuple[Any, Array, Array, list[str]]:
+    if not path.is_file():
+        raise ValueError(
+            f"{path}: expected a single-wheel archive (.npz), found {'a folder' if path.is_dir() else 'none'}"
+        )
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            missing = [key for key in ("conditions", "t", "series", "channels") if key not in data.files]
+            if missing:
+                raise ValueError(f"expected arrays conditions, t, series, channels; found {', '.join(data.files)}")
+            conditions, t, series = data["conditions"], np.asarray(data["t"], dtype=float), data["series"]
+            channels = [str(name) for name in data["channels"]]
+    except (OSError, EOFError, ValueError) as error:
+        raise ValueError(f"{path}: expected a single-wheel archive (.npz): {error}") from None
+    names = conditions.dtype.names or ()
+    for key in ("name", *_CONDITIONS):
+        if key not in names:
+            raise ValueError(f"{path}: expected condition {key!r}, found {', '.join(names) or 'none'}")
+    for key in _SERIES:
+        if key not in channels:
+            raise ValueError(f"{path}: expected channel {key!r}, found {', '.join(channels) or 'none'}")
+    if series.shape != (len(conditions), len(t), len(channels)):
+        expected = (len(conditions), len(t), len(channels))
+        raise ValueError(f"{path}: expected series of shape {expected} (run, time, channel), found {series.shape}")
+    return conditions, t, series, channels
+
+
+def _rig_run(group: str, c: dict[str, float], name: str, t: Array, ch: Mapping[str, Array]) -> WheelRun:
+    dt = float(np.median(np.diff(t)))
+    psi = ch["wheel_yaw"]
+    rate = np.gradient(psi, dt)
+    v_y = -c["speed"] * np.sin(psi)
+    cos, sin = np.cos(psi), np.sin(psi)
+    sinkage = None
+    if "wheel_z" in ch:
+        sinkage = -ch["wheel_z"] - (0.4 + 0.1)
+    return WheelRun(
+        name, group, MappingProxyType({key: c[key] for key in SOIL_KEYS}), RIG_RADIUS, RIG_WIDTH, c["slip"], dt,
+        v_x=c["speed"] * cos - RIG_ARM * rate, v_y=v_y, omega=ch["omega"], yaw_rate=rate, steer_rate=rate,
+        dv_y=np.gradient(v_y, dt), load=moving_mean(ch["fz"], max(1, round(SMOOTHING / dt))),
+        f_x=cos * ch["fx"] + sin * ch["fy"], f_y=-sin * ch["fx"] + cos * ch["fy"], yaw=psi,
+        sinkage=sinkage, m_y=ch.get("my"),
+    )  # fmt: skip
+
+
+def read_rigs(paths: Sequence[str | Path]) -> list[WheelRun]:
+    """Runs of several archives, one after the other; a folder stands for every .npz in it."""
+    found: list[Path] = []
+    for path in map(Path, paths):
+        found += sorted(path.glob("*.npz")) if path.is_dir() else [path]
+    if not found:
+        raise ValueError(
+            f"expected single-wheel archives (.npz), found none in {', '.join(map(str, paths)) or 'nothing'}"
+        )
+    return [run for path in found for run in read_rig(path)]
