@@ -121,7 +121,18 @@ def _inputs(q: Quantities) -> Quantities:
 
 
 def _vehicle(vehicle: Vehicle) -> Quantities:
-    names = ("mass", "l_f", "l_r", "yaw_inertia", "h_cg", "track", "load_offset", "ackermann", "toe", "width")
+    names = (
+        "mass",
+        "l_f",
+        "l_r",
+        "yaw_inertia",
+        "h_cg",
+        "track",
+        "load_offset",
+        "ackermann",
+        "toe",
+        "width",
+    )
     return {**{name: getattr(vehicle, name) for name in names}, "roll_share_f": vehicle.roll_stiffness_front}
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 
 from symbolic.bicycle import Corner
@@ -11,8 +13,8 @@ from symbolic.signals import Layout, Signal
 from symbolic.smooth import smooth_abs, smooth_positive
 from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
 
-ROLL_TIME = 0.1
-"""s: how long the body takes to roll, about a quarter of the roll period of a suspended vehicle."""
+ROLL_TIME = 0.15
+"""s: how long a suspended body takes to follow its lateral acceleration in roll (first order)."""
 RUT_CELLS = 40
 RUT_REACH = 1.3
 """Length of the rut that is remembered, over the wheelbase."""
@@ -25,36 +27,58 @@ RUT_VALUES = (
 
 
 def load_transfer() -> Effect:
-    """Each wheel its own load: Delta F_z = share M a h/T per axle, a the lateral specific force as the body follows it.
+    """Body roll: each wheel its own load, Delta F_z = share M a h/T per axle, and rear wheels that lean with the body.
 
-    Two tracks then carry the yaw moment of the wheel that bears more and rolls with more resistance. Needs wheel speeds.
+    a is the lateral specific force as the rolled body has followed it (first order, ROLL_TIME). Two tracks then carry the
+    yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. While the body rolls, a
+    wheel that leans with it sweeps its contact sideways: v_y += roll_sweep da/dt at the rear (roll rate times radius).
     """
-    a_y = Signal("a_y_body", "m/s^2", "lateral specific force that the rolled body has followed")
+    cells = Layout.of(
+        Signal("a_y_roll", "m/s^2", "lateral specific force that the rolled body has followed"),
+        Signal("a_y_roll_rate", "m/s^3", "its rate"),
+    )
+    provides = Layout.of(
+        Signal("a_y_body", "m/s^2", "lateral specific force that the rolled body has followed"),
+        Signal("a_y_body_rate", "m/s^3", "its rate"),
+    )
 
     def advance(q: Quantities) -> Quantities:
         share = 1.0 - ca.exp(-q["dt"] / ROLL_TIME)
         before = q["memory"]["a_y_roll"]
-        return {"a_y_roll": before + share * (q["force_y"] / q["mass"] - before)}
+        moved = share * (q["force_y"] / q["mass"] - before)
+        return {"a_y_roll": before + moved, "a_y_roll_rate": moved / q["dt"]}
 
     memory = Memory(
         "load_transfer",
-        Layout.of(Signal("a_y_roll", "m/s^2", "lateral specific force that the rolled body has followed")),
-        Layout.of(a_y),
-        read=lambda q: {"a_y_body": q["memory"]["a_y_roll"]},
+        cells,
+        provides,
+        read=lambda q: {"a_y_body": q["memory"]["a_y_roll"], "a_y_body_rate": q["memory"]["a_y_roll_rate"]},
         advance=advance,
-        start=lambda q: {"a_y_roll": q["u"] * q["omega_z"]},
+        start=lambda q: {"a_y_roll": q["u"] * q["omega_z"], "a_y_roll_rate": 0.0},
+    )
+    parameters = Layout.of(
+        Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0),
+        Signal(
+            "roll_sweep", "s^2", "sideways sweep of the rear contact per rate of lateral acceleration", 0.0, -0.03, 0.03
+        ),
     )
     return Effect(
         name="load_transfer",
-        doc="lateral load transfer on two tracks, with the yaw moment of unequal rolling resistance",
-        reference="moment balance about the roll axis; physics of a two-track vehicle",
-        parameters=Layout.of(Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0)),
-        typical={"transfer_height": 0.63},
-        corrections={"tracks": _two_tracks},
+        doc="body roll: load transfer on two tracks with the yaw moment of unequal resistance, and the rear wheels' lean",
+        reference="moment balance about the roll axis; two-track kinematics",
+        parameters=parameters,
+        typical={"transfer_height": 0.63, "roll_sweep": 0.004},
+        corrections={"tracks": _two_tracks, "contacts": each_wheel(_leaning)},
         memories=(memory,),
         confusable=("locked_differential", "yaw_moment"),
         separates="turns of both signs at several lateral accelerations and speeds",
     )
+
+
+def _leaning(q: Quantities, corner: Corner) -> Corner:
+    if corner.axle != "r" or corner.contact is None:
+        return corner
+    return corner.with_(contact=replace(corner.contact, v_y=corner.contact.v_y + q["roll_sweep"] * q["a_y_body_rate"]))
 
 
 def _two_tracks(q: Quantities) -> Quantities:
@@ -140,7 +164,4 @@ def _in_rut(q: Quantities, corner: Corner) -> Corner:
     path = {1: q["rut_path_l"], -1: q["rut_path_r"], 0: (q["rut_path_l"] + q["rut_path_r"]) / 2}[corner.side]
     width = q["width"]
     overlap = smooth_positive(1.0 - smooth_abs(q["rut_offset"], 0.05 * width) / width, 0.02)
-    contact = corner.contact
-    return corner.with_(
-        contact=type(contact)(**{**contact.__dict__, "entry_path": q["kappa"] * path, "overlap": overlap})
-    )
+    return corner.with_(contact=replace(corner.contact, entry_path=q["kappa"] * path, overlap=overlap))

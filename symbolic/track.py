@@ -7,6 +7,7 @@ when the second has come `spacing` away, so that a given number of cells reaches
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import casadi as ca
@@ -48,7 +49,7 @@ def push(cells: Sequence[Cell], new: Cell, coordinate: str, spacing: float) -> l
 def interpolate(cells: Sequence[Cell], coordinate: str, at: Scalar, name: str) -> Scalar:
     """Value `name` at the coordinate `at`, linear between cells, the oldest beyond the last."""
     value = cells[0][name]
-    for newer, older in zip(cells[:-1], cells[1:], strict=True):
+    for newer, older in pairwise(cells):
         gap = older[coordinate] - newer[coordinate] + 1e-9  # two cells in one place: no division by zero
         share = ca.fmax(0.0, ca.fmin(1.0, (at - newer[coordinate]) / gap))
         value = value + share * (older[name] - newer[name])
