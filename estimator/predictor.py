@@ -55,6 +55,25 @@ class Predictor:
             into[1][:] = out[1]
         return x
 
+    def track(self, measured: ArrayLike, u: ArrayLike, p: ArrayLike) -> tuple[Array, Array]:
+        """Everything that a log does not measure, run along it: full states (N, n_x) and memory (N, n_m).
+
+        measured (N, m): the first m states of the model; u (N, n_u): external inputs; p (n_p,). States beyond the measured
+        ones start at their nominal values and histories as on a standing start; both then follow the model.
+        """
+        measured, u = np.asarray(measured, dtype=float), np.asarray(u, dtype=float)
+        count = measured.shape[1]
+        states = np.tile(self.model.x.nominal, (len(measured), 1))
+        states[:, :count] = measured
+        if count == len(self.model.x):
+            return states, self.track_memory(states, u, p)[0]
+        memory = np.zeros((len(states), len(self.model.cells)))
+        memory[:1] = self.first_memory(states[0], u[0], p)
+        for k in range(len(states) - 1):
+            after = self._step(states[k], memory[k], u[k], p)
+            states[k + 1, count:], memory[k + 1] = after[0][count:], after[1]
+        return states, memory
+
     def track_memory(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> tuple[Array, Array]:
         """Histories along known states: memory (N, n_m) and full inputs (N, n_u_full) for x (N, n_x) and u (N, n_u)."""
         x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)

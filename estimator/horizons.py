@@ -1,0 +1,115 @@
+"""States predicted over horizons from recorded states, window after window (paper, section V, Table 8).
+
+A window starts at the recorded state, the model runs free through it on the recorded inputs, and the next window starts at
+the recorded state again. A last window that the log does not fill is left out, as is one that starts where a state is
+missing. Histories of the model at the start of a window are those along the recorded states before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from estimator.inputs import measured_inputs, measured_states
+from estimator.predictor import Predictor
+from recording.clock import on_even_clock
+from recording.drive import STATE_CHANNELS, Recording
+from symbolic.model import Model
+
+Array = NDArray[np.float64]
+
+HORIZONS = (0.5, 2.5, 5.0)
+"""s: the paper's horizons."""
+START_UP = 2.0
+"""s: left out at the beginning of a log, where a vehicle settles on the soil and pulls away."""
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of one horizon over one drive.
+
+    horizon (s); rows (M,): rows of the log at which they start; predicted, recorded (M, N + 1, 6): states in the order of
+    STATE_CHANNELS; left_out: rows at the end that fill no window.
+    """
+
+    horizon: float
+    rows: NDArray[np.int_]
+    predicted: Array
+    recorded: Array
+    left_out: int
+
+    @property
+    def error(self) -> Array:
+        """(M, N + 1, 6) predicted - recorded, psi on (-pi, pi]."""
+        error = self.predicted - self.recorded
+        psi = STATE_CHANNELS.index("psi")
+        error[:, :, psi] = np.angle(np.exp(1j * error[:, :, psi]))
+        return error
+
+    @property
+    def mse(self) -> dict[str, float]:
+        """Mean squared error of each state over all windows, in squared units; NaN where there is no window."""
+        squares = self.error[:, 1:] ** 2
+        known = np.isfinite(squares)
+        count = known.sum(axis=(0, 1))
+        total = np.where(known, squares, 0.0).sum(axis=(0, 1))
+        return {name: float(total[i] / count[i]) if count[i] else float("nan") for i, name in enumerate(STATE_CHANNELS)}
+
+
+class Replay:
+    """A drive made ready for prediction with one model: its inputs, states and clock.
+
+    recording: taken as it is, so clean logs give the paper's "true states"; model: bicycle, with declared effects if any;
+    start: seconds left out at the beginning. Raises ValueError for reversing or inputs that a drive cannot give.
+    """
+
+    def __init__(self, recording: Recording, model: Model, start: float = START_UP) -> None:
+        log = on_even_clock(recording)
+        self.t, self.dt, self.name = log.t, log.dt, log.name
+        self.states = measured_states(log)
+        self.inputs, _ = measured_inputs(log, model.external)
+        self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
+        self.predictor = Predictor(model, log.dt)
+        self._extra = len(model.x) - len(STATE_CHANNELS)
+
+    def windows(self, p: ArrayLike, horizon: float, stop: int | None = None) -> Windows:
+        """Windows of `horizon` (s) with parameters p (n_p,), over the rows from the start-up to `stop`.
+
+        Raises ValueError for a horizon shorter than a step.
+        """
+        steps = round(horizon / self.dt)
+        if steps < 1:
+            raise ValueError(f"horizon: expected at least one step of {self.dt:g} s, found {horizon:g} s")
+        last = len(self.t) if stop is None else stop
+        starts = np.arange(self.first, last - steps, steps)
+        left_out = last - (int(starts[-1]) + steps + 1 if len(starts) else self.first)
+        starts = starts[np.isfinite(self.states[starts]).all(axis=1)]
+        full, memory = self._along(p)
+        predicted = np.empty((len(starts), steps + 1, len(STATE_CHANNELS)))
+        for i, row in enumerate(starts):
+            path = self.predictor.rollout(full[row], self.inputs[row : row + steps], p, memory[row])
+            predicted[i] = path[:, : len(STATE_CHANNELS)]
+        recorded = np.array([self.states[row : row + steps + 1] for row in starts]).reshape(predicted.shape)
+        return Windows(horizon, starts, predicted, recorded, left_out)
+
+    def mse(self, p: ArrayLike, horizons: Sequence[float] = HORIZONS) -> dict[str, dict[str, float]]:
+        """Horizon -> state -> mean squared error, as study.json has it."""
+        return {f"{horizon:.1f}": self.windows(p, horizon).mse for horizon in horizons}
+
+    def _along(self, p: ArrayLike) -> tuple[Array, Array]:
+        """States (N, n_x) with what the log does not measure run along it, and memory (N, n_m)."""
+        return self.predictor.track(_filled(self.states), self.inputs, p)
+
+
+def _filled(states: Array) -> Array:
+    """States with missing values interpolated, for histories only: no window starts or is judged there."""
+    out = states.copy()
+    rows = np.arange(len(out))
+    for i in range(out.shape[1]):
+        good = np.isfinite(out[:, i])
+        if good.any() and not good.all():
+            out[:, i] = np.interp(rows, rows[good], out[good, i])
+    return out

@@ -1,0 +1,98 @@
+"""What a model leaves unexplained in a drive: per channel, axle and horizon, integrated over shooting windows.
+
+Differences of noisy samples say nothing, so nothing is differentiated: in each window the model runs free from the recorded
+state, and the residual is what the recorded states depart from it. The rate of the departure of v and omega_z is the slope
+of a straight line through the window, which is the mean of the missing acceleration under a parabolic weight and tells a
+wrong first state (the intercept) apart. The two are split over the axles (docs of the residual command):
+dF_f = (M l_r e_v + I e_r)/L, dF_r = (M l_f e_v - I e_r)/L.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from estimator.consistency import whiteness_p
+from estimator.horizons import HORIZONS, START_UP, Replay
+from recording.drive import STATE_CHANNELS, Recording
+from symbolic.model import Model
+from symbolic.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+WINDOW = 0.5
+"""s: shooting window of the channel and axle residuals; short enough that errors do not feed back on themselves."""
+
+
+@dataclass(frozen=True)
+class DriveResidual:
+    """What the model leaves unexplained in one drive.
+
+    t (M,): middle of each window (s); end (M, 6): recorded - predicted state at the end of each window, in the order of
+    STATE_CHANNELS; rate_v, rate_r (M,): unexplained dv/dt (m/s^2) and d(omega_z)/dt (rad/s^2); force_f, force_r (M,): the
+    same as lateral force of each axle (N); mse: horizon -> state -> mean squared error.
+    """
+
+    t: Array
+    end: Array
+    rate_v: Array
+    rate_r: Array
+    force_f: Array
+    force_r: Array
+    mse: dict[str, dict[str, float]]
+
+    @property
+    def channels(self) -> dict[str, dict[str, float]]:
+        """State -> rms of the end-of-window residual, and the p-value of its whiteness from window to window."""
+        return {
+            name: {"rms": rms(self.end[:, i]), "whiteness_p": whiteness_p(self.end[:, i])}
+            for i, name in enumerate(STATE_CHANNELS)
+        }
+
+    @property
+    def axles(self) -> dict[str, dict[str, float]]:
+        """Axle -> rms of the unexplained lateral force (N)."""
+        return {"front": {"rms": rms(self.force_f)}, "rear": {"rms": rms(self.force_r)}}
+
+
+def drive_residual(
+    recording: Recording, model: Model, vehicle: Vehicle, p: ArrayLike | None = None, start: float = START_UP
+) -> DriveResidual:
+    """The residual of `model` with parameters p (n_p,), default nominal, on a drive.
+
+    vehicle: its mass, inertia and axle distances split the residual; start: seconds left out at the beginning.
+    Raises ValueError for reversing, or a log with no whole window after the start-up.
+    """
+    p = model.p.nominal if p is None else np.asarray(p, dtype=float)
+    replay = Replay(recording, model, start)
+    windows = replay.windows(p, WINDOW)
+    if not len(windows.rows):
+        raise ValueError(
+            f"{recording.name}: expected more than {start + WINDOW:g} s of forward driving, found {replay.t[-1]:g} s"
+        )
+    departure = -windows.error
+    clock = replay.dt * np.arange(departure.shape[1])
+    rate_v, rate_r = (slope(clock, departure[:, :, STATE_CHANNELS.index(name)]) for name in ("v", "omega_z"))
+    force_f, force_r = split_by_axle(rate_v, rate_r, vehicle)
+    t = replay.t[windows.rows] + clock[-1] / 2
+    return DriveResidual(t, departure[:, -1], rate_v, rate_r, force_f, force_r, replay.mse(p, HORIZONS))
+
+
+def split_by_axle(rate_v: Array, rate_r: Array, vehicle: Vehicle) -> tuple[Array, Array]:
+    """Unexplained lateral force (N) of front and rear axle from unexplained dv/dt (m/s^2) and d(omega_z)/dt (rad/s^2)."""
+    force, moment = vehicle.mass * rate_v, vehicle.yaw_inertia * rate_r
+    return (force * vehicle.l_r + moment) / vehicle.wheelbase, (force * vehicle.l_f - moment) / vehicle.wheelbase
+
+
+def slope(clock: Array, values: Array) -> Array:
+    """(M,) least-squares slopes of values (M, N) over clock (N,); NaN where a value is missing."""
+    away = clock - clock.mean()
+    return (values @ away) / (away @ away)
+
+
+def rms(values: Array) -> float:
+    """Root mean square of the finite values; NaN without any."""
+    good = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(good**2))) if len(good) else float("nan")
