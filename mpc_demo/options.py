@@ -43,7 +43,9 @@ SeedOption = Annotated[int, typer.Option("--seed", help="Seed of the noise.")]
 OutOption = Annotated[
     Path | None, typer.Option("--out", help="Folder to write in (default: runs/<command>).", show_default=False)
 ]
-SkipOption = Annotated[float, typer.Option("--skip", help="Seconds left out at the beginning of a log (start-up).", min=0)]
+SkipOption = Annotated[
+    float, typer.Option("--skip", help="Seconds left out at the beginning of a log (start-up).", min=0)
+]
 
 
 def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | None) -> Declaration:

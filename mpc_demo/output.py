@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +15,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 RUNS = Path("runs")
-console = Console()
+WIDTH_IN_A_FILE = 110
+console = Console(width=None if sys.stdout.isatty() else WIDTH_IN_A_FILE)
 """Where tables and progress go."""
 
 
@@ -60,7 +62,11 @@ def say_written(paths: Sequence[Path]) -> None:
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar that goes away when done; yields a function that is told the share done, 0 to 1."""
+    """A progress bar that goes away when done (one line where there is no terminal); yields what is told the share, 0 to 1."""
+    if not console.is_terminal:
+        console.print(f"{label} ...", highlight=False)
+        yield lambda share: None
+        return
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(label, total=1.0)

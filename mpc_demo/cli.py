@@ -1,0 +1,32 @@
+"""The command line: one console script, `softsoil`; each command stands in its own module."""
+
+from __future__ import annotations
+
+import typer
+
+from mpc_demo.commands_estimate import estimate
+from mpc_demo.commands_generate import generate
+from mpc_demo.commands_residual import residual
+from mpc_demo.commands_study import study
+from mpc_demo.guard import Guarded
+
+app = typer.Typer(
+    cls=Guarded,
+    name="softsoil",
+    help="Vehicles on deformable soil: terrain estimated, states predicted, models refined from logs.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+for command in (study, estimate, residual, generate):
+    app.command()(command)
+
+
+def main() -> None:
+    """Run the command line; exits with 0 (done), 2 (bad input) or 1 (a failure of its own)."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+"""The paper's study on one log: n from a wrong first guess, then states predicted with the guess and with the estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.horizons import HORIZONS, START_UP, Replay, Windows
+from estimator.terrain import TerrainEstimate, estimate_terrain
+from recording.drive import Recording
+from symbolic.declaration import Declaration
+
+Array = NDArray[np.float64]
+
+GUESS_OFF = 0.2
+"""How far the first guess of n is off (paper, Table 7)."""
+
+
+@dataclass(frozen=True)
+class LogStudy:
+    """The study of one log.
+
+    log: its name; soil: name of the class; n_true: None where unknown; n_initial; estimate: the estimator's account;
+    initial, estimated: windows by horizon with both values of n; clean: the drive without added noise.
+    """
+
+    log: str
+    soil: str
+    n_true: float | None
+    n_initial: float
+    estimate: TerrainEstimate
+    initial: Mapping[float, Windows]
+    estimated: Mapping[float, Windows]
+    clean: Recording
+
+    @property
+    def n_estimated(self) -> float:
+        """Final value at the front axle."""
+        return float(self.estimate.n_front[-1])
+
+    @property
+    def error_percent(self) -> float | None:
+        """|n_estimated - n_true| in per cent of n_true; None where the truth is unknown."""
+        return None if self.n_true is None else 100 * abs(self.n_estimated - self.n_true) / self.n_true
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry of study.json."""
+        mse = {
+            f"{horizon:.1f}": {"initial": self.initial[horizon].mse, "estimated": self.estimated[horizon].mse}
+            for horizon in self.initial
+        }
+        return {
+            "log": self.log,
+            "soil": self.soil,
+            "n_true": self.n_true,
+            "n_initial": self.n_initial,
+            "n_estimated": self.n_estimated,
+            "error_percent": self.error_percent,
+            "converged_s": self.estimate.converged_s,
+            "mse": mse,
+        }
+
+
+def study_log(
+    clean: Recording,
+    noisy: Recording,
+    declared: Declaration,
+    n_true: float | None = None,
+    n0: float | None = None,
+    start: float = START_UP,
+    progress: Callable[[float], None] | None = None,
+) -> LogStudy:
+    """Estimate n on `noisy`, predict from the states of `clean`.
+
+    declared: vehicle, soil, law and effects; with effects one n stands for both axles, else n_f and n_r as in the paper;
+    n_true: for the judgement, and for the first guess (0.2 above it) unless n0 says another; start: seconds left out.
+    Raises ValueError where a first guess would lie outside the bounds of n.
+    """
+    model = declared.build()
+    first = n0 if n0 is not None else (n_true + GUESS_OFF if n_true is not None else float(declared.soil.n))
+    tied = bool(model.effects)
+    estimate = estimate_terrain(noisy, model, first, tied=tied, start=start, progress=progress)
+    replay = Replay(clean, model, start)
+    before = model.p.pack(n_f=first, n_r=first)
+    after = model.p.pack(n_f=estimate.parameters["n_f"], n_r=estimate.parameters["n_r"])
+    initial = {horizon: replay.windows(before, horizon) for horizon in HORIZONS}
+    estimated = {horizon: replay.windows(after, horizon) for horizon in HORIZONS}
+    return LogStudy(clean.name, declared.soil.name, n_true, first, estimate, initial, estimated, clean)
