@@ -8,14 +8,17 @@ import shutil
 import subprocess
 import tempfile
 import warnings
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symbolic.codegen import write_c
+from symbolic.lanes import write_lanes
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
 
@@ -62,61 +65,112 @@ def _warn_no_compiler() -> None:
     )
 
 
-def compile_function(function: ca.Function) -> ca.Function:
+def compile_function(function: ca.Function, parts: Sequence[str] = ()) -> ca.Function:
     """The function as compiled C where a compiler works, else the function itself with one warning.
 
-    The shared library is kept in `cache_folder()` under a name made of its content, compiler and flags.
+    parts: C sources of what the function calls from outside (`at_points`). The shared library is kept in
+    `cache_folder()` under a name made of its content, compiler and flags.
     """
     compiler = find_compiler()
     if compiler is None:
         _warn_no_compiler()
         return function
     with tempfile.TemporaryDirectory() as scratch:
-        source = write_c([function], scratch, header=False)[0]
-        key = hashlib.sha256(source.read_bytes())
-        key.update(repr((_compiler_version(compiler), FLAGS, _machine())).encode())
-        library = cache_folder() / f"{function.name()}_{key.hexdigest()[:24]}.so"
-        if not library.is_file() and not _build(compiler, source, library):
-            return function
-    return ca.external(function.name(), str(library))
+        source = write_c([function], scratch, header=False)[0].read_text(encoding="utf-8")
+    library = _library(compiler, function.name(), (source, *parts))
+    return function if library is None else ca.external(function.name(), str(library))
 
 
-def _build(compiler: str, source: Path, library: Path) -> bool:
+def at_points(function: ca.Function, count: int) -> tuple[ca.Function, tuple[str, ...]]:
+    """The function at many points, [X (n, count), u, p] -> [Y (m, count)], and the C sources that it needs when called in C.
+
+    function: [x, u, p] -> [y], vectors. Several points at once in vector registers (`symbolic.lanes`) where the
+    compiler has them, else CasADi's map, one after the other.
+    """
+    compiler = find_compiler()
+    name = f"{function.name()}_points"
+    if compiler is not None:
+        source = write_lanes(function if function.is_a("SXFunction") else function.expand(), count, name)
+        library = _library(compiler, name, (source,), warn=False)
+        if library is not None:
+            return ca.external(name, str(library)), (source,)
+    return function.map(count), ()
+
+
+def _library(compiler: str, name: str, sources: Sequence[str], warn: bool = True) -> Path | None:
+    """The shared library of `sources`, from the cache or built into it; None where the compiler refuses."""
+    key = hashlib.sha256(repr((sources, _compiler_version(compiler), FLAGS, _machine())).encode())
+    library = cache_folder() / f"{name}_{key.hexdigest()[:24]}.so"
+    return library if library.is_file() or _build(compiler, sources, library, warn) else None
+
+
+def _build(compiler: str, sources: Sequence[str], library: Path, warn: bool) -> bool:
     """Compile into the cache under a scratch name, then move: another process never sees half a file."""
     library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
         built = Path(scratch) / library.name
-        command = [compiler, *FLAGS, str(source), "-o", str(built), "-lm"]
+        files = [Path(scratch) / f"part{i}.c" for i in range(len(sources))]
+        for file, text in zip(files, sources, strict=True):
+            file.write_text(text, encoding="utf-8")
+        command = [compiler, *FLAGS, *map(str, files), "-o", str(built), "-lm"]
         run = subprocess.run(command, capture_output=True, text=True, check=False)
-        if run.returncode != 0:
+        if run.returncode == 0:
+            built.replace(library)
+        elif warn:
             reason = (run.stderr.strip().splitlines() or ["no message"])[0]
             warnings.warn(
-                f"{compiler} could not compile {library.name}: {reason}; running in the CasADi VM", stacklevel=4
+                f"{compiler} could not compile {library.name}: {reason}; running in the CasADi VM", stacklevel=5
             )
-            return False
-        built.replace(library)
-    return True
+    return run.returncode == 0
 
 
 class CompiledFunction:
     """A CasADi function as compiled C, called on NumPy buffers without copies of its own.
 
-    function: dense inputs and outputs. `inputs` and `outputs` are the arrays that the C code reads and writes (Fortran
-    order, shapes of the function's arguments); `run()` evaluates them in place, which is the hot path. Calling the
-    object copies arguments in and results out.
+    function: dense inputs and outputs; parts: C sources of functions that it calls (`at_points`). `inputs` and `outputs`
+    are the arrays that the C code reads and writes (Fortran order, shapes of the function's arguments); `run()` evaluates them in place, which is the hot path. `bind_input` and
+    `bind_output` put other arrays in their place, so that functions share them. Calling the object copies arguments in and
+    results out.
     """
 
-    def __init__(self, function: ca.Function, compiled: bool = True) -> None:
+    def __init__(self, function: ca.Function, compiled: bool = True, parts: Sequence[str] = ()) -> None:
         self.symbolic = _dense(function)
-        self.function = compile_function(self.symbolic) if compiled else self.symbolic
+        self.function = compile_function(self.symbolic, parts) if compiled else self.symbolic
         self.is_compiled = self.function is not self.symbolic
-        self._buffer, self.run = self.function.buffer()
-        self.inputs = tuple(_matrix(function.size_in(i)) for i in range(function.n_in()))
-        self.outputs = tuple(_matrix(function.size_out(i)) for i in range(function.n_out()))
-        for i, array in enumerate(self.inputs):
-            self._buffer.set_arg(i, memoryview(array.reshape(-1, order="A")))
-        for i, array in enumerate(self.outputs):
-            self._buffer.set_res(i, memoryview(array.reshape(-1, order="A")))
+        buffer: tuple[Any, Any] = self.function.buffer()
+        self._buffer, self._evaluate = buffer
+        self.inputs: list[NDArray[np.float64]] = []
+        self.outputs: list[NDArray[np.float64]] = []
+        for i in range(function.n_in()):
+            self.inputs.append(np.empty(0))
+            self.bind_input(i, np.zeros(function.size_in(i), order="F"))
+        for i in range(function.n_out()):
+            self.outputs.append(np.empty(0))
+            self.bind_output(i, np.zeros(function.size_out(i), order="F"))
+
+    def run(self) -> None:
+        """Evaluate `inputs` into `outputs`."""
+        self._evaluate()
+
+    def bind_input(self, index: int, array: NDArray[np.float64]) -> None:
+        """Read input `index` from `array` from now on; ValueError unless it has the shape, in Fortran order."""
+        self._buffer.set_arg(index, self._memory(array, self.symbolic.size_in(index)))
+        self.inputs[index] = array
+
+    def bind_output(self, index: int, array: NDArray[np.float64]) -> None:
+        """Write output `index` to `array` from now on; ValueError unless it has the shape, in Fortran order."""
+        self._buffer.set_res(index, self._memory(array, self.symbolic.size_out(index)))
+        self.outputs[index] = array
+
+    def _memory(self, array: NDArray[np.float64], shape: tuple[int, int]) -> memoryview:
+        """The array's own memory."""
+        if array.shape != shape or array.dtype != np.float64 or not array.flags.f_contiguous:
+            raise ValueError(
+                f"{self.symbolic.name()}: expected a float array of shape {shape} in Fortran order, "
+                f"found {array.dtype} of shape {array.shape}"
+            )
+        flat: Any = array.reshape(-1, order="A")
+        return memoryview(flat)
 
     def __call__(self, *args: ArrayLike) -> NDArray[np.float64] | tuple[NDArray[np.float64], ...]:
         """Outputs for the given inputs: vectors as (n,), matrices as (n, m); one output is returned bare.
@@ -137,11 +191,6 @@ class CompiledFunction:
         self.run()
         results = tuple(out[:, 0].copy() if out.shape[1] == 1 else out.copy() for out in self.outputs)
         return results[0] if len(results) == 1 else results
-
-
-def _matrix(shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Zeros in column-major order, as CasADi stores a matrix."""
-    return np.zeros(shape, order="F")
 
 
 def _dense(function: ca.Function) -> ca.Function:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.compiled import CompiledFunction
+from estimator.compiled import CompiledFunction, at_points
 from estimator.unscented import UnscentedScaling, predict_function, update_function
 from symbolic.discretize import advance_memory, discretize, read_memory, start_memory
 from symbolic.model import Model
@@ -15,23 +18,18 @@ from symbolic.model import Model
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Innovation:
+class Innovation(NamedTuple):
     """What one update saw.
 
     value (n_y,): y - y_mean; covariance (n_y, n_y): S; nis: normalised innovation squared over the `used` measurements;
-    used (n_y,) bool: measurements that were valid and inside the gate.
+    used (n_y,) bool: measurements that were valid and inside the gate; dof: how many those are, the degrees of freedom.
     """
 
     value: Array
     covariance: Array
     nis: float
     used: NDArray[np.bool_]
-
-    @property
-    def dof(self) -> int:
-        """Measurements used: the degrees of freedom of nis."""
-        return int(self.used.sum())
+    dof: int
 
 
 @dataclass
@@ -76,77 +74,136 @@ class UnscentedKalmanFilter:
         self.p = model.p.nominal if p is None else _vector(p, len(model.p), "p")
         self.gate = gate
         self.counts = Counts()
-        self._q = _covariance(q, n_x, "q", definite=False)
-        self._r = _covariance(r, n_y, "r", definite=True)
+        self._compile(discretize(model, dt, method, substeps), scaling, compiled)
+        self._predict.inputs[4][...] = _covariance(q, n_x, "q", definite=False)
+        self._update.inputs[6][...] = _covariance(r, n_y, "r", definite=True)
+        self._update.inputs[7][...] = min(gate, 1e150)
+        self._parameters[:, 0] = self.p
         self.x = _vector(x0, n_x, "x0")
         self.P = _covariance(p0, n_x, "p0", definite=False)
-        step = discretize(model, dt, method, substeps)
-        self._predict = CompiledFunction(predict_function(step, model.x, scaling), compiled)
+        self._started = not model.memories
+
+    def _compile(self, step: ca.Function, scaling: UnscentedScaling, compiled: bool) -> None:
+        """The steps as C on shared arrays: prediction goes from the first pair (x, P) to the second, the update back."""
+        model = self.model
+        many, parts = at_points(step, 2 * len(model.x) + 1) if compiled else (None, ())
+        self._predict = CompiledFunction(predict_function(step, model.x, scaling, many), compiled, parts)
         self._update = CompiledFunction(update_function(model.measurement(), model.x, model.y, scaling), compiled)
-        self._u = np.zeros(len(model.u))
-        self._last_external = model.external.nominal
-        self.memory: Array | None = None
+        self._pairs = (self._predict.inputs[:2], self._predict.outputs[:2])
+        self._at = 0
+        self._input, self._parameters = self._predict.inputs[2], self._predict.inputs[3]
+        for i, array in enumerate((*self._pairs[1], self._input, self._parameters)):
+            self._update.bind_input(i, array)
+        for i, array in enumerate(self._pairs[0]):
+            self._update.bind_output(i, array)
+        self._n_external = len(model.external)
+        self._y, self._valid = self._update.inputs[4][:, 0], self._update.inputs[5][:, 0]
+        _, _, innovation, _, self._nis, used = self._update.outputs
+        self._innovation, self._used = innovation[:, 0], used[:, 0]
         if model.memories:
-            self._read = CompiledFunction(read_memory(model), compiled)
-            self._advance = CompiledFunction(advance_memory(model, dt), compiled)
-            self._start = CompiledFunction(start_memory(model), compiled)
+            self._share_memory(compiled)
+        self._external = (self._read.inputs[1] if model.memories else self._input)[:, 0]
+        self._external[:] = model.external.nominal
+
+    def _share_memory(self, compiled: bool) -> None:
+        """Histories as C on the same arrays: read gives the full input, advance reads what the prediction started from."""
+        model = self.model
+        self._read = CompiledFunction(read_memory(model), compiled)
+        self._advance = CompiledFunction(advance_memory(model, self.dt), compiled)
+        self._start = CompiledFunction(start_memory(model), compiled)
+        state, external, memory = self._pairs[0][0], self._read.inputs[1], self._read.inputs[3]
+        for function, inputs in (
+            (self._start, (state, external, self._parameters)),
+            (self._read, (state, external, self._parameters, memory)),
+            (self._advance, (state, self._input, self._parameters, memory)),
+        ):
+            for i, array in enumerate(inputs):
+                function.bind_input(i, array)
+        self._read.bind_output(0, self._input)
+
+    @property
+    def x(self) -> Array:
+        """(n_x,) estimate; set it to start again from another."""
+        return self._pairs[self._at][0][:, 0].copy()
+
+    @x.setter
+    def x(self, value: ArrayLike) -> None:
+        self._pairs[self._at][0][:, 0] = value
+
+    @property
+    def P(self) -> Array:
+        """(n_x, n_x) covariance of the estimate."""
+        return self._pairs[self._at][1].copy()
+
+    @P.setter
+    def P(self, value: ArrayLike) -> None:
+        self._pairs[self._at][1][...] = value
+
+    @property
+    def memory(self) -> Array | None:
+        """(n_m,) histories, None for a model without them or before the first prediction."""
+        return self._read.inputs[3][:, 0].copy() if self.model.memories and self._started else None
 
     def predict(self, u: ArrayLike) -> None:
         """Time update over dt with the external inputs u (n_external,) held; a non-finite input keeps its last value."""
-        u_full = self._full_input(u)
-        into = self._predict.inputs
-        into[0][:, 0], into[1][...], into[2][:, 0], into[3][:, 0], into[4][...] = (
-            self.x,
-            self.P,
-            u_full,
-            self.p,
-            self._q,
-        )
+        self._stand(0)
+        self._take_input(u)
         self._predict.run()
-        x_before = self.x
-        self.x, self.P = self._predict.outputs[0][:, 0].copy(), self._predict.outputs[1].copy()
-        if self.memory is not None:
-            self.memory = np.asarray(self._advance(x_before, u_full, self.p, self.memory))
+        if self.model.memories:
+            self._advance.run()
+            self._read.inputs[3][...] = self._advance.outputs[0]
+        self._at = 1
 
     def update(self, y: ArrayLike, valid: ArrayLike | None = None) -> Innovation:
         """Measurement update with y (n_y,); entries that are not finite or not `valid` (n_y,) bool are skipped, counted."""
-        y = _vector(y, len(self.model.y), "y")
-        usable = np.isfinite(y) & (True if valid is None else np.asarray(valid, dtype=bool))
-        into = self._update.inputs
-        into[0][:, 0], into[1][...], into[2][:, 0], into[3][:, 0] = self.x, self.P, self._u, self.p
-        into[4][:, 0], into[5][:, 0], into[6][...] = np.where(usable, y, 0.0), usable, self._r
-        into[7][0, 0] = min(self.gate, 1e150)
+        self._stand(1)
+        y = _checked(y, len(self.model.y), "y")
+        if valid is None and _all_finite(y):
+            self._y[:], self._valid[:] = y, 1.0
+        else:
+            usable = np.isfinite(y) & (True if valid is None else np.asarray(valid, dtype=bool))
+            self._y[:], self._valid[:] = np.where(usable, y, 0.0), usable
         self._update.run()
-        x, cov, value, s, nis, used = self._update.outputs
-        self.x, self.P = x[:, 0].copy(), cov.copy()
-        used_flags = used[:, 0] > 0.5
-        self._count(usable, used_flags)
-        return Innovation(value[:, 0].copy(), s.copy(), float(nis[0, 0]), used_flags)
+        self._at = 0
+        used = self._used > 0.5
+        dof = int(np.count_nonzero(used))
+        if dof < len(used):
+            self._count(self._valid > 0.5, used)
+        return Innovation(self._innovation.copy(), self._update.outputs[3].copy(), self._nis.item(), used, dof)
 
     def std(self, name: str) -> float:
         """Standard deviation of the named state."""
-        return float(np.sqrt(self.P[self.model.x.index(name), self.model.x.index(name)]))
+        at = self.model.x.index(name)
+        return float(np.sqrt(self._pairs[self._at][1][at, at]))
 
     def __getitem__(self, name: str) -> float:
         """Estimate of the named state."""
-        return float(self.x[self.model.x.index(name)])
+        return float(self._pairs[self._at][0][self.model.x.index(name), 0])
 
-    def _full_input(self, u: ArrayLike) -> Array:
-        external = _vector(u, len(self.model.external), "u")
-        bad = ~np.isfinite(external)
-        if bad.any():
-            for i in np.flatnonzero(bad):
+    def _stand(self, at: int) -> None:
+        """Have x and P in the pair that the next step reads: two predictions or updates in a row need a copy."""
+        if self._at != at:
+            for target, source in zip(self._pairs[at], self._pairs[self._at], strict=True):
+                target[...] = source
+            self._at = at
+
+    def _take_input(self, u: ArrayLike) -> None:
+        external = _checked(u, self._n_external, "u")
+        if not _all_finite(external):
+            finite = np.isfinite(external)
+            for i in np.flatnonzero(~finite):
                 name = self.model.external.names[i]
                 self.counts.held_inputs[name] = self.counts.held_inputs.get(name, 0) + 1
-            external = np.where(bad, self._last_external, external)
-        self._last_external = external
+            external = np.where(finite, external, self._external)
         if not self.model.memories:
-            self._u = external
-            return external
-        if self.memory is None:
-            self.memory = np.asarray(self._start(self.x, external, self.p))
-        self._u = np.asarray(self._read(self.x, external, self.p, self.memory))
-        return self._u
+            self._external[:] = external
+            return
+        self._external[:] = external
+        if not self._started:
+            self._start.run()
+            self._read.inputs[3][...] = self._start.outputs[0]
+            self._started = True
+        self._read.run()
 
     def _count(self, usable: NDArray[np.bool_], used: NDArray[np.bool_]) -> None:
         for i, name in enumerate(self.model.y.names):
@@ -156,11 +213,21 @@ class UnscentedKalmanFilter:
                 self.counts.gated[name] = self.counts.gated.get(name, 0) + 1
 
 
-def _vector(value: ArrayLike, size: int, name: str) -> Array:
-    vector = np.array(value, dtype=float)
+def _all_finite(vector: Array) -> bool:
+    """Whether every entry is finite: one product instead of a test of each, which may say no where squares overflow."""
+    return math.isfinite(vector.dot(vector))
+
+
+def _checked(value: ArrayLike, size: int, name: str) -> Array:
+    """`value` as (size,) floats, without a copy where it is that already."""
+    vector = np.asarray(value, dtype=float)
     if vector.shape != (size,):
         raise ValueError(f"{name}: expected shape ({size},), found {vector.shape}")
     return vector
+
+
+def _vector(value: ArrayLike, size: int, name: str) -> Array:
+    return _checked(value, size, name).copy()
 
 
 def _covariance(value: ArrayLike, size: int, name: str, definite: bool) -> Array:

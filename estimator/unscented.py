@@ -82,16 +82,18 @@ def sigma_points(layout: Layout, scaling: UnscentedScaling) -> ca.Function:
     return ca.Function("sigma_points", [x, cov], [ca.densify(inside)])
 
 
-def predict_function(step: ca.Function, layout: Layout, scaling: UnscentedScaling) -> ca.Function:
+def predict_function(
+    step: ca.Function, layout: Layout, scaling: UnscentedScaling, at_points: ca.Function | None = None
+) -> ca.Function:
     """[x, P, u, p, Q] -> [x, P]: the time update, eqs. (x_propigate)-(P_k-), with additive Q (L, L) per step.
 
-    step: [x, u, p] -> [x_next]; layout: of x.
+    step: [x, u, p] -> [x_next]; layout: of x; at_points: [X (L, 2L + 1), u, p] -> [X_next], default `step` mapped.
     """
     size = len(layout)
     x, cov, noise = ca.MX.sym("x", size), ca.MX.sym("P", size, size), ca.MX.sym("Q", size, size)
     u, p = ca.MX.sym("u", step.size1_in(1)), ca.MX.sym("p", step.size1_in(2))
     points = sigma_points(layout, scaling)(x, cov)
-    moved = step.map(2 * size + 1)(points, u, p)
+    moved = (at_points or step.map(2 * size + 1))(points, u, p)
     mean, spread = _moments(size, scaling)(moved)
     return ca.Function(
         "predict", [x, cov, u, p, noise], [mean, spread + noise], ["x", "P", "u", "p", "Q"], ["x_next", "P_next"]

@@ -64,7 +64,7 @@ def test_invalid_measurement_is_left_out_exactly_and_counted():
         innovation = both.update([0.1 * k, np.nan])
         assert innovation.used.tolist() == [True, False] and innovation.dof == 1
         # The reference: the second measurement with so much noise that it says nothing.
-        single._r = np.diag([0.01, 1e12])
+        single._update.inputs[6][...] = np.diag([0.01, 1e12])
         single.update([0.1 * k, 5.0])
         assert np.allclose(both.x, single.x, rtol=1e-9) and np.allclose(both.P, single.P, rtol=1e-9, atol=1e-12)
     assert both.counts.invalid == {"mix": 50}
