@@ -128,9 +128,9 @@ class CompiledFunction:
     """A CasADi function as compiled C, called on NumPy buffers without copies of its own.
 
     function: dense inputs and outputs; parts: C sources of functions that it calls (`at_points`). `inputs` and `outputs`
-    are the arrays that the C code reads and writes (Fortran order, shapes of the function's arguments); `run()` evaluates them in place, which is the hot path. `bind_input` and
-    `bind_output` put other arrays in their place, so that functions share them. Calling the object copies arguments in and
-    results out.
+    are the arrays that the C code reads and writes (Fortran order, shapes of the function's arguments); `run()` evaluates
+    them in place, which is the hot path. `bind_input` and `bind_output` put other arrays in their place, so that functions
+    share them. Calling the object copies arguments in and results out.
     """
 
     def __init__(self, function: ca.Function, compiled: bool = True, parts: Sequence[str] = ()) -> None:
