@@ -203,6 +203,7 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
     state[GEAR] = gear
     drive = axle_drive_torque(machine, gear, command[1], shaft)
     extra[6] = drive
+    rhs[3] -= machine.torque_reaction * drive / machine.final_drive
     rates = np.empty(4)
     spin_rates(machine, world.locked, drive, torque, state[SPIN : SPIN + 4], rates)
     for w in range(4):

@@ -51,6 +51,7 @@ class Machine(NamedTuple):
     full_throttle: Array  # (N, 2) torque against rad/s
     zero_throttle: Array
     brake_torque: float
+    torque_reaction: float
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,7 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         full_throttle=_curve(drive["full_throttle"], RPM),
         zero_throttle=_curve(drive["zero_throttle"], RPM),
         brake_torque=float(drive["brake_torque"]),
+        torque_reaction=float(drive.get("torque_reaction", 0.0)),
     )
     return PlantVehicle(
         name,
