@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from estimator.consistency import inside_band
 from estimator.inputs import measured_inputs, measured_states, sensor_std
 from estimator.ukf import Counts, UnscentedKalmanFilter
+from recording.clock import on_even_clock
 from recording.drive import STATE_CHANNELS, Recording
 from symbolic.model import Model, promote_parameters, tie_parameters
 from symbolic.soil import SOIL_SIGNALS
@@ -94,7 +95,8 @@ def estimate_terrain(
     Raises ValueError for reversing, a first guess outside the bounds of n, or a log without the channels.
     """
     tuning = tuning or Tuning()
-    log = recording.between(recording.t[0] + start, np.inf)
+    log = on_even_clock(recording)
+    log = log.between(log.t[0] + start, np.inf)
     augmented = terrain_model(model, tied)
     inputs, _ = measured_inputs(log, augmented.external)
     measured = measured_states(log)

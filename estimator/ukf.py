@@ -122,6 +122,11 @@ class UnscentedKalmanFilter:
         self._read.bind_output(0, self._input)
 
     @property
+    def compiled(self) -> tuple[CompiledFunction, CompiledFunction]:
+        """Prediction and update on their shared arrays: run in turn, they go on from step to step on the last inputs."""
+        return self._predict, self._update
+
+    @property
     def x(self) -> Array:
         """(n_x,) estimate; set it to start again from another."""
         return self._pairs[self._at][0][:, 0].copy()

@@ -1,0 +1,63 @@
+"""`softsoil bench`: the speed figures, each set against something measured in the same run."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.table import Table
+
+from mpc_demo.bench_filter import filter_rows
+from mpc_demo.bench_rows import Row
+from mpc_demo.commands_study import own_logs
+from mpc_demo.logs import named_soil
+from mpc_demo.options import LawOption, OutOption, SoilOption, VehicleOption, declaration, open_drive
+from mpc_demo.output import console, output_folder, say_written, write_json
+
+
+def bench(
+    vehicle: VehicleOption = None, soil: SoilOption = None, law: LawOption = "turn_slip", out: OutOption = None
+) -> None:
+    """Speed of what runs often, each figure as a ratio measured in the same run; the paper's own figures stand beside.
+
+    Example: softsoil bench
+    """
+    folder = output_folder(out, "bench")
+    log = own_logs()[0]
+    drive, _ = open_drive(log, None)
+    declared = declaration(vehicle, soil or named_soil(drive.name), law, None)
+    found = []
+    table = Table(title="Speed", title_justify="left")
+    for heading in ("", "value", "against", "value", "ratio", "paper"):
+        table.add_column(heading, justify="right" if heading in ("value", "ratio") else "left")
+    for row in rows(declared, drive):
+        found.append(row)
+        console.print(f"{row.name}: {row.value:.3g} {row.unit}", highlight=False)
+        table.add_row(*_cells(row))
+    console.print(table)
+    content = {"machine": machine(), "rows": [row.as_json() for row in found]}
+    say_written([write_json(folder / "bench.json", content)])
+
+
+def rows(declared, drive) -> Iterator[Row]:
+    """All rows there are, from what each subject measures."""
+    yield from filter_rows(declared, drive)
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    other = "" if row.against_value is None else f"{row.against_value:.3g} {row.unit}"
+    ratio = "" if row.ratio is None else f"{row.ratio:.3g}"
+    return (row.name, f"{row.value:.3g} {row.unit}", row.against, other, ratio, row.paper)
+
+
+def machine() -> str:
+    """Processor, number of processors, system, Python."""
+    processor = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        processor = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), processor)
+    except OSError:
+        pass
+    return f"{processor}, {os.cpu_count()} processors, {platform.system()}, Python {platform.python_version()}"
