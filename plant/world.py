@@ -96,6 +96,11 @@ class Plant:
         """Time since the start (s)."""
         return float(self.state[TIME])
 
+    @property
+    def locked(self) -> Array:
+        """(3,) centre, front and rear differential: 1 locked, 0 open."""
+        return self._world.locked
+
     def advance(self, commands: Array) -> None:
         """Run one plant step per row of commands (N, 3): steering (rad), throttle and brake in [0, 1]."""
         done = 0
