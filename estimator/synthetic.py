@@ -16,7 +16,7 @@ STEP = 0.012
 
 
 def paper_steering(t: Array, amplitude: float = 0.45, period: float = 3.0) -> Array:
-    """The paper's manoeuvre: a sine to `amplitude` (rad) over `period` (s)."""
+    """The paper's manoeuvre: a sine to `amplitude` (rad) over `period` (s), at times t (N,) (s)."""
     return amplitude * np.sin(2 * np.pi * t / period)
 
 
@@ -33,7 +33,7 @@ def synthetic_drive(
 ) -> Recording:
     """A clean drive of `model` with parameters p (n_p,), default nominal: its own states, and the inputs that made them.
 
-    radius: of the wheels (m); speed, swing: mean forward speed and its sinusoidal variation (m/s); slip: of the driven
+    radius: of the wheels (m); seconds: how long; speed, swing: mean forward speed and its sinusoidal variation (m/s); slip: of the driven
     wheels (1); steer (N,): steering angle (rad), default the paper's sine; dt: rows (s).
     Raises ValueError for a speed that would reverse.
     """

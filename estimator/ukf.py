@@ -47,7 +47,8 @@ class UnscentedKalmanFilter:
     model: its states are estimated, its outputs measured; dt: prediction step (s);
     q: (n_x,) variances or (n_x, n_x) covariance added at each prediction; r: (n_y,) or (n_y, n_y) of a measurement;
     x0 (n_x,), p0: (n_x,) variances or (n_x, n_x) covariance of the first state; p (n_p,): parameters, default nominal;
-    gate: largest innovation in standard deviations; method, substeps: of `discretize`.
+    gate: largest innovation in standard deviations; scaling: of the unscented transform; method, substeps: of
+    `discretize`; compiled: whether the steps run as generated C.
     Raises ValueError for a shape that does not fit, q or p0 that is not positive semidefinite, r that is not positive
     definite.
     """

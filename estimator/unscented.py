@@ -34,11 +34,11 @@ class UnscentedScaling:
             raise ValueError(f"unscented scaling: expected alpha in (0, 1], found {self.alpha}")
 
     def spread(self, size: int) -> float:
-        """L + lambda, eq. (lambda)."""
+        """L + lambda, eq. (lambda), for a state of `size` L."""
         return self.alpha**2 * (size + self.kappa)
 
     def weights(self, size: int) -> tuple[np.ndarray, np.ndarray]:
-        """(2L + 1,) weights of the mean and of the covariance, eqs. (W_0m)-(Wi)."""
+        """(2L + 1,) weights of the mean and of the covariance, eqs. (W_0m)-(Wi), for a state of `size` L."""
         spread = self.spread(size)
         mean = np.full(2 * size + 1, 1 / (2 * spread))
         mean[0] = (spread - size) / spread

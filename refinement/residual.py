@@ -81,7 +81,10 @@ def drive_residual(
 
 
 def split_by_axle(rate_v: Array, rate_r: Array, vehicle: Vehicle) -> tuple[Array, Array]:
-    """Unexplained lateral force (N) of front and rear axle from unexplained dv/dt (m/s^2) and d(omega_z)/dt (rad/s^2)."""
+    """Unexplained lateral force (N) of front and rear axle.
+
+    rate_v, rate_r: unexplained dv/dt (m/s^2) and d(omega_z)/dt (rad/s^2); vehicle: mass, inertia and axle distances.
+    """
     force, moment = vehicle.mass * rate_v, vehicle.yaw_inertia * rate_r
     return (force * vehicle.l_r + moment) / vehicle.wheelbase, (force * vehicle.l_f - moment) / vehicle.wheelbase
 

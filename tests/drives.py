@@ -1,0 +1,34 @@
+"""Small drives and files that several tests use."""
+
+from functools import lru_cache
+from pathlib import Path
+
+from estimator.synthetic import synthetic_drive
+from recording.drive import Recording
+from symbolic.bicycle import bicycle
+from symbolic.model import Model
+from symbolic.soil import CLAY
+from symbolic.vehicle import Vehicle, load_vehicle
+
+PROJECT = Path(__file__).resolve().parents[1]
+DATA = PROJECT / "data"
+CLAY_LOG = DATA / "paper_clay_n0.50.csv.gz"
+LOAM_LOG = DATA / "paper_sandyloam_n0.70.parquet"
+
+
+@lru_cache(maxsize=1)
+def reference_vehicle() -> Vehicle:
+    """The vehicle of the reference logs."""
+    return load_vehicle(PROJECT / "vehicles" / "reference.toml")
+
+
+@lru_cache(maxsize=1)
+def clay_bicycle() -> Model:
+    """The paper's structure on clay with the default law."""
+    return bicycle(reference_vehicle(), CLAY)
+
+
+@lru_cache(maxsize=4)
+def clay_drive(seconds: float = 33.0) -> Recording:
+    """A clean drive of the project's own bicycle on clay."""
+    return synthetic_drive(clay_bicycle(), reference_vehicle().radius, seconds=seconds)

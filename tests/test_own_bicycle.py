@@ -1,0 +1,56 @@
+"""On drives of the own bicycle with Table-5 noise, n ends at the truth and the filter knows how sure it is."""
+
+import numpy as np
+import pytest
+
+from drives import clay_bicycle, clay_drive, reference_vehicle
+from estimator.synthetic import synthetic_drive
+from estimator.terrain import estimate_terrain
+from recording.noise import add_noise
+from symbolic.soil import CLAY
+
+SEEDS = 20
+
+
+@pytest.fixture(scope="module")
+def estimates():
+    return [
+        estimate_terrain(add_noise(clay_drive(), "table5", seed), clay_bicycle(), CLAY.n + 0.2) for seed in range(SEEDS)
+    ]
+
+
+@pytest.mark.parametrize("axle", ["n_front", "n_rear"])
+def test_n_ends_at_the_truth_from_a_guess_off_by_0_2(estimates, axle):
+    errors = np.array([abs(getattr(e, axle)[-1] / CLAY.n - 1) for e in estimates])
+    assert np.median(errors) <= 0.015
+    assert errors.max() <= 0.05
+
+
+def test_nis_lies_in_its_band_as_often_as_it_should(estimates):
+    inside = np.array([e.nis_inside_95 for e in estimates])
+    assert inside.min() >= 0.90
+    assert inside.max() <= 0.99
+
+
+def test_truth_lies_within_the_stated_uncertainty(estimates):
+    away = np.array([abs(e.n_front[-1] - CLAY.n) / e.n_front_std[-1] for e in estimates])
+    assert np.mean(away < 3) >= 0.9
+
+
+def test_estimate_follows_the_soil_and_not_its_first_guess():
+    model = clay_bicycle()
+    drive = synthetic_drive(model, reference_vehicle().radius, p=model.p.pack(n_f=0.8, n_r=0.8))
+    from_below, from_above = (estimate_terrain(add_noise(drive, "table5", 5), model, n0) for n0 in (0.6, 1.0))
+    assert from_below.n_front[-1] == pytest.approx(0.8, rel=0.05)
+    assert from_above.n_front[-1] == pytest.approx(0.8, rel=0.05)
+
+
+def test_dropped_and_broken_measurements_are_left_out_and_counted():
+    noisy = add_noise(clay_drive(), "table5", 3)
+    v, x = noisy["v"].copy(), noisy["x"].copy()
+    v[500:700] = np.nan
+    x[1000] = 1e6  # an even row: the filter updates with every second
+    found = estimate_terrain(noisy.with_channels(v=v, x=x), clay_bicycle(), 0.7)
+    assert found.counts.invalid["v"] == 100
+    assert found.counts.gated == {"x": 1}
+    assert found.n_front[-1] == pytest.approx(CLAY.n, rel=0.05)
