@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 RIG_RADIUS, RIG_WIDTH, RIG_ARM = 0.330229, 0.2121, 0.3
 """The reference rig: wheel radius and width, wheel centre to the left of its yaw axis (m)."""
+RIG_STEP = 1e-3
+"""s: time step of the reference rig's runs."""
 SMOOTHING = 0.025
 """s: loads and forces are compared as means over this time."""
 SOIL_KEYS = ("k_phi", "k_c", "n", "c", "phi", "k")
@@ -30,7 +32,8 @@ class WheelRun:
     slip: nominal longitudinal slip (paper's sign). All else (N,), SI: dt: sample interval (s), None for steady rows;
     v_x, v_y, omega, yaw_rate, steer_rate, dv_y, load: as in symbolic.wheel.Contact; f_x, f_y: measured force on the wheel
     in the wheel frame (N); yaw: wheel frame against the frame in which the lateral force is judged (rad);
-    sinkage (m) and m_y (N m): where measured.
+    sinkage (m) and m_y (N m): where measured; contact_step: time step of a simulated soil (s), 0 for a real one;
+    reference_rig: whether the reference simulator's rig made it, whose numerics a calibration may know.
     Raises ValueError where lengths differ or a value is not finite.
     """
 
@@ -53,10 +56,12 @@ class WheelRun:
     yaw: Array
     sinkage: Array | None = None
     m_y: Array | None = None
+    contact_step: float = 0.0
+    reference_rig: bool = False
 
     def __post_init__(self) -> None:
         length = len(self.v_x)
-        for key in MOTION + ("f_x", "f_y", "yaw", "sinkage", "m_y"):
+        for key in (*MOTION, "f_x", "f_y", "yaw", "sinkage", "m_y"):
             values = getattr(self, key)
             if values is None:
                 continue
@@ -162,7 +167,7 @@ def _rig_run(group: str, c: dict[str, float], name: str, t: Array, ch: Mapping[s
         v_x=c["speed"] * cos - RIG_ARM * rate, v_y=v_y, omega=ch["omega"], yaw_rate=rate, steer_rate=rate,
         dv_y=np.gradient(v_y, dt), load=moving_mean(ch["fz"], max(1, round(SMOOTHING / dt))),
         f_x=cos * ch["fx"] + sin * ch["fy"], f_y=-sin * ch["fx"] + cos * ch["fy"], yaw=psi,
-        sinkage=sinkage, m_y=ch.get("my"),
+        sinkage=sinkage, m_y=ch.get("my"), contact_step=RIG_STEP, reference_rig=True,
     )  # fmt: skip
 
 

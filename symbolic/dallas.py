@@ -9,6 +9,8 @@ Delta-delta g_2, per branch (paper, eqs. (19), (21), (22) and appendix). What th
 - j/k_y of eq. (18) is j_y/k_y e^(1 - j_y/k_y), a formulation for other soils which is not used;
 - the appendix stands for clay, 0 <= s < 0.16 and one unnamed tire: outside, s stays at the end of its range. Table 4
   says n up to 1.3, but g_1n (lower) grows from 1.3 at n = 1 to 12.5 there: n stays at 1 beyond it.
+- the surrogate's force "acts on the vehicle frame": it is taken as the force across the wheel's course, and turned into
+  the wheel frame with the longitudinal force.
 Sinkage, longitudinal force and moments are those of the Bekker law.
 """
 
@@ -37,9 +39,9 @@ class Factor:
     n_positive: the polynomial in n is cut at zero (max(., 0) in the paper), smoothly.
     """
 
-    n: Sequence[float] = (1.0,)
-    s: Sequence[float] = (1.0,)
-    load: Sequence[float] = (1.0,)
+    n: Sequence[Scalar] = (1.0,)
+    s: Sequence[Scalar] = (1.0,)
+    load: Sequence[Scalar] = (1.0,)
     speed: tuple[float, float] = (1.0, 0.0)
     n_positive: bool = False
 
@@ -130,7 +132,9 @@ class Dallas:
             for branch, weight in ((piece.lower, share * (1.0 - upper)), (piece.upper, share * upper)):
                 force, moment = self._side(soil, wheel, contact, roll, arc, side, v, piece, branch)
                 f_y, m_z = f_y + weight * force, m_z + weight * moment
-        return replace(base.forces(soil, wheel, contact, roll, arc), f_y=f_y, m_z=m_z)
+        along = base.forces(soil, wheel, contact, roll, arc)
+        cos, sin = ca.sqrt(contact.v_x**2 + base.speed_floor**2) / v, -contact.v_y / v
+        return replace(along, f_y=(f_y - along.f_x * sin) / cos, m_z=m_z)
 
     def _shares(self, s: Scalar) -> list[Scalar]:
         """Weights of the slip ranges, summing to one."""
@@ -169,7 +173,7 @@ class Dallas:
         return scale * plain, scale * r * with_sin
 
 
-def _polynomial(coefficients: Sequence[float], at: Scalar) -> Scalar:
+def _polynomial(coefficients: Sequence[Scalar], at: Scalar) -> Scalar:
     """Horner's rule, highest power first."""
     value: Scalar = coefficients[0]
     for coefficient in coefficients[1:]:

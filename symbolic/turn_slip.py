@@ -14,7 +14,7 @@ contact model (paper, eqs. (1)-(3)) on a line; turn slip replaces the paper's tw
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
@@ -29,6 +29,18 @@ PATH_NODES = tuple((0.5 * (1.0 + x), 0.5 * w) for x, w in zip(*np.polynomial.leg
 
 
 @dataclass(frozen=True)
+class Factors:
+    """What a calibration may change, all neutral by default: width, path and turn multiply the wheel's width, the shear
+    path and the yaw rate; entry_time (s) is spent at every node on top of half a contact step. Floats or CasADi scalars.
+    """
+
+    width: Scalar = 1.0
+    path: Scalar = 1.0
+    turn: Scalar = 1.0
+    entry_time: Scalar = 0.0
+
+
+@dataclass(frozen=True)
 class TurnSlip:
     """The fit-free law.
 
@@ -36,7 +48,7 @@ class TurnSlip:
     much on average: 2 ms in the reference vehicle's runs, 1 ms on its single-wheel rig, 0 for a real soil;
     speed_floor: m/s, v_x is used as sqrt(v_x^2 + speed_floor^2); slip_floor: pure number, sliding speeds are used as
     sqrt(|u|^2 + (slip_floor v_x)^2 + (yaw_rate b)^2/12), the last for the scrub over the width of a wheel that yaws;
-    front_nodes: Gauss nodes ahead of the wheel centre (one stands behind).
+    front_nodes: Gauss nodes ahead of the wheel centre (one stands behind); factors: of a calibration.
     Raises ValueError unless contact_step >= 0 and the others are positive.
     """
 
@@ -44,6 +56,7 @@ class TurnSlip:
     speed_floor: float = 0.1
     slip_floor: float = 0.01
     front_nodes: int = 5
+    factors: Factors = field(default_factory=Factors)
 
     def __post_init__(self) -> None:
         if not self.contact_step >= 0:
@@ -59,15 +72,17 @@ class TurnSlip:
 
     def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
         """Forces on one wheel; see the module for the equations and symbolic.wheel for conventions."""
+        wheel = replace(wheel, width=wheel.width * self.factors.width)
+        contact = replace(contact, yaw_rate=contact.yaw_rate * self.factors.turn)
         line = contact_line(soil, wheel, contact.load, contact.omega, self.front_nodes)
         v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
         least = (self.slip_floor * v) ** 2 + (contact.yaw_rate * wheel.width) ** 2 / 12.0
-        motion = Sliding(contact, wheel.radius, v, least, 0.5 * self.contact_step)
+        motion = Sliding(contact, wheel.radius, v, least, 0.5 * self.contact_step + self.factors.entry_time)
         fresh = 1.0 - contact.overlap * (1.0 - ca.exp(-contact.entry_path / soil.k))
         tan = tan_phi(soil.phi)
         f_x = f_y = m_y = m_z = 0.0
         for node in line.nodes:
-            path = motion.path(node.x, line.x_front) / soil.k
+            path = self.factors.path * motion.path(node.x, line.x_front) / soil.k
             unsheared = side_entry(path, motion.mean_y(node.x, line.x_front), line.x_front - node.x, v, wheel.width)
             tau = (soil.c + node.sigma * tan) * (1.0 - fresh * unsheared)
             u_x, u_y, length = motion.at(node.x, node.depth)
@@ -76,7 +91,8 @@ class TurnSlip:
             f_y += force * u_y
             m_y -= node.depth * force * u_x + wheel.width * node.weight * node.sigma * node.x
             m_z += node.x * force * u_y
-        return WheelForce(f_x, f_y, m_y, m_z, line.sinkage, motion.path(-line.x_rear, line.x_front))
+        exit_path = self.factors.path * motion.path(-line.x_rear, line.x_front)
+        return WheelForce(f_x, f_y, m_y, m_z, line.sinkage, exit_path)
 
 
 @dataclass(frozen=True)
@@ -90,7 +106,7 @@ class Sliding:
     radius: Scalar
     v: Scalar
     least: Scalar
-    extra: float
+    extra: Scalar
 
     def at(self, x: Scalar, depth: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """u_x, u_y and the smooth |u| at x (m), with `depth` = sqrt(r^2 - x^2)."""

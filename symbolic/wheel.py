@@ -22,13 +22,14 @@ Scalar = Any
 
 @dataclass(frozen=True)
 class Wheel:
-    """A rigid cylinder wheel: radius (m), width (m). Raises ValueError unless both are positive."""
+    """A rigid cylinder wheel: radius (m), width (m), floats or CasADi scalars. ValueError for floats not positive."""
 
-    radius: float
-    width: float
+    radius: Scalar
+    width: Scalar
 
     def __post_init__(self) -> None:
-        if not (self.radius > 0 and self.width > 0):
+        numbers = [value for value in (self.radius, self.width) if isinstance(value, int | float)]
+        if not all(value > 0 for value in numbers):
             raise ValueError(f"wheel: expected positive radius and width (m), found {self.radius} and {self.width}")
 
 
@@ -91,6 +92,7 @@ _LAWS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "bekker": ("symbolic.bekker", "Bekker"),
         "dallas": ("symbolic.dallas", "Dallas"),
         "turn_slip": ("symbolic.turn_slip", "TurnSlip"),
+        "turn_slip_calibrated": ("symbolic.turn_slip_calibrated", "TurnSlipCalibrated"),
     }
 )
 """Name -> module and class, imported only when asked for: the laws import this module."""
