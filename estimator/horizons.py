@@ -99,6 +99,12 @@ class Replay:
         """Horizon -> state -> mean squared error, as study.json has it."""
         return {f"{horizon:.1f}": self.windows(p, horizon).mse for horizon in horizons}
 
+    def rates(self, p: ArrayLike) -> Array:
+        """(N - 1, 6) rates of the states that the model has at the recorded states, each as its step over dt says."""
+        full, memory = self._along(p)
+        after = self.predictor.one_step(full[:-1], self.inputs[:-1], p, memory[:-1])
+        return (after - full[:-1])[:, : len(STATE_CHANNELS)] / self.dt
+
     def _along(self, p: ArrayLike) -> tuple[Array, Array]:
         """States (N, n_x) with what the log does not measure run along it, and memory (N, n_m)."""
         return self.predictor.track(_filled(self.states), self.inputs, p)

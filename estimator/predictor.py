@@ -55,6 +55,18 @@ class Predictor:
             into[1][:] = out[1]
         return x
 
+    def one_step(self, x: ArrayLike, u: ArrayLike, p: ArrayLike, memory: ArrayLike) -> Array:
+        """(N, n_x) states one step after each of x (N, n_x), with inputs u (N, n_u), p (n_p,), memory (N, n_m)."""
+        x, u, memory = np.asarray(x, dtype=float), np.asarray(u, dtype=float), np.asarray(memory, dtype=float)
+        after = np.empty_like(x)
+        into, out = self._step.inputs, self._step.outputs
+        into[3][:, 0] = p
+        for k in range(len(x)):
+            into[0][:, 0], into[1][:, 0], into[2][:, 0] = x[k], memory[k], u[k]
+            self._step.run()
+            after[k] = out[0][:, 0]
+        return after
+
     def track(self, measured: ArrayLike, u: ArrayLike, p: ArrayLike) -> tuple[Array, Array]:
         """Everything that a log does not measure, run along it: full states (N, n_x) and memory (N, n_m).
 

@@ -33,8 +33,8 @@ def synthetic_drive(
 ) -> Recording:
     """A clean drive of `model` with parameters p (n_p,), default nominal: its own states, and the inputs that made them.
 
-    radius: of the wheels (m); seconds: how long; speed, swing: mean forward speed and its sinusoidal variation (m/s); slip: of the driven
-    wheels (1); steer (N,): steering angle (rad), default the paper's sine; dt: rows (s).
+    radius: of the wheels (m); seconds: how long; speed, swing: mean forward speed and its sinusoidal variation (m/s);
+    slip: of the driven wheels (1); steer (N,): steering angle (rad), default the paper's sine; dt: rows (s).
     Raises ValueError for a speed that would reverse.
     """
     if not speed > abs(swing) + 0.5:

@@ -1,9 +1,10 @@
 """What a model leaves unexplained in a drive: per channel, axle and horizon, integrated over shooting windows.
 
-Differences of noisy samples say nothing, so nothing is differentiated: in each window the model runs free from the recorded
-state, and the residual is what the recorded states depart from it. The rate of the departure of v and omega_z is the slope
-of a straight line through the window, which is the mean of the missing acceleration under a parabolic weight and tells a
-wrong first state (the intercept) apart. The two are split over the axles (docs of the residual command):
+Differences of noisy samples say nothing, so nothing is differentiated. Channels and horizons: in each window the model runs
+free from the recorded state, and the residual is what the recorded states depart from it. Axles: a window's free run would
+answer a missing force with a little side slip and hide it, so there the model's accelerations are taken at the recorded
+states and integrated; the slope of what recorded v and omega_z depart from that integral is the mean of the missing
+acceleration under a parabolic weight. The two are split over the axles:
 dF_f = (M l_r e_v + I e_r)/L, dF_r = (M l_f e_v - I e_r)/L.
 """
 
@@ -74,7 +75,10 @@ def drive_residual(
         )
     departure = -windows.error
     clock = replay.dt * np.arange(departure.shape[1])
-    rate_v, rate_r = (slope(clock, departure[:, :, STATE_CHANNELS.index(name)]) for name in ("v", "omega_z"))
+    integral = np.vstack([np.zeros(len(STATE_CHANNELS)), np.cumsum(replay.rates(p), axis=0) * replay.dt])
+    apart = replay.states - integral
+    within = windows.rows[:, None] + np.arange(departure.shape[1])
+    rate_v, rate_r = (slope(clock, apart[within, STATE_CHANNELS.index(name)]) for name in ("v", "omega_z"))
     force_f, force_r = split_by_axle(rate_v, rate_r, vehicle)
     t = replay.t[windows.rows] + clock[-1] / 2
     return DriveResidual(t, departure[:, -1], rate_v, rate_r, force_f, force_r, replay.mse(p, HORIZONS))
