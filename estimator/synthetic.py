@@ -39,7 +39,7 @@ def synthetic_drive(
     """
     if not speed > abs(swing) + 0.5:
         raise ValueError(f"speed: expected at least {abs(swing) + 0.5:g} m/s to stay forward, found {speed:g}")
-    t = dt * np.arange(round(seconds / dt) + 1)
+    t = np.asarray(dt * np.arange(round(seconds / dt) + 1), dtype=float)
     steer = paper_steering(t) if steer is None else steer
     rate = 2 * np.pi / 11.0  # a period that no multiple of the steering's repeats
     a_x = swing * rate * np.cos(rate * t)

@@ -97,6 +97,8 @@ def estimate_terrain(
     tuning = tuning or Tuning()
     log = on_even_clock(recording)
     log = log.between(log.t[0] + start, np.inf)
+    if len(log) < 4:
+        raise ValueError(f"{log.name}: expected at least 4 rows after the start-up, found {len(log)}")
     augmented = terrain_model(model, tied)
     inputs, _ = measured_inputs(log, augmented.external)
     measured = measured_states(log)
@@ -126,8 +128,6 @@ def _filter(log: Recording, model: Model, n0: float, tuning: Tuning, measured: A
     bounds = SOIL_SIGNALS["n"]
     if not bounds.lower <= n0 <= bounds.upper:
         raise ValueError(f"n0: expected a first guess in [{bounds.lower}, {bounds.upper}], found {n0}")
-    if len(log) < 4:
-        raise ValueError(f"{log.name}: expected at least 4 rows after the start-up, found {len(log)}")
     sensor = sensor_std(log, np.array(tuning.sensor_floor))
     extra = len(model.x) - len(STATE_CHANNELS)
     first = np.array([_first(measured[:, i]) for i in range(measured.shape[1])])

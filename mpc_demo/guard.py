@@ -22,14 +22,14 @@ class Guarded(TyperGroup):
 
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
         """Run; exit with the code of the outcome (`standalone_mode`), or return it."""
-        code = self._run(*args, **extra)
+        code = self._run(args, extra)
         if standalone_mode:
             sys.exit(code)
         return code
 
-    def _run(self, *args: Any, **extra: Any) -> int:
+    def _run(self, args: tuple[Any, ...], extra: dict[str, Any]) -> int:
         try:
-            result = super().main(*args, standalone_mode=False, **extra)
+            result = super().main(*args, **{**extra, "standalone_mode": False})
         except typer.Abort:
             return _fail("stopped by the user", OWN_FAILURE)
         except (ValueError, OSError) as error:

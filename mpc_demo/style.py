@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
@@ -18,7 +18,7 @@ ESTIMATED = "#00798c"
 REAR = "#edae49"
 SOFT = "#9aa5b1"
 
-RC: Mapping[str, Any] = MappingProxyType(
+RC: Any = MappingProxyType(
     {
         "font.size": 9,
         "axes.titlesize": 10,

@@ -74,7 +74,7 @@ def drive_residual(
             f"{recording.name}: expected more than {start + WINDOW:g} s of forward driving, found {replay.t[-1]:g} s"
         )
     departure = -windows.error
-    clock = replay.dt * np.arange(departure.shape[1])
+    clock = np.asarray(replay.dt * np.arange(departure.shape[1]), dtype=float)
     integral = np.vstack([np.zeros(len(STATE_CHANNELS)), np.cumsum(replay.rates(p), axis=0) * replay.dt])
     apart = replay.states - integral
     within = windows.rows[:, None] + np.arange(departure.shape[1])

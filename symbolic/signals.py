@@ -66,7 +66,7 @@ class Layout(Sequence[Signal]):
     def __iter__(self) -> Iterator[Signal]:
         return iter(self.signals)
 
-    def __getitem__(self, key):  # type: ignore[override]
+    def __getitem__(self, key):
         if isinstance(key, str):
             return self.signals[self.index(key)]
         return self.signals[key]
@@ -97,7 +97,7 @@ class Layout(Sequence[Signal]):
         """(n,) upper bounds."""
         return np.array([signal.upper for signal in self.signals], dtype=float)
 
-    def index(self, name, start=0, stop=None):  # type: ignore[override]
+    def index(self, name, start=0, stop=None):
         """Position of the signal called `name`; KeyError names what there is."""
         try:
             return self.names.index(name if isinstance(name, str) else name.name)
