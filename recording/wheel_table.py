@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,5 +173,5 @@ def hold_out(runs: list[WheelRun]) -> tuple[list[WheelRun], list[WheelRun]]:
 
 
 def _rows(run: WheelRun, chosen: NDArray[np.bool_]) -> WheelRun:
-    arrays = {key: value[chosen] for key, value in vars(run).items() if isinstance(value, np.ndarray)}
+    arrays: dict[str, Any] = {key: value[chosen] for key, value in vars(run).items() if isinstance(value, np.ndarray)}
     return replace(run, **arrays)

@@ -17,6 +17,7 @@ from recording.wheel_table import read_wheel, read_wheel_table
 from refinement.single_wheel import LAWS, RunError, by_soil_and_slip, call_cost, law_for, predict, quantiles, run_errors
 from symbolic.dallas_refit import packaged, soil_class
 from symbolic.soil import load_soil
+from symbolic.wheel import ForceLaw
 
 COLOURS = {"bekker": "C0", "dallas": "C1", "dallas_refit": "C2", "turn_slip": "C3", "turn_slip_calibrated": "C4"}
 SHOWN = 6
@@ -119,12 +120,21 @@ def table_text(report: dict[str, Any]) -> str:
 
 
 def draw_force_against_slip(
-    runs: Sequence[WheelRun], path: Path, laws: Sequence[str] = ("bekker", "dallas_refit", "turn_slip_calibrated")
+    runs: Sequence[WheelRun],
+    path: Path,
+    laws: Sequence[str] = ("bekker", "dallas_refit", "turn_slip_calibrated"),
+    extra: tuple[ForceLaw, Sequence[WheelRun]] | None = None,
 ) -> Path:
-    """Lateral force against slip angle, measured and by law, on runs spread over the data (the paper's Figs. 2, 3)."""
-    chosen = [runs[i] for i in np.linspace(0, len(runs) - 1, min(SHOWN, len(runs))).astype(int)]
+    """Lateral force against slip angle, measured and by law, on runs spread over the data (the paper's Figs. 2, 3).
+
+    extra: a law of its own with the runs as it sees them, drawn in place of the packaged law of its name.
+    """
+    picked = np.linspace(0, len(runs) - 1, min(SHOWN, len(runs))).astype(int)
+    chosen = [runs[i] for i in picked]
     names = [name for name in laws if applies(name, chosen)]
     outs = {name: predict(law_for(name, chosen), chosen) for name in names}
+    if extra is not None:
+        outs[extra[0].name] = predict(extra[0], [extra[1][i] for i in picked])
     columns = min(3, len(chosen))
     rows = -(-len(chosen) // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(4.6 * columns, 3.4 * rows), squeeze=False)
@@ -132,7 +142,7 @@ def draw_force_against_slip(
         alpha = np.degrees(np.arctan2(-run.v_y, np.maximum(run.v_x, 1e-9)))
         style = "-" if run.dt is not None else "."
         axis.plot(alpha, run.smooth(run.lateral(run.f_x, run.f_y)), "k" + style, lw=2, ms=4, label="measured")
-        for name in names:
+        for name in outs:
             force = run.smooth(run.lateral(outs[name][k][0], outs[name][k][1]))
             axis.plot(alpha, force, style, color=COLOURS[name], lw=1, ms=4, label=name)
         axis.set_title(

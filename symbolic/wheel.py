@@ -91,6 +91,7 @@ _LAWS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "bekker": ("symbolic.bekker", "Bekker"),
         "dallas": ("symbolic.dallas", "Dallas"),
+        "dallas_refit": ("symbolic.dallas_refit", "DallasRefit"),
         "turn_slip": ("symbolic.turn_slip", "TurnSlip"),
         "turn_slip_calibrated": ("symbolic.turn_slip_calibrated", "TurnSlipCalibrated"),
     }
