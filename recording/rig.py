@@ -87,7 +87,7 @@ class WheelRun:
         return f_x * np.cos(self.yaw) - f_y * np.sin(self.yaw)
 
     def smooth(self, values: Array) -> Array:
-        """Centred mean over SMOOTHING; steady rows stay as they are."""
+        """Centred mean of values (N,) over SMOOTHING; steady rows stay as they are."""
         if self.dt is None:
             return np.asarray(values, dtype=float)
         return moving_mean(values, max(1, round(SMOOTHING / self.dt)))
@@ -97,7 +97,7 @@ MOTION = ("v_x", "v_y", "omega", "load", "yaw_rate", "steer_rate", "dv_y")
 
 
 def moving_mean(values: Array, width: int) -> Array:
-    """Centred mean over `width` samples (an odd number is used), ends held."""
+    """Centred mean of values (N,) over `width` samples (an odd number is used), ends held."""
     half = width // 2
     padded = np.pad(np.asarray(values, dtype=float), half, mode="edge")
     kernel = np.full(2 * half + 1, 1.0 / (2 * half + 1))

@@ -73,19 +73,24 @@ def calibrate(
     start = np.array([neutral(name) for name in names])
     first = np.concatenate([_residual(functions, run, start, thin)[1] for run in runs])
     free = np.sqrt(np.mean((first * scale) ** 2, axis=0)) > LEAST_SENSITIVITY
-    low, high = _limits(names)
-    problem = _Problem(runs, functions, start, free, thin, progress)
-    if free.any():
+    low, high = _limits(names, runs)
+    while True:
+        problem = _Problem(runs, functions, start, free, thin, progress)
+        if not free.any():
+            break
         found = least_squares(
             problem.residual, start[free], jac=problem.jacobian, bounds=(low[free], high[free]), x_scale=scale[free],
             max_nfev=iterations, xtol=1e-5,
         )  # fmt: skip
         problem.residual(found.x)
+        reach = 1e-3 * (high - low)
+        stuck = free & ((problem.theta < low + reach) | (problem.theta > high - reach))
+        if not stuck.any():
+            break
+        free &= ~stuck  # at a bound: held neutral, and the others fitted without it
     theta, blocks = problem.theta, problem.blocks
-    reach = 1e-3 * (high - low)
-    stuck = free & ((theta < low + reach) | (theta > high - reach))
     std = _robust_std(blocks, free)
-    kept = [i for i in range(len(names)) if free[i] and not stuck[i]]
+    kept = [i for i in range(len(names)) if free[i]]
     return Calibrated(
         {names[i]: float(theta[i]) for i in kept},
         {names[i]: float(std[i]) for i in kept},
@@ -149,9 +154,18 @@ def _inside(key: str, value: float) -> float:
     return float(np.clip(value, SOIL_SIGNALS[key].lower, SOIL_SIGNALS[key].upper))
 
 
-def _limits(names: Sequence[str]) -> tuple[Array, Array]:
-    pairs = np.array([LIMITS.get(name, SOIL_LIMITS) for name in names])
-    return pairs[:, 0], pairs[:, 1]
+def _limits(names: Sequence[str], runs: Sequence[WheelRun]) -> tuple[Array, Array]:
+    """Least and greatest value per parameter; multiples of soil parameters stay inside the physical bounds."""
+    low, high = [], []
+    for name in names:
+        least, most = LIMITS.get(name, SOIL_LIMITS)
+        if name in SOIL_KEYS:
+            given = [run.soil[name] for run in runs if run.soil[name] > 0]
+            least = max([least, *(SOIL_SIGNALS[name].lower / value for value in given)])
+            most = min([most, *(SOIL_SIGNALS[name].upper / value for value in given)])
+        low.append(least)
+        high.append(most)
+    return np.array(low), np.array(high)
 
 
 def _functions(runs: Sequence[WheelRun], names: Sequence[str]) -> dict[tuple[float, float], ca.Function]:

@@ -126,7 +126,7 @@ def _error(run: WheelRun, out: Array) -> RunError:
 
 
 def quantiles(values: Sequence[float]) -> dict[str, float | None]:
-    """Median and 95th percentile, None where there is nothing finite."""
+    """Median and 95th percentile of the finite values, None where there are none."""
     finite = [value for value in values if np.isfinite(value)]
     if not finite:
         return {"median": None, "p95": None}

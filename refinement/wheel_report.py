@@ -84,7 +84,7 @@ def applies(name: str, runs: Sequence[WheelRun]) -> bool:
 
 
 def percent(values: dict[str, float | None]) -> str:
-    """Median / p95 in per cent."""
+    """Median / p95 of values, as `quantiles` gives them, in per cent."""
     if values["median"] is None or values["p95"] is None:
         return "not applicable"
     return f"{100 * values['median']:.1f} / {100 * values['p95']:.1f} %"

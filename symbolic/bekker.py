@@ -37,7 +37,7 @@ class Rolling:
 
 
 def rolling(contact: Contact, radius: Scalar, speed_floor: float, spin_floor: float) -> Rolling:
-    """Rolling of the wheel with spin kept above spin_floor v/r and v above speed_floor (m/s), smoothly.
+    """Rolling of the wheel of given radius (m) with spin kept above spin_floor v/r and v above speed_floor (m/s), smoothly.
 
     s = (r omega - v_x)/max(r omega, v_x): 1 - v_x/(r omega) when driving, r omega/v_x - 1 when braking.
     """
@@ -59,7 +59,10 @@ class Arc:
 
     @classmethod
     def of(cls, h: Scalar, radius: Scalar, peak: Scalar, rebound: float) -> Arc:
-        """Arc at sinkage h with theta_m = peak theta_f, equations (8), (9) and (11); h is capped short of the axle."""
+        """Arc at sinkage h (m) with theta_m = peak theta_f, equations (8), (9) and (11); h is capped short of the axle.
+
+        radius: r (m); rebound: Lambda, sinkage ratio.
+        """
         deepest = DEEPEST * radius
         ratio = h / deepest
         h = h / ca.sqrt(ca.sqrt(ca.sqrt(1.0 + ((ratio * ratio) ** 2) ** 2)))
@@ -67,7 +70,7 @@ class Arc:
         return cls(h, front, peak * front, -ca.acos(1.0 - rebound * h / radius), 1.0 - h / radius)
 
     def depth(self, theta: Scalar, radius: Scalar, ahead: bool) -> Scalar:
-        """h(theta), equations (7) and (10), at an angle ahead of theta_m or behind it."""
+        """h(theta) (m), equations (7) and (10), at an angle ahead of theta_m or behind it; radius: r (m)."""
         if not ahead:
             theta = self.front - (theta - self.rear) * (self.front - self.middle) / (self.middle - self.rear)
         return radius * (ca.cos(theta) - self.cos_front)
@@ -150,7 +153,7 @@ class Bekker:
     def shear(
         self, soil: Soil, wheel: Wheel, contact: Contact, roll: Rolling, arc: Arc, theta: Scalar, ahead: bool
     ) -> tuple[Scalar, Scalar]:
-        """tau, tau_y on the wheel (Pa), equations (5), (6) and (16) as one vector along (j, j_y)."""
+        """tau, tau_y on the wheel (Pa), equations (5), (6) and (16) as one vector along (j, j_y); ahead: of theta_m."""
         along, aside, length = self.path(wheel, roll, arc, theta)
         fresh = 1.0 - contact.overlap * (1.0 - ca.exp(-contact.entry_path / soil.k))
         limit = soil.c + pressure(soil, wheel, arc, theta, ahead) * ca.tan(soil.phi)
@@ -182,7 +185,7 @@ class Bekker:
 
 
 def pressure(soil: Soil, wheel: Wheel, arc: Arc, theta: Scalar, ahead: bool) -> Scalar:
-    """sigma(theta), equation (4) (Pa)."""
+    """sigma(theta), equation (4) (Pa); ahead: of theta_m."""
     depth = arc.depth(theta, wheel.radius, ahead)
     positive = 0.5 * (depth + ca.sqrt(depth * depth + (1e-6 * wheel.radius) ** 2))
     return (soil.k_c / wheel.width + soil.k_phi) * ca.exp(soil.n * ca.log(positive))

@@ -123,7 +123,7 @@ class Sliding:
         return self.contact.v_y + self.contact.yaw_rate * (x + ago) - self.contact.dv_y * ago / self.v
 
     def path(self, x: Scalar, x_front: Scalar) -> Scalar:
-        """Shear path (m) of the soil now at x: its own history of sliding velocities, by two Gauss points."""
+        """Shear path (m) of the soil now at x, which entered at x_front (m): its own history, by two Gauss points."""
         total: Scalar = 0.0
         for part, weight in PATH_NODES:
             behind = part * (x_front - x)
