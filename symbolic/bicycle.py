@@ -132,6 +132,7 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "ackermann",
         "toe",
         "width",
+        "radius",
     )
     return {**{name: getattr(vehicle, name) for name in names}, "roll_share_f": vehicle.roll_stiffness_front}
 

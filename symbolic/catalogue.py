@@ -1,0 +1,47 @@
+"""The effect catalogue by name, and models from a declared vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from symbolic.bicycle import bicycle
+from symbolic.effects import Effect, add_effect
+from symbolic.effects_body import bank, grade, locked_differential, motion_resistance, payload, side_force, yaw_moment
+from symbolic.effects_sensor import gyro_bias, lever_arm, sensor_delay, speed_scale
+from symbolic.effects_soil import bulldozing, rate_damping, relaxation, slip_sinkage, soil_change
+from symbolic.effects_steering import backlash, steering_delay, steering_gain, steering_lag, steering_offset
+from symbolic.effects_track import load_transfer, multipass
+from symbolic.model import Model
+from symbolic.soil import Soil
+from symbolic.vehicle import Vehicle
+from symbolic.wheel import ForceLaw
+
+
+def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
+    """Every known effect by name, sized for the vehicle."""
+    effects = (
+        multipass(vehicle.wheelbase), load_transfer(), rate_damping(), bulldozing(), slip_sinkage(), motion_resistance(),
+        steering_lag(), steering_delay(), steering_offset(), steering_gain(), backlash(), relaxation(), bank(), grade(),
+        side_force(), payload(), yaw_moment(), locked_differential(), soil_change(), gyro_bias(), lever_arm(),
+        speed_scale(), sensor_delay(),
+    )  # fmt: skip
+    return {effect.name: effect for effect in effects}
+
+
+def declared_model(
+    vehicle: Vehicle,
+    soil: Soil,
+    law: ForceLaw | str = "turn_slip",
+    effects: Mapping[str, Mapping[str, float]] | None = None,
+) -> Model:
+    """The bicycle with the vehicle's declared effects (or the given ones) at their declared parameters.
+
+    Raises ValueError for an effect that the catalogue lacks, KeyError for a parameter that the effect lacks.
+    """
+    known = catalogue(vehicle)
+    model = bicycle(vehicle, soil, law)
+    for name, values in (vehicle.effects if effects is None else effects).items():
+        if name not in known:
+            raise ValueError(f"effects: expected names of {', '.join(known)}; found {name!r}")
+        model = add_effect(model, known[name], values)
+    return model
