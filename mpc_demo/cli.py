@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from mpc_demo.commands_bench import bench
+from mpc_demo.commands_calibrate import calibrate
 from mpc_demo.commands_estimate import estimate
 from mpc_demo.commands_generate import generate
 from mpc_demo.commands_residual import residual
@@ -20,7 +21,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (study, estimate, residual, generate, bench):
+for command in (study, estimate, residual, generate, calibrate, bench):
     app.command()(command)
 
 

@@ -25,11 +25,14 @@ from mpc_demo.options import (
     open_drive,
 )
 from mpc_demo.output import console, output_folder, say_written, write_json
+from mpc_demo.residual_wheel import is_wheel_data, report_wheel
 from refinement.residual import WINDOW, DriveResidual, drive_residual
 
 
 def residual(
-    data: Annotated[Path, typer.Argument(help="A drive: CSV, CSV.gz or Parquet.", show_default=False)],
+    data: Annotated[
+        Path, typer.Argument(help="A drive (CSV, CSV.gz, Parquet) or single-wheel runs (npz).", show_default=False)
+    ],
     vehicle: VehicleOption = None,
     soil: SoilOption = None,
     law: LawOption = "turn_slip",
@@ -39,15 +42,22 @@ def residual(
         typer.Option("--n", help="Sinkage exponent, both axles (default: the soil's).", show_default=False),
     ] = None,
     columns: ColumnsOption = None,
+    wheel: Annotated[
+        Path | None,
+        typer.Option("--wheel", help="Wheel TOML: DATA is then a single-wheel table.", show_default=False),
+    ] = None,
     noise: NoiseOption = "none",
     seed: SeedOption = 0,
     skip: SkipOption = START_UP,
     out: OutOption = None,
 ) -> None:
-    """What the model leaves unexplained, per channel, axle and horizon.
+    """What the model leaves unexplained in a drive, per channel, axle and horizon; or the force laws on single-wheel runs.
 
     Example: softsoil residual data/multi_clay_n0.50.parquet --soil clay
     """
+    if is_wheel_data(data, wheel):
+        say_written(report_wheel(data, columns, wheel, soil, output_folder(out, "residual")))
+        return
     clean, noisy = open_drive(data, columns, noise, seed)
     declared = declaration(vehicle, soil or (None if model else named_soil(clean.name)), law, model)
     folder = output_folder(out, "residual")

@@ -175,7 +175,7 @@ def test_failure_of_its_own_is_said_as_such(home, monkeypatch, short_log):
     assert result.stderr.startswith("error: a failure of the program's own: KeyError")
 
 
-@pytest.mark.parametrize("command", ["study", "estimate", "residual", "generate", "bench"])
+@pytest.mark.parametrize("command", ["study", "estimate", "residual", "generate", "calibrate", "bench"])
 def test_help_has_an_example(command):
     result = softsoil(command, "--help")
     assert result.exit_code == 0 and f"Example: softsoil {command}" in result.output
