@@ -175,7 +175,7 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
 
 
 def _forces(q: Quantities, vehicle: Vehicle, law: ForceLaw) -> Quantities:
-    wheels = tuple(c.with_(force=law(c.soil, vehicle.wheel, c.contact)) for c in q["wheels"])  # type: ignore[arg-type]
+    wheels = tuple(c.with_(force=law(c.soil, vehicle.wheel, c.contact)) for c in q["wheels"])
     return {"wheels": wheels}
 
 

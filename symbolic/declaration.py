@@ -37,7 +37,7 @@ class Declaration:
         return Declaration(self.vehicle.with_(effects=merged), self.soil, self.law)
 
     def with_n(self, n: float) -> Declaration:
-        """The declaration on a soil with another sinkage exponent."""
+        """The declaration on a soil with another sinkage exponent n."""
         return Declaration(self.vehicle, self.soil.with_(n=n), self.law)
 
 

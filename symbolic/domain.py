@@ -26,7 +26,7 @@ def check_contact(contact: Contact) -> None:
 
 
 def check_sinkage(sinkage: float, wheel: Wheel) -> None:
-    """Raise ValueError where the wheel has sunk so deep (m) that the contact reaches the axle and no law holds."""
+    """Raise ValueError for a sinkage (m) at which the contact reaches the axle and no law holds."""
     most = 0.8 * DEEPEST * wheel.radius
     if not sinkage <= most:
         raise ValueError(

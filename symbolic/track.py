@@ -30,7 +30,7 @@ def track_layout(prefix: str, count: int, values: Sequence[Signal]) -> Layout:
 
 
 def read_cells(memory: Mapping[str, Scalar], prefix: str, count: int, values: Sequence[Signal]) -> list[Cell]:
-    """The cells out of a memory's quantities."""
+    """The `count` cells out of a memory's quantities."""
     return [{value.name: memory[f"{prefix}_{value.name}_{k}"] for value in values} for k in range(count)]
 
 

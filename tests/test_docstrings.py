@@ -12,24 +12,8 @@ import pytest
 
 PROJECT = Path(__file__).resolve().parents[1]
 ROOMS = ("symbolic", "recording", "estimator", "refinement")
-SAID_ELSEWHERE = {
-    "self",
-    "cls",
-    "q",
-    "x",
-    "u",
-    "p",
-    "args",
-    "kwargs",
-    "extra",
-    "more",
-    "key",
-    "item",
-    "other",
-    "start",
-    "stop",
-}
-"""Conventions: x, u, p and q are those of symbolic.model; the rest are Python's own protocols."""
+SAID_ELSEWHERE = set("self cls q x u p dt substeps args kwargs extra more key item other start stop".split())
+"""Conventions: x, u, p, q are those of symbolic.model, dt and substeps of discretize; the rest are Python's own protocols."""
 NUMBERS = re.compile(r"\b(float|int|bool|Array|ArrayLike|NDArray|ndarray|Scalar)\b")
 FILES = sorted(path for room in ROOMS for path in (PROJECT / room).rglob("*.py"))
 
