@@ -109,7 +109,7 @@ def test_larger_n_is_softer_soil_with_less_side_force(soil):
 
 
 def test_unknown_law_and_stage_are_named():
-    with pytest.raises(ValueError, match="expected one of bekker, dallas.*found 'magic'"):
+    with pytest.raises(ValueError, match=r"expected one of bekker, dallas.*found 'magic'"):
         bicycle(reference_vehicle(), CLAY, "magic")
     with pytest.raises(ValueError, match="expected a stage of inputs"):
         bicycle(reference_vehicle(), CLAY).correct("tyres", lambda q: {})

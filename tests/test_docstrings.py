@@ -12,7 +12,10 @@ import pytest
 
 PROJECT = Path(__file__).resolve().parents[1]
 ROOMS = ("symbolic", "recording", "estimator", "refinement")
-SAID_ELSEWHERE = set("self cls q x u p dt substeps args kwargs extra more key item other start stop".split())
+SAID_ELSEWHERE = {
+    "self", "cls", "q", "x", "u", "p", "dt", "substeps", "args",
+    "kwargs", "extra", "more", "key", "item", "other", "start", "stop",
+}  # fmt: skip
 """Conventions: x, u, p, q are those of symbolic.model, dt and substeps of discretize; the rest are Python's own protocols."""
 NUMBERS = re.compile(r"\b(float|int|bool|Array|ArrayLike|NDArray|ndarray|Scalar)\b")
 FILES = sorted(path for room in ROOMS for path in (PROJECT / room).rglob("*.py"))
