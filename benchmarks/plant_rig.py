@@ -13,24 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.rig import CHANNELS, RigRun, run_rig
-from symbolic.soil import Soil
+from plant.rig import CHANNELS, run_rig
+from plant.rig_sweep import run_of
 
 CLOCK_LEAD = 0.002
 """The reference's rows lie 2 ms after their label (s): the phase of its yaw angle says so."""
-
-
-def run_of(row: np.void, soil: str) -> RigRun:
-    """What a row of `conditions` told the rig."""
-    parameters = {name: float(row[name]) for name in ("k_phi", "k_c", "n", "c", "phi", "k")}
-    return RigRun(
-        Soil(soil, **parameters),
-        load=float(row["load"]),
-        slip=float(row["slip"]),
-        speed=float(row["speed"]),
-        amplitude=float(np.deg2rad(row["amplitude_deg"])),
-        frequency=float(row["frequency"]),
-    )
 
 
 def errors(path: Path, every: int) -> NDArray[np.float64]:

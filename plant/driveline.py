@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 
 @njit(cache=True)
 def curve(table, x):
-    """Linear interpolation in a table (N, 2), held beyond its ends."""
-    return np.interp(x, table[:, 0], table[:, 1])
+    """Linear interpolation in a table (N, 2) of growing x, held beyond its ends (np.interp takes long to compile)."""
+    low, high = 0, table.shape[0] - 1
+    if x <= table[low, 0]:
+        return table[low, 1]
+    if x >= table[high, 0]:
+        return table[high, 1]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table[middle, 0] <= x:
+            low = middle
+        else:
+            high = middle
+    share = (x - table[low, 0]) / (table[high, 0] - table[low, 0])
+    return table[low, 1] + share * (table[high, 1] - table[low, 1])
 
 
 @njit(cache=True)

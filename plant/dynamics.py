@@ -231,8 +231,10 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
 @njit(cache=True)
 def _sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bias, zero):
     """Chassis and payload: inertia, gyroscopic moment and weight."""
-    momentum = machine.sprung_inertia @ omega
-    moment = np.empty(3)
+    momentum, moment = np.zeros(3), np.empty(3)
+    for i in range(3):
+        for j in range(3):
+            momentum[i] += machine.sprung_inertia[i, j] * omega[j]
     cross(omega, momentum, moment)
     for i in range(3):
         rhs[3 + i] -= moment[i]

@@ -42,7 +42,7 @@ class Machine(NamedTuple):
     damper_front: Array
     damper_rear: Array
     bar: Array  # (2, 3) stiffness, damping, lever of each axle's roll bar; lever 1 and stiffness 0 where there is none
-    steer_table: Array  # (2, N) road-wheel angle a command stands for; pitman angle
+    steer_table: Array  # (N, 2) road-wheel angle a command stands for; pitman angle
     servo: Array  # (3,) natural frequency, damping ratio, inertia
     final_drive: float
     box_inertia: Array  # (3,) centre, front and rear, at axle speed
@@ -134,7 +134,7 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         damper_front=_curve(axles[0]["damper"]),
         damper_rear=_curve(axles[1]["damper"]),
         bar=np.array(bars, dtype=float),
-        steer_table=np.stack([angle, command * steering["max_angle"]]),
+        steer_table=np.stack([angle, command * steering["max_angle"]], axis=1),
         servo=np.array([steering["natural_frequency"], steering["damping_ratio"], steering["inertia"]], dtype=float),
         final_drive=float(final),
         box_inertia=np.array([drive["shaft_inertia"] * final**2, drive["box_inertia"], drive["box_inertia"]]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -49,6 +50,11 @@ class Sine:
         return self.amplitude * np.sin(2 * np.pi * t / self.period + self.phase)
 
 
+@lru_cache(maxsize=64)
+def _phases(seed: int, count: int) -> Array:
+    return np.random.default_rng(seed).uniform(0, 2 * np.pi, count)
+
+
 @dataclass(frozen=True)
 class MultiSine:
     """A sum of sines with random phases, drawn once from the seed; its amplitude stays within `amplitude`."""
@@ -59,9 +65,9 @@ class MultiSine:
 
     def __call__(self, t: Array) -> Array:
         """Steering at t."""
-        phases = np.random.default_rng(self.seed).uniform(0, 2 * np.pi, len(self.frequencies))
-        waves = [np.sin(2 * np.pi * f * t + p) for f, p in zip(self.frequencies, phases, strict=True)]
-        return np.clip(1.8 * self.amplitude / len(waves) * np.sum(waves, axis=0), -self.amplitude, self.amplitude)
+        frequencies = np.array(self.frequencies)[:, None]
+        waves = np.sin(2 * np.pi * frequencies * t + _phases(self.seed, len(self.frequencies))[:, None])
+        return np.clip(1.8 * self.amplitude / len(waves) * waves.sum(axis=0), -self.amplitude, self.amplitude)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.driveline import enforce_locks, shift_gear
+from plant.driveline import curve, enforce_locks, shift_gear
 from plant.effects import Effects
 from plant.machine import PlantVehicle, load_plant_vehicle
 from plant.manoeuvres import Logged, Manoeuvre, Sine, Speed
@@ -126,7 +126,7 @@ def _run_up(
     plant = Plant(soil, vehicle=vehicle, effects=effects, start=start)
     drive(plant, Manoeuvre("run-up", Sine(0.0), Speed(u)), 0.996)
     steer = float(log["steer"][row])
-    plant.state[PITMAN] = np.interp(steer, *vehicle.machine.steer_table)
+    plant.state[PITMAN] = curve(vehicle.machine.steer_table, steer)
     plant.state[STEER_LAGGED] = plant.state[STEER_PLAY] = steer
     lead_to(plant, log, row)
     return plant

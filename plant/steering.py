@@ -3,9 +3,11 @@ loads."""
 
 from __future__ import annotations
 
-import numpy as np
+import math
+
 from numba import njit
 
+from plant.driveline import curve
 from plant.effects import MAX_DELAY_STEPS
 from plant.state import PITMAN, PITMAN_RATE, RING, STEER_LAGGED, STEER_PLAY, STEPS
 
@@ -19,7 +21,7 @@ def steering_target(state, command, steering, dt):
     past = min(int(delay / dt + 0.5), step, MAX_DELAY_STEPS - 1)
     target = gain * state[RING + (step - past) % MAX_DELAY_STEPS] + offset
     if lag > 0.0:
-        state[STEER_LAGGED] += (target - state[STEER_LAGGED]) * (1.0 - np.exp(-dt / lag))
+        state[STEER_LAGGED] += (target - state[STEER_LAGGED]) * (1.0 - math.exp(-dt / lag))
     else:
         state[STEER_LAGGED] = target
     state[STEER_PLAY] = min(max(state[STEER_PLAY], state[STEER_LAGGED] - play), state[STEER_LAGGED] + play)
@@ -29,7 +31,7 @@ def steering_target(state, command, steering, dt):
 @njit(cache=True)
 def advance_pitman(state, machine, target, torque, dt):
     """The arm's servo, implicit in its own stiffness and damping: stable at any step; torque: of the soil (N m)."""
-    wanted = np.interp(target, machine.steer_table[0], machine.steer_table[1])
+    wanted = curve(machine.steer_table, target)
     omega, zeta, inertia = machine.servo[0], machine.servo[1], machine.servo[2]
     rate = state[PITMAN_RATE] + dt * (omega * omega * (wanted - state[PITMAN]) + torque / inertia)
     rate /= 1.0 + 2.0 * zeta * omega * dt + omega * omega * dt * dt
