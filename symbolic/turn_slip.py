@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 import numpy as np
 
-from symbolic.contact_line import contact_line, tan_phi
+from symbolic.contact_line import contact_line, rim_depth, tan_phi
 from symbolic.smooth import Scalar
 from symbolic.soil import Soil
 from symbolic.wheel import Contact, Wheel, WheelForce
@@ -77,13 +77,16 @@ class TurnSlip:
         line = contact_line(soil, wheel, contact.load, contact.omega, self.front_nodes)
         v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
         least = (self.slip_floor * v) ** 2 + (contact.yaw_rate * wheel.width) ** 2 / 12.0
-        motion = Sliding(contact, wheel.radius, v, least, 0.5 * self.contact_step + self.factors.entry_time)
+        motion = Sliding(contact, wheel.radius, 2.0 / v, least, 0.5 * self.contact_step + self.factors.entry_time)
         fresh = 1.0 - contact.overlap * (1.0 - ca.exp(-contact.entry_path / soil.k))
+        # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.
+        per_k, aside = 2.0 / soil.k, 2.0 / (v * wheel.width)
         tan = tan_phi(soil.phi)
         f_x = f_y = m_y = m_z = 0.0
         for node in line.nodes:
-            path = self.factors.path * motion.path(node.x, line.x_front) / soil.k
-            unsheared = side_entry(path, motion.mean_y(node.x, line.x_front), line.x_front - node.x, v, wheel.width)
+            path = motion.path(node.x, line.x_front) * (0.5 * self.factors.path) * per_k
+            drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
+            unsheared = side_entry(path, drift)
             tau = (soil.c + node.sigma * tan) * (1.0 - fresh * unsheared)
             u_x, u_y, length = motion.at(node.x, node.depth)
             force = -wheel.width * node.weight * tau / length
@@ -99,12 +102,13 @@ class TurnSlip:
 class Sliding:
     """Sliding velocities of the wheel's body over the soil (m/s), and the shear path they leave (m).
 
-    least: square of the least sliding speed (m^2/s^2); extra: time that a path counts beyond its own (s).
+    twice_per_v: 2/v_x (s/m); least: square of the least sliding speed (m^2/s^2); extra: time that a path counts beyond its
+    own (s).
     """
 
     contact: Contact
     radius: Scalar
-    v: Scalar
+    twice_per_v: Scalar
     least: Scalar
     extra: Scalar
 
@@ -120,7 +124,7 @@ class Sliding:
     def mean_y(self, x: Scalar, x_front: Scalar) -> Scalar:
         """Mean lateral sliding velocity of the soil now at x since it entered at x_front (m/s)."""
         ago = 0.5 * (x_front - x)
-        return self.contact.v_y + self.contact.yaw_rate * (x + ago) - self.contact.dv_y * ago / self.v
+        return self.contact.v_y + self.contact.yaw_rate * (x + ago) - self._change * (0.5 * ago)
 
     def path(self, x: Scalar, x_front: Scalar) -> Scalar:
         """Shear path (m) of the soil now at x, which entered at x_front (m): its own history, by two Gauss points."""
@@ -128,25 +132,27 @@ class Sliding:
         for part, weight in PATH_NODES:
             behind = part * (x_front - x)
             there = x + behind
-            square = there * there / (self.radius * self.radius)
-            depth = self.radius * (1.0 - square * (0.5 + square * (0.125 + 0.0625 * square)))
-            u_x = self.contact.v_x - self.contact.omega * depth
-            u_y = self.contact.v_y + self.contact.yaw_rate * there - self.contact.dv_y * behind / self.v
+            u_x = self.contact.v_x - self.contact.omega * rim_depth(there * there, self.radius)
+            u_y = self.contact.v_y + self.contact.yaw_rate * there - self._change * (0.5 * behind)
             total += weight * self._length(u_x, u_y)
-        return total * ((x_front - x) / self.v + self.extra)
+        return total * ((0.5 * (x_front - x)) * self.twice_per_v + self.extra)
+
+    @property
+    def _change(self) -> Scalar:
+        """2 dv_y/v_x: twice the change of lateral velocity per length of path (1/s)."""
+        return self.contact.dv_y * self.twice_per_v
 
 
-def side_entry(path: Scalar, mean_y: Scalar, distance: Scalar, v: Scalar, width: Scalar) -> Scalar:
+def side_entry(path: Scalar, drift: Scalar) -> Scalar:
     """Mean of exp(-j/k) over the width, where part of the soil came in through the wheel's side.
 
-    rho = |mean_y| distance/(v b) is how far the wheel moved sideways over its width since this line entered; the share
-    f = min(1, rho) of the width then holds soil whose path grows linearly from 0:
-    (1 - f) exp(-J) + f (1 - exp(-J2))/J2 with J2 = J min(1, 1/rho), the minima smooth.
-    path: J, path over shear modulus; mean_y, v (m/s); distance (m); width b (m).
+    rho = |drift| is how far the wheel moved sideways, over its width, since this line entered; the share f = min(1, rho)
+    of the width then holds soil whose path grows linearly from 0:
+    (1 - f) exp(-J) + f (1 - exp(-J2))/J2 with J2 = J min(1, 1/rho); min(1, rho) is used as rho/sqrt(1 + rho^2).
+    path: J, path over shear modulus; drift: sideways motion over width (1).
     """
-    scaled = mean_y * distance / (v * width)
-    square = scaled * scaled
-    ratio = 1.0 / ca.sqrt(ca.sqrt(1.0 + square * square))
+    square = drift * drift
+    ratio = ca.sqrt(1.0 / (1.0 + square))
     share = ca.sqrt(square + 1e-12) * ratio
     part = path * ratio
     return (1.0 - share) * ca.exp(-path) + share * (1.0 - ca.exp(-part)) / part

@@ -1,0 +1,132 @@
+"""Front-axle lateral force of the laws on the reference simulator's drives: `python benchmarks/force_front_axle.py`.
+
+Nothing is fitted on these drives; the true_* columns judge, and in the first of two ways also give motion and load:
+- "own load": each wheel's true angle, velocity and load: the law alone;
+- "model load": velocities from u, v, omega_z, angles from the steering, loads static + longitudinal + lateral transfer.
+Printed: rms error over the peak force, rms over rms, and the gain of measured on predicted force.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from recording.drive import Recording
+from recording.read import read_drive
+from recording.rig import MOTION, SOIL_KEYS, moving_mean
+from symbolic.bekker import Bekker
+from symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
+from symbolic.turn_slip import TurnSlip
+from symbolic.turn_slip_calibrated import TurnSlipCalibrated
+from symbolic.vehicle import GRAVITY, Vehicle, load_vehicle
+from symbolic.wheel import Contact, ForceLaw
+
+PROJECT = Path(__file__).resolve().parents[1]
+DRIVES = PROJECT.parent / "shared" / "data" / "chrono_vehicle"
+SOILS = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
+SIDES = (("fl", 1.0), ("fr", -1.0))
+START = 2.0
+"""s: the start-up transient before is left out."""
+SMOOTH = 5
+"""Samples (60 ms) over which accelerations are averaged for the load transfer."""
+
+
+def soil_of(log: Recording) -> Soil:
+    """Soil class and n from the drive's name."""
+    _, soil, n = log.name.split("_")[:3]
+    return SOILS[soil].with_(n=float(n.removeprefix("n")))
+
+
+def motion(log: Recording, side: str, sign: float, vehicle: Vehicle, own: bool) -> tuple[np.ndarray, np.ndarray]:
+    """(7, N) contact of one front wheel, and its angle to the vehicle (rad)."""
+    dt = log.dt
+    if own:
+        angle = log.truth[f"true_delta_{side}"]
+        u, v, load = (log.truth[f"true_{key}_{side}"] for key in ("vx", "vy", "fz"))
+    else:
+        mean = log["steer"]
+        angle = mean + sign * 0.5 * (vehicle.ackermann * mean**2 + vehicle.toe)
+        u = log["u"] - sign * 0.5 * vehicle.track * log["omega_z"]
+        v = log["v"] + vehicle.l_f * log["omega_z"]
+        a_x, a_y = (moving_mean(log[key], SMOOTH) for key in ("a_x_imu", "a_y_imu"))
+        static = vehicle.mass * (GRAVITY * (vehicle.l_r - vehicle.load_offset) - a_x * vehicle.h_cg)
+        transfer = vehicle.roll_stiffness_front * vehicle.mass * a_y * vehicle.h_cg / vehicle.track
+        load = 0.5 * static / vehicle.wheelbase - sign * transfer
+    cos, sin = np.cos(angle), np.sin(angle)
+    v_x, v_y = u * cos + v * sin, -u * sin + v * cos
+    rate = np.gradient(angle, dt)
+    return np.array([v_x, v_y, log[f"omega_{side}"], load, log["omega_z"] + rate, rate, np.gradient(v_y, dt)]), angle
+
+
+def force(law: ForceLaw, vehicle: Vehicle) -> ca.Function:
+    """[motion, soil] -> [f_x, f_y] in the wheel frame."""
+    m, s = ca.SX.sym("m", 7), ca.SX.sym("s", 6)
+    contact = Contact(**{key: m[i] for i, key in enumerate(MOTION)})
+    out = law(Soil("", *[s[i] for i in range(6)]), vehicle.wheel, contact)
+    return ca.Function("force", [m, s], [ca.vertcat(out.f_x, out.f_y)])
+
+
+def judge(log: Recording, function: ca.Function, vehicle: Vehicle, own: bool) -> tuple[float, float, float]:
+    """rms error over peak, rms error over rms, gain, of the front axle's lateral force in the vehicle frame."""
+    soil = np.array([[getattr(soil_of(log), key)] for key in SOIL_KEYS])
+    predicted, measured = np.zeros(len(log)), np.zeros(len(log))
+    for side, sign in SIDES:
+        contact, angle = motion(log, side, sign, vehicle, own)
+        f_x, f_y = np.array(function(contact, soil))
+        predicted += f_x * np.sin(angle) + f_y * np.cos(angle)
+        measured += log.truth[f"true_fy_{side}"]
+    predicted, measured = moving_mean(predicted, 3)[3:-3], moving_mean(measured, 3)[3:-3]
+    rms = np.sqrt(np.mean((predicted - measured) ** 2))
+    gain = float(predicted @ measured / (predicted @ predicted))
+    return float(rms / np.abs(measured).max()), float(rms / np.sqrt(np.mean(measured**2))), gain
+
+
+def table(folder: Path, laws: dict[str, ForceLaw]) -> list[tuple[str, dict[str, tuple[float, float, float]]]]:
+    """Per nominal drive: figures by law and kind of load."""
+    vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
+    functions = {name: force(law, vehicle) for name, law in laws.items()}
+    rows = []
+    for kind in ("paper", "multi", "steps"):
+        for path in sorted(folder.glob(f"{kind}_*.csv.gz")):
+            log = read_drive(path)
+            log = log.between(START, log.t[-1])
+            row = {
+                f"{name}, {'own' if own else 'model'} load": judge(log, function, vehicle, own)
+                for name, function in functions.items()
+                for own in (True, False)
+            }
+            rows.append((log.name, row))
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=DRIVES, help="drives with true_* columns")
+    folder = parser.parse_args().folder
+    base = TurnSlip()
+    laws: dict[str, ForceLaw] = {
+        "bekker": Bekker(),
+        "turn_slip": base,
+        "without contact step": replace(base, contact_step=0.0),
+        "with the rig's factors": TurnSlipCalibrated(base, on_reference_rig=True),
+    }
+    rows = table(folder, laws)
+    if not rows:
+        raise SystemExit(f"expected drives paper_*, multi_*, steps_* (.csv.gz) in {folder}, found none")
+    heads = list(rows[0][1])
+    print("front axle: rms error over peak %, over rms %, gain")
+    print(f"{'drive':24s}" + "".join(f"{head:>36s}" for head in heads))
+    for name, row in rows:
+        print(f"{name:24s}" + "".join(f"{100 * p:22.1f} {100 * r:6.1f} {g:6.3f}" for p, r, g in row.values()))
+    for kind in ("paper", "multi", "steps"):
+        values = [np.array(list(row.values())) for name, row in rows if name.startswith(kind)]
+        worst = np.max(values, axis=0) if values else []
+        print(f"{'worst ' + kind:24s}" + "".join(f"{100 * p:22.1f} {100 * r:6.1f}       " for p, r, _ in worst))
+
+
+if __name__ == "__main__":
+    main()
