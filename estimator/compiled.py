@@ -97,6 +97,12 @@ def at_points(function: ca.Function, count: int) -> tuple[ca.Function, tuple[str
     return function.map(count), ()
 
 
+def build_library(name: str, sources: Sequence[str]) -> Path | None:
+    """Path of the shared library of C `sources`, from the cache or built into it; None where there is no compiler that can."""
+    compiler = find_compiler()
+    return None if compiler is None else _library(compiler, name, sources)
+
+
 def _library(compiler: str, name: str, sources: Sequence[str], warn: bool = True) -> Path | None:
     """The shared library of `sources`, from the cache or built into it; None where the compiler refuses."""
     key = hashlib.sha256(repr((sources, _compiler_version(compiler), FLAGS, _machine())).encode())

@@ -25,7 +25,7 @@ def discretize(model: Model, dt: float, method: str = "euler", substeps: int = 1
     end = x
     for _ in range(substeps):
         end = _euler(ode, end, u, p, h) if method == "euler" else _rk4(ode, end, u, p, h)
-    return ca.Function("step", [x, u, p], [end], ["x", "u", "p"], ["x_next"])
+    return ca.Function("step", [x, u, p], [ca.cse(end)], ["x", "u", "p"], ["x_next"])
 
 
 def _euler(ode: ca.Function, x: ca.SX, u: ca.SX, p: ca.SX, h: float) -> ca.SX:
@@ -92,4 +92,6 @@ def step_with_memory(model: Model, dt: float, method: str = "euler", substeps: i
     m, external = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u_external", len(model.external))
     u = read(x, external, p, m)
     names = ["x", "m", "u_external", "p"], ["x_next", "m_next"]
-    return ca.Function("rollout_step", [x, m, external, p], [step(x, u, p), advance(x, u, p, m)], *names)
+    # Step and histories share the whole chain: without common subexpressions it would be computed twice.
+    following = ca.cse([step(x, u, p), advance(x, u, p, m)])
+    return ca.Function("rollout_step", [x, m, external, p], following, *names)

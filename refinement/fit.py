@@ -1,0 +1,183 @@
+"""Parameters of a model by prediction error over shooting windows: robust Gauss-Newton with cluster-robust errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refinement.shooting import Shooting
+
+Array = NDArray[np.float64]
+
+HUBER = 3.0
+"""Standard deviations beyond which a residual counts linearly: spikes of a sensor do not pull."""
+RELATIVE_STEP = 1e-4
+"""Step of the differences that make the Jacobian, relative to a parameter's scale: rollouts are exact to 1e-12."""
+ITERATIONS = 8
+N_NAMES = ("n_f", "n_r")
+
+
+@dataclass(frozen=True)
+class Free:
+    """One free number: the model parameters it sets (more than one where they are tied), scale, bounds.
+
+    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common.
+    """
+
+    name: str
+    sets: tuple[str, ...]
+    scale: float
+    lower: float
+    upper: float
+    drive: int | None = None
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Result of a fit.
+
+    free: what was free; value, std (K,): estimates and cluster-robust standard errors; p (D, n_p): all parameters of
+    each drive; cost: mean robust squared residual over the fit windows; at_bound: names that ended on a bound.
+    """
+
+    free: tuple[Free, ...]
+    value: Array
+    std: Array
+    p: Array
+    cost: float
+    at_bound: tuple[str, ...]
+
+    def named(self) -> dict[str, tuple[float, float]]:
+        """Name -> (value, standard error)."""
+        return {f.name: (float(v), float(s)) for f, v, s in zip(self.free, self.value, self.std, strict=True)}
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What a residual is measured against: sigma (6,) per channel, in its unit."""
+
+    sigma: Array
+
+    def cost(self, residual: Array) -> Array:
+        """(W,) mean robust squared residual of each window, all channels alike; missing values do not count."""
+        z = residual / self.sigma
+        return np.nanmean(_huber(z), axis=(1, 2))
+
+
+def _huber(z: Array) -> Array:
+    size = np.abs(z)
+    return np.where(size <= HUBER, z * z, HUBER * (2 * size - HUBER))
+
+
+def fit(
+    shootings: Sequence[Shooting],
+    windows: Sequence[NDArray[np.int_]],
+    weights: Weights,
+    free: Sequence[Free],
+    start: Array,
+    p: Array,
+) -> Fit:
+    """Free numbers that predict the given windows best.
+
+    shootings: one per drive; windows: their indices to fit, per drive; start (K,); p (D, n_p): all other parameters.
+    """
+    problem = _Problem(tuple(shootings), tuple(windows), weights, tuple(free), p)
+    value = problem.clip(np.array(start, dtype=float))
+    residual = problem.residual(value)
+    cost, damping = problem.cost(residual), 1e-3
+    for _ in range(ITERATIONS):
+        jacobian = problem.jacobian(value, residual)
+        moved = False
+        for _ in range(4):
+            candidate = problem.clip(value + problem.step(jacobian, residual, damping))
+            new = problem.residual(candidate)
+            if problem.cost(new) < cost:
+                moved = True
+                break
+            damping *= 10
+        if not moved:
+            break
+        gain, change = cost - problem.cost(new), np.abs(candidate - value) / problem.scale
+        value, residual, cost, damping = candidate, new, problem.cost(new), max(damping / 5, 1e-6)
+        if gain < 1e-4 * cost and change.max() < 1e-2:
+            break
+    std = problem.std(problem.jacobian(value, residual), residual)
+    bounds = [f.name for f, v in zip(free, value, strict=True) if _at_bound(f, v)]
+    return Fit(tuple(free), value, std, problem.full(value), float(cost), tuple(bounds))
+
+
+def _at_bound(free: Free, value: float) -> bool:
+    near = 1e-6 * max(free.upper - free.lower, 1e-9)
+    return value <= free.lower + near or value >= free.upper - near
+
+
+@dataclass(frozen=True)
+class _Problem:
+    shootings: tuple[Shooting, ...]
+    windows: tuple[NDArray[np.int_], ...]
+    weights: Weights
+    free: tuple[Free, ...]
+    p: Array
+
+    @property
+    def scale(self) -> Array:
+        return np.array([f.scale for f in self.free])
+
+    def clip(self, value: Array) -> Array:
+        return np.clip(value, [f.lower for f in self.free], [f.upper for f in self.free])
+
+    def full(self, value: Array) -> Array:
+        p = self.p.copy()
+        for f, v in zip(self.free, value, strict=True):
+            for name in f.sets:
+                p[slice(None) if f.drive is None else f.drive, self.shootings[0].model.p.index(name)] = v
+        return p
+
+    def residual(self, value: Array) -> Array:
+        """(W, N, 6) residuals of the fit windows in standard deviations; missing values are 0."""
+        parts = [
+            shooting.residual(p)[windows]
+            for shooting, windows, p in zip(self.shootings, self.windows, self.full(value), strict=True)
+        ]
+        return np.nan_to_num(np.concatenate(parts) / self.weights.sigma)
+
+    def cost(self, z: Array) -> float:
+        return float(np.mean(_huber(z)))
+
+    def jacobian(self, value: Array, residual: Array) -> Array:
+        """(W, N * 6, K) derivatives of the residual by one-sided differences, inwards at a bound."""
+        columns = []
+        for k, f in enumerate(self.free):
+            step = RELATIVE_STEP * f.scale
+            step = -step if value[k] + step > f.upper else step
+            moved = value.copy()
+            moved[k] += step
+            columns.append((self.residual(moved) - residual).reshape(len(residual), -1) / step)
+        return np.stack(columns, axis=-1)
+
+    def _weighted(self, jacobian: Array, residual: Array) -> tuple[Array, Array]:
+        z = residual.reshape(len(residual), -1)
+        weight = np.minimum(1.0, HUBER / np.maximum(np.abs(z), 1e-12))
+        return jacobian * weight[..., None], z
+
+    def step(self, jacobian: Array, residual: Array, damping: float) -> Array:
+        weighted, z = self._weighted(jacobian, residual)
+        hessian = np.einsum("wmk,wml->kl", weighted, jacobian)
+        gradient = np.einsum("wmk,wm->k", weighted, z)
+        scaled = hessian * np.outer(self.scale, self.scale)
+        scaled += damping * np.diag(np.diag(scaled)) + 1e-12 * np.trace(scaled) * np.eye(len(scaled))
+        return -self.scale * np.linalg.solve(scaled, self.scale * gradient)
+
+    def std(self, jacobian: Array, residual: Array) -> Array:
+        """Sandwich with windows as clusters: residuals inside a window are anything but independent."""
+        weighted, z = self._weighted(jacobian, residual)
+        hessian = np.einsum("wmk,wml->kl", weighted, jacobian) * np.outer(self.scale, self.scale)
+        per_window = np.einsum("wmk,wm->wk", weighted, z) * self.scale
+        per_window = per_window - per_window.mean(axis=0)
+        inverse = np.linalg.pinv(hessian, rcond=1e-10)
+        count = len(per_window)
+        cov = inverse @ (per_window.T @ per_window) @ inverse * count / max(count - len(self.free), 1)
+        return self.scale * np.sqrt(np.maximum(np.diag(cov), 0.0))

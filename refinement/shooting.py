@@ -1,0 +1,137 @@
+"""Multiple shooting: what a model predicts over windows of a drive that start at the recorded states.
+
+The recorded states are smoothed by a short polynomial (no model in it) for the starts of windows and for the model's
+histories; residuals are against the recorded values themselves. Sensor effects enter the outputs, so a window starts at the
+state whose outputs are what was recorded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from estimator.inputs import measured_inputs, measured_states
+from estimator.loop import StepLoop
+from recording.clock import on_even_clock
+from recording.drive import STATE_CHANNELS, Recording
+from symbolic.discretize import start_memory, step_with_memory
+from symbolic.model import Model
+
+Array = NDArray[np.float64]
+
+SMOOTHING = 0.25
+"""s: length of the polynomial that smooths recorded states; much shorter than any motion of a vehicle on soft soil."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A drive ready for shooting.
+
+    name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing; smooth (N, 6): smoothed, complete;
+    inputs (N, n_u): external inputs; first: row where the start-up is over.
+    """
+
+    name: str
+    dt: float
+    t: Array
+    measured: Array
+    smooth: Array
+    inputs: Array
+    first: int
+
+
+def shooting_drive(recording: Recording, model: Model, start: float) -> Drive:
+    """The drive on an even clock with smoothed states; `start` seconds at its beginning are left out of windows.
+
+    Raises ValueError for reversing, inputs that the drive cannot give, or a drive shorter than a few seconds.
+    """
+    log = on_even_clock(recording)
+    measured = measured_states(log)
+    inputs, _ = measured_inputs(log, model.external)
+    first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
+    if len(log) - first < 3.0 / log.dt:
+        raise ValueError(
+            f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s"
+        )
+    return Drive(log.name, log.dt, log.t, measured, smoothed(measured, log.dt), inputs, first)
+
+
+def smoothed(states: Array, dt: float) -> Array:
+    """(N, n) states through a quadratic over SMOOTHING seconds, missing values interpolated first."""
+    out = np.empty_like(states)
+    rows = np.arange(len(states))
+    window = max(2 * round(SMOOTHING / dt / 2) + 1, 5)
+    for i in range(states.shape[1]):
+        good = np.isfinite(states[:, i])
+        if not good.any():
+            raise ValueError(f"channel {STATE_CHANNELS[i]}: expected numbers, found none")
+        out[:, i] = savgol_filter(np.interp(rows, rows[good], states[good, i]), window, 2)
+    return out
+
+
+class Shooting:
+    """Predictions of one model over the windows of one drive.
+
+    model: bicycle with effects; drive; horizon (s): length of the windows, which stand side by side.
+    """
+
+    def __init__(self, model: Model, drive: Drive, horizon: float) -> None:
+        self.model, self.drive = model, drive
+        self.steps = max(round(horizon / drive.dt), 2)
+        count = (len(drive.t) - drive.first - 1) // self.steps
+        if count < 2:
+            raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {count}")
+        self.rows = drive.first + self.steps * np.arange(count)
+        self._loop = _loop(model, drive.dt)
+        self._start = start_memory(model)
+        self._extra = model.x.nominal[len(STATE_CHANNELS) :]
+        take = self.rows[:, None] + np.arange(self.steps + 1)
+        self.recorded = drive.measured[take][:, 1:]
+        self._inputs = drive.inputs[take]
+
+    def predict(self, p: Array) -> Array:
+        """(W, N, 6) outputs predicted over the windows, from one step after their start to their end, for p (n_p,)."""
+        states, memory = self.along(p)
+        _, outputs = self._loop.windows(states[self.rows], memory[self.rows], self._inputs, p)
+        return outputs[:, 1:]
+
+    def residual(self, p: Array) -> Array:
+        """(W, N, 6) predicted - recorded, psi on (-pi, pi]; NaN where nothing was recorded."""
+        error = self.predict(p) - self.recorded
+        psi = STATE_CHANNELS.index("psi")
+        error[:, :, psi] = np.angle(np.exp(1j * error[:, :, psi]))
+        return error
+
+    def along(self, p: Array) -> tuple[Array, Array]:
+        """States (N, n_x) whose outputs are the smoothed record, and the memory (N, n_m) along them."""
+        drive = self.drive
+        states = np.column_stack([drive.smooth, np.tile(self._extra, (len(drive.t), 1))])
+        m0 = self._start(states[0], drive.inputs[0], p).full()[:, 0]
+        outputs, memory = self._loop.along(states, m0, drive.inputs, p)
+        if np.abs(outputs - drive.smooth).max() > 1e-9:
+            for _ in range(2):  # the outputs differ from the states by a sensor's small effect: a contraction
+                states[:, :6] += drive.smooth - outputs
+                outputs, memory = self._loop.along(states, m0, drive.inputs, p)
+        return states, memory
+
+
+_LOOPS: dict[tuple, StepLoop] = {}
+
+
+def _loop(model: Model, dt: float) -> StepLoop:
+    """The compiled loop of a model, kept for the other horizons and drives of the same step."""
+    key = (model.name, model.effects, model.p.names, model.stages, dt)
+    if key not in _LOOPS:
+        step = step_with_memory(model, dt)
+        x, _, p = model.symbols()
+        m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
+        # The outputs do not look at the histories: measured states are outputs of the states alone.
+        full = ca.vertcat(u, model.u.nominal[len(model.external) :])
+        outputs = model.measurement()(x, full, p)
+        results = ca.cse([*step(x, m, u, p), outputs])
+        _LOOPS[key] = StepLoop(ca.Function("shooting_step", [x, m, u, p], results))
+    return _LOOPS[key]

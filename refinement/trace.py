@@ -1,0 +1,203 @@
+"""Tracing: which effect of the catalogue explains what a declared model leaves, judged on windows that were not fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from joblib import Parallel, delayed
+from numpy.typing import NDArray
+
+from estimator.inputs import sensor_std
+from recording.drive import Recording
+from refinement.fit import N_NAMES, Fit, Free, Weights, fit
+from refinement.shooting import Drive, Shooting, shooting_drive
+from symbolic.catalogue import catalogue
+from symbolic.declaration import Declaration
+from symbolic.effects import Effect, neutral
+from symbolic.model import Model
+from symbolic.soil import SOIL_SIGNALS
+
+Array = NDArray[np.float64]
+
+HORIZON = 2.0
+"""s: windows of the tracing: long against the vehicle's lateral dynamics, short enough for many of them."""
+FIT_SHARE = 2 / 3
+"""The first part of a drive is fitted, the rest judges."""
+LEAST_SIGMA = 0.5
+"""A channel's weight is its own unexplained rms, but at least this many sensor standard deviations."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect tried beside the declared model.
+
+    name; fit: of its parameters together with n; windows (H,): cost of each held-out window; gain: share of the held-out
+    cost that it removes; std: standard error of the gain, over windows.
+    """
+
+    name: str
+    fit: Fit
+    windows: Array
+    gain: float
+    std: float
+
+    @property
+    def identified(self) -> bool:
+        """Whether its parameters are inside their bounds and the leading one stands three standard errors from absence."""
+        return not self.fit.at_bound
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What all candidates share: the model with every effect absent, one or more drives, weights, windows.
+
+    model; absent (n_p,): parameters with every undeclared effect absent; shootings: one per drive; weights;
+    fitted, held: indices of windows per drive; sensor (6,): noise of the channels.
+    """
+
+    model: Model
+    absent: Array
+    shootings: tuple[Shooting, ...]
+    fitted: tuple[NDArray[np.int_], ...]
+    held: tuple[NDArray[np.int_], ...]
+    weights: Weights
+    sensor: Array
+
+
+def whole_model(declaration: Declaration) -> Model:
+    """The declared model with every other effect of the catalogue added, absent: one compilation serves all candidates."""
+    model = declaration.build()
+    for name, effect in catalogue(declaration.vehicle).items():
+        if name not in model.effects:
+            model = neutral(model, effect)
+    return model
+
+
+def make_bench(
+    recordings: Sequence[Recording], declaration: Declaration, start: float, horizon: float = HORIZON
+) -> Bench:
+    """The tracing's bench for one or more drives on one class of soil; n of each drive fitted, weights set from what it leaves.
+
+    start: seconds left out at the beginning of each drive. Raises ValueError for drives that shooting cannot use.
+    """
+    model = whole_model(declaration)
+    drives = [shooting_drive(recording, model, start) for recording in recordings]
+    shootings = tuple(Shooting(model, drive, horizon) for drive in drives)
+    counts = [len(shooting.rows) for shooting in shootings]
+    fitted = tuple(np.arange(max(round(count * FIT_SHARE), 1)) for count in counts)
+    held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
+    p = np.tile(model.p.nominal, (len(drives), 1))
+    sensor = np.max([sensor_std(r, np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])) for r in recordings], axis=0)
+    bench = Bench(model, p, shootings, fitted, held, Weights(np.maximum(_unexplained(shootings, p), sensor)), sensor)
+    for _ in range(2):  # n moves the weights, the weights n: twice is enough
+        base = fit_base(bench)
+        sigma = np.maximum(_unexplained(shootings, base.p), LEAST_SIGMA * sensor)
+        bench = Bench(model, base.p, shootings, fitted, held, Weights(sigma), sensor)
+    return bench
+
+
+def _unexplained(shootings: Sequence[Shooting], p: Array) -> Array:
+    """(6,) rms of what is left per channel, robust against single samples."""
+    squares = np.concatenate([s.residual(row).reshape(-1, 6) ** 2 for s, row in zip(shootings, p, strict=True)])
+    return np.sqrt(np.nanmean(np.minimum(squares, 25 * np.nanmedian(squares, axis=0) + 1e-18), axis=0))
+
+
+def free_n(bench: Bench) -> list[Free]:
+    """The sinkage exponent of each drive, one for both axles."""
+    n = SOIL_SIGNALS["n"]
+    return [Free(f"n_{i}", N_NAMES, 0.1, n.lower, n.upper, drive=i) for i in range(len(bench.shootings))]
+
+
+def fit_base(bench: Bench) -> Fit:
+    """n alone, every drive its own, from what the bench has and from 0.2 to either side of it."""
+    n = bench.absent[:, bench.model.p.index("n_f")]
+    starts = [np.clip(n + shift, 0.25, 1.5) for shift in (0.0, -0.2, 0.2)]
+    fits = [fit(bench.shootings, bench.fitted, bench.weights, free_n(bench), s, bench.absent) for s in starts]
+    return min(fits, key=lambda f: f.cost)
+
+
+def held_cost(bench: Bench, p: Array) -> Array:
+    """(H,) cost of every held-out window of every drive for parameters p (D, n_p)."""
+    parts = zip(bench.shootings, bench.held, p, strict=True)
+    return np.concatenate([bench.weights.cost(s.residual(row)[held]) for s, held, row in parts])
+
+
+def try_effect(
+    bench: Bench, effect: Effect, starts: Sequence[Mapping[str, float]], fixed: Sequence[str] = ()
+) -> Candidate:
+    """The effect's parameters fitted together with n, from each of the starts; the best on the fit windows is judged.
+
+    fixed: parameters of the effect that keep their value of the start.
+    """
+    best: Fit | None = None
+    n = bench.absent[:, bench.model.p.index("n_f")]
+    for values in starts:
+        p = bench.absent.copy()
+        for name, value in values.items():
+            p[:, bench.model.p.index(name)] = value
+        mine = [_free(effect, name) for name in effect.parameters.names if name not in fixed]
+        first = np.concatenate([[values[f.name] for f in mine], n])
+        found = fit(bench.shootings, bench.fitted, bench.weights, [*mine, *free_n(bench)], first, p)
+        best = found if best is None or found.cost < best.cost else best
+    if best is None:
+        raise ValueError(f"effect {effect.name}: expected at least one start, found none")
+    base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
+    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost))
+
+
+def gain_of(before: Array, after: Array) -> tuple[float, float]:
+    """Share of the held-out cost that is gone, and its standard error over windows."""
+    total, saved = float(before.mean()), before - after
+    return float(saved.mean()) / total, float(saved.std(ddof=1) / np.sqrt(len(saved))) / total
+
+
+def _free(effect: Effect, name: str) -> Free:
+    signal = effect.parameters[name]
+    scale = abs(effect.typical[name] - signal.nominal) or 0.1
+    return Free(name, (name,), scale, signal.lower, signal.upper)
+
+
+def starts_of(effect: Effect, drive: Drive) -> tuple[list[dict[str, float]], tuple[str, ...]]:
+    """Where the fit of an effect starts, and which parameters stay there.
+
+    Plausible sizes, with the leading parameter on both sides of absence where its bounds allow; a change of soil is tried
+    at places along the drive.
+    """
+    if effect.name == "soil_change":
+        last = drive.first + int((len(drive.t) - drive.first) * FIT_SHARE)
+        rows = np.linspace(drive.first, last, 8).astype(int)[1:-1]
+        names = ("change_x", "change_y", "change_heading")
+        places = [(drive.smooth[k, 0], drive.smooth[k, 1], drive.smooth[k, 2]) for k in rows]
+        return [{"n_change": 0.1, **dict(zip(names, place, strict=True))} for place in places], names
+    lead = effect.parameters[0]
+    mirrored = 2 * lead.nominal - effect.typical[lead.name]
+    starts = [dict(effect.typical)]
+    if lead.lower <= mirrored:
+        starts.append({**effect.typical, lead.name: mirrored})
+    return starts, ()
+
+
+def rank(
+    bench: Bench, effects: Mapping[str, Effect], workers: int, progress: Callable[[float], None]
+) -> list[Candidate]:
+    """All given effects, best held-out gain first."""
+
+    def one(effect: Effect) -> Candidate:
+        starts, fixed = starts_of(effect, bench.shootings[0].drive)
+        return try_effect(bench, effect, starts, fixed)
+
+    found: list[Candidate] = []
+    if workers <= 1:
+        for effect in effects.values():
+            found.append(one(effect))
+            progress(len(found) / len(effects))
+    else:
+        # Threads: the rollouts are C that releases the interpreter.
+        for candidate in Parallel(n_jobs=workers, prefer="threads", return_as="generator_unordered")(
+            delayed(one)(effect) for effect in effects.values()
+        ):
+            found.append(candidate)
+            progress(len(found) / len(effects))
+    return sorted(found, key=lambda c: -c.gain)
