@@ -9,10 +9,13 @@ import typer
 
 from estimator.terrain import terrain_model
 from estimator.unscented import UnscentedScaling, predict_function, update_function
+from mpc_demo.c_example import write_beside
 from mpc_demo.options import LawOption, ModelOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import output_folder, say_written
 from symbolic.codegen import write_c
 from symbolic.discretize import discretize
+
+STEM = "softsoil_model"
 
 
 def generate(
@@ -23,7 +26,7 @@ def generate(
     model: ModelOption = None,
     dt: Annotated[float, typer.Option("--dt", help="Step of the discrete model and the filter (s).")] = 0.012,
 ) -> None:
-    """Write a model and its filter as C: ode, step, predict and update.
+    """Write a model and its filter as C (ode, step, predict, update), with a README and an example.
 
     Example: softsoil generate build/clay --soil clay
     """
@@ -37,4 +40,6 @@ def generate(
         predict_function(step, augmented.x, scaling),
         update_function(augmented.measurement(), augmented.x, augmented.y, scaling),
     ]
-    say_written(write_c(functions, output_folder(folder, "generate"), name="softsoil_model"))
+    target = output_folder(folder, "generate")
+    written = write_c(functions, target, name=STEM)
+    say_written([*written, *write_beside(target, STEM, built, augmented, dt)])

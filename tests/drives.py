@@ -13,6 +13,7 @@ from symbolic.vehicle import Vehicle, load_vehicle
 PROJECT = Path(__file__).resolve().parents[1]
 DATA = PROJECT / "data"
 CLAY_LOG = DATA / "paper_clay_n0.50.csv.gz"
+MULTI_LOG = DATA / "multi_clay_n0.50.parquet"
 LOAM_LOG = DATA / "paper_sandyloam_n0.70.parquet"
 
 
