@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimator.inputs import measured_inputs, measured_states
-from estimator.predictor import Predictor
+from estimator.predictor import Predictor, substeps_for
 from recording.clock import on_even_clock
 from recording.drive import STATE_CHANNELS, Recording
 from symbolic.model import Model
@@ -72,7 +72,7 @@ class Replay:
         self.states = measured_states(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
-        self.predictor = Predictor(model, log.dt)
+        self.predictor = Predictor(model, log.dt, substeps=substeps_for(log.dt))
         self._extra = len(model.x) - len(STATE_CHANNELS)
 
     def windows(self, p: ArrayLike, horizon: float, stop: int | None = None) -> Windows:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -10,6 +12,15 @@ from symbolic.discretize import advance_memory, read_memory, start_memory, step_
 from symbolic.model import Model
 
 Array = NDArray[np.float64]
+
+
+LONGEST_STEP = 0.015
+"""s: the lateral motion of a wheeled vehicle settles within some hundredths of a second; a longer step is divided."""
+
+
+def substeps_for(dt: float) -> int:
+    """How many steps of at most LONGEST_STEP make up dt (s)."""
+    return max(1, math.ceil(dt / LONGEST_STEP - 1e-9))
 
 
 class Predictor:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from estimator.consistency import inside_band
 from estimator.inputs import measured_inputs, measured_states, sensor_std
+from estimator.predictor import substeps_for
 from estimator.ukf import Counts, UnscentedKalmanFilter
 from recording.clock import on_even_clock
 from recording.drive import STATE_CHANNELS, Recording
@@ -17,6 +18,9 @@ from symbolic.model import Model, promote_parameters, tie_parameters
 from symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
+
+SLOW_ROWS = 0.018
+"""s: a log with rows farther apart is too slow to leave any measurement out."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,7 @@ class Tuning:
     model_error: what the equations miss, as densities per state: standard deviation after one second of accumulation
     (units of x, y, psi, u, v, omega_z); n_walk: of the sinkage exponent per square root of a second; n_std: of the first
     guess; sensor_floor: least standard deviation that a sensor is believed to have; gate: innovation in standard
-    deviations; update_every: predictions per update (the paper: 12 ms and 24 ms).
+    deviations; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
     """
 
     model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.05, 0.02)
@@ -103,24 +107,25 @@ def estimate_terrain(
     inputs, _ = measured_inputs(log, augmented.external)
     measured = measured_states(log)
     ukf = _filter(log, augmented, n0, tuning, measured)
-    names = ("n", "n") if tied else ("n_f", "n_r")
-    rows: list[tuple] = []
+    where = [augmented.x.index(name) for name in (("n", "n") if tied else ("n_f", "n_r"))]
+    every = tuning.update_every if log.dt < SLOW_ROWS else 1
+    kept: list[tuple[float, float, int, Array, Array]] = []
     step_us = []
     for k in range(len(log) - 1):
         began = time.perf_counter()
         ukf.predict(inputs[k])
-        if (k + 1) % tuning.update_every == 0:
+        if (k + 1) % every == 0:
             seen = ukf.update(measured[k + 1])
             step_us.append((time.perf_counter() - began) * 1e6)
-            values = [ukf[names[0]], ukf[names[1]], ukf.std(names[0]), ukf.std(names[1])]
-            rows.append((log.t[k + 1], *values, seen.nis, seen.dof, *ukf.x[: len(STATE_CHANNELS)]))
-            if progress is not None and len(rows) % 64 == 0:
+            kept.append((log.t[k + 1], seen.nis, seen.dof, ukf.x, ukf.variance))
+            if progress is not None and len(kept) % 64 == 0:
                 progress((k + 1) / len(log))
-    table = np.array(rows)
+    t, nis, dof, states, variances = (np.array(column) for column in zip(*kept, strict=True))
+    n, std = states[:, where], np.sqrt(variances[:, where])
     return TerrainEstimate(
-        t=table[:, 0], n_front=table[:, 1], n_rear=table[:, 2], n_front_std=table[:, 3], n_rear_std=table[:, 4],
-        states=table[:, 7:], nis=table[:, 5], dof=table[:, 6].astype(int), counts=ukf.counts, step_us=np.array(step_us),
-        parameters={"n_f": float(table[-1, 1]), "n_r": float(table[-1, 2])},
+        t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
+        states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=ukf.counts, step_us=np.array(step_us),
+        parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])},
     )  # fmt: skip
 
 
@@ -136,7 +141,9 @@ def _filter(log: Recording, model: Model, n0: float, tuning: Tuning, measured: A
     p0 = np.concatenate([sensor**2, np.where(is_n, tuning.n_std**2, 1e-4)])
     walk = np.where(is_n, tuning.n_walk, 1e-4) if extra else np.zeros(0)
     q = np.concatenate([tuning.model_error, walk]) ** 2 * log.dt
-    return UnscentedKalmanFilter(model, log.dt, q=q, r=sensor**2, x0=x0, p0=p0, gate=tuning.gate)
+    return UnscentedKalmanFilter(
+        model, log.dt, q=q, r=sensor**2, x0=x0, p0=p0, gate=tuning.gate, substeps=substeps_for(log.dt)
+    )
 
 
 def _first(values: Array) -> float:

@@ -177,6 +177,11 @@ class UnscentedKalmanFilter:
             self._count(self._valid > 0.5, used)
         return Innovation(self._innovation.copy(), self._update.outputs[3].copy(), self._nis.item(), used, dof)
 
+    @property
+    def variance(self) -> Array:
+        """(n_x,) diagonal of P."""
+        return self._pairs[self._at][1].diagonal().copy()
+
     def std(self, name: str) -> float:
         """Standard deviation of the named state."""
         at = self.model.x.index(name)

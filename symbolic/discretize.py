@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from symbolic.model import Model
+from symbolic.model import Model, Quantities
 
 METHODS = ("euler", "rk4")
 
@@ -44,7 +44,7 @@ def read_memory(model: Model) -> ca.Function:
     """CasADi function [x, u_external, p, m] -> [u]: the full input, with what the memories provide at its end."""
     x, _, p = model.symbols()
     external, m = ca.SX.sym("u_external", len(model.external)), ca.SX.sym("m", len(model.cells))
-    q = {name: x[i] for i, name in enumerate(model.x.names)}
+    q: Quantities = {name: x[i] for i, name in enumerate(model.x.names)}
     q |= {name: external[i] for i, name in enumerate(model.external.names)}
     q |= {name: p[i] for i, name in enumerate(model.p.names)}
     q["memory"] = {name: m[i] for i, name in enumerate(model.cells.names)}

@@ -1,5 +1,7 @@
 """On drives of the own bicycle with Table-5 noise, n ends at the truth and the filter knows how sure it is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,15 @@ def test_estimate_follows_the_soil_and_not_its_first_guess():
     from_below, from_above = (estimate_terrain(add_noise(drive, "table5", 5), model, n0) for n0 in (0.6, 1.0))
     assert from_below.n_front[-1] == pytest.approx(0.8, rel=0.05)
     assert from_above.n_front[-1] == pytest.approx(0.8, rel=0.05)
+
+
+@pytest.mark.parametrize("dt", [0.004, 0.05])
+def test_rows_may_be_finer_or_coarser_than_the_papers(dt):
+    fine = synthetic_drive(clay_bicycle(), reference_vehicle().radius, dt=0.002)
+    every = round(dt / 0.002)
+    drive = replace(fine, channels={name: values[::every] for name, values in fine.channels.items()})
+    found = estimate_terrain(add_noise(drive, "table5", 8), clay_bicycle(), CLAY.n + 0.2)
+    assert found.n_front[-1] == pytest.approx(CLAY.n, rel=0.15)
 
 
 def test_dropped_and_broken_measurements_are_left_out_and_counted():
