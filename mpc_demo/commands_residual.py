@@ -24,7 +24,7 @@ from mpc_demo.options import (
     declaration,
     open_drive,
 )
-from mpc_demo.output import console, output_folder, say_written, write_json
+from mpc_demo.output import console, output_folder, progress, say_written, write_json
 from mpc_demo.residual_wheel import is_wheel_data, report_wheel
 from refinement.residual import WINDOW, DriveResidual, drive_residual
 
@@ -63,7 +63,8 @@ def residual(
     folder = output_folder(out, "residual")
     built = declared.build()
     p = built.p.pack() if n is None else built.p.pack(n_f=n, n_r=n)
-    found = drive_residual(noisy, built, declared.vehicle, p, skip)
+    with progress(clean.name):
+        found = drive_residual(noisy, built, declared.vehicle, p, skip)
     console.print(channel_table(found))
     console.print(horizon_table(found))
     figure = draw_residual(clean.name, built.name, found, folder / "residual.png")
