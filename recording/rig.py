@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 RIG_RADIUS, RIG_WIDTH, RIG_ARM = 0.330229, 0.2121, 0.3
 """The reference rig: wheel radius and width, wheel centre to the left of its yaw axis (m)."""
+RIG_ZERO = 0.5
+"""m: `wheel_z` is zero where the wheel's lowest point is this high above the soil."""
 RIG_STEP = 1e-3
 """s: time step of the reference rig's runs."""
 SMOOTHING = 0.025
@@ -115,12 +117,13 @@ def read_rig(path: str | Path) -> list[WheelRun]:
     conditions, t, series, channels = _archive(path)
     group = path.stem.split("_")[0]
     return [
-        _rig_run(
+        run_from_rig(
             group,
             {key: float(row[key]) for key in _CONDITIONS},
             str(row["name"]),
             t,
             dict(zip(channels, s.T, strict=True)),
+            reference="_plant_" not in str(row["name"]),  # the project's own rig writes the same kind of file
         )
         for row, s in zip(conditions, series.astype(float), strict=True)
     ]
@@ -153,21 +156,33 @@ def _archive(path: Path) -> tuple[Any, Array, Array, list[str]]:
     return conditions, t, series, channels
 
 
-def _rig_run(group: str, c: dict[str, float], name: str, t: Array, ch: Mapping[str, Array]) -> WheelRun:
+def run_from_rig(
+    group: str,
+    told: Mapping[str, float],
+    name: str,
+    t: Array,
+    ch: Mapping[str, Array],
+    radius: float = RIG_RADIUS,
+    width: float = RIG_WIDTH,
+    reference: bool = True,
+) -> WheelRun:
+    """One run of a rig whose wheel centre stands RIG_ARM to the left of its yaw axis.
+
+    group: soil class; told: soil parameters, slip and speed (SI); t (N,): s; ch: the rig's channels (N,) by name;
+    radius, width: of the wheel (m); reference: whether it is the reference simulator's rig.
+    """
     dt = float(np.median(np.diff(t)))
     psi = ch["wheel_yaw"]
     rate = np.gradient(psi, dt)
-    v_y = -c["speed"] * np.sin(psi)
+    v_y = -told["speed"] * np.sin(psi)
     cos, sin = np.cos(psi), np.sin(psi)
-    sinkage = None
-    if "wheel_z" in ch:
-        sinkage = -ch["wheel_z"] - (0.4 + 0.1)
+    sinkage = -ch["wheel_z"] - RIG_ZERO if "wheel_z" in ch else None
     return WheelRun(
-        name, group, MappingProxyType({key: c[key] for key in SOIL_KEYS}), RIG_RADIUS, RIG_WIDTH, c["slip"], dt,
-        v_x=c["speed"] * cos - RIG_ARM * rate, v_y=v_y, omega=ch["omega"], yaw_rate=rate, steer_rate=rate,
+        name, group, MappingProxyType({key: told[key] for key in SOIL_KEYS}), radius, width, told["slip"], dt,
+        v_x=told["speed"] * cos - RIG_ARM * rate, v_y=v_y, omega=ch["omega"], yaw_rate=rate, steer_rate=rate,
         dv_y=np.gradient(v_y, dt), load=moving_mean(ch["fz"], max(1, round(SMOOTHING / dt))),
         f_x=cos * ch["fx"] + sin * ch["fy"], f_y=-sin * ch["fx"] + cos * ch["fy"], yaw=psi,
-        sinkage=sinkage, m_y=ch.get("my"), contact_step=RIG_STEP, reference_rig=True,
+        sinkage=sinkage, m_y=ch.get("my"), contact_step=RIG_STEP, reference_rig=reference,
     )  # fmt: skip
 
 

@@ -14,8 +14,8 @@ from estimator.compiled import CompiledFunction
 from recording.rig import MOTION, SOIL_KEYS, WheelRun
 from symbolic.bekker import Bekker
 from symbolic.dallas import Dallas
-from symbolic.dallas_refit import DallasRefit
-from symbolic.soil import Soil
+from symbolic.dallas_refit import DallasRefit, soil_class
+from symbolic.soil import SOILS, Soil
 from symbolic.turn_slip import TurnSlip
 from symbolic.turn_slip_calibrated import TurnSlipCalibrated
 from symbolic.wheel import Contact, ForceLaw, Wheel
@@ -52,16 +52,28 @@ def law_for(name: str, runs: Sequence[WheelRun]) -> ForceLaw:
     return laws[name]()
 
 
-def force_function(law: ForceLaw, run: WheelRun) -> ca.Function:
-    """CasADi function [motion (7), soil (6)] -> [f_x, f_y, m_y, sinkage] for the wheel and the soil class of `run`."""
+def force_function(law: ForceLaw, soil_name: str, wheel: Wheel) -> ca.Function:
+    """CasADi function [motion (7), soil (6)] -> [f_x, f_y, m_y, sinkage] of a wheel on a soil class."""
     motion, soil = ca.SX.sym("motion", len(MOTION)), ca.SX.sym("soil", len(SOIL_KEYS))
     force = law(
-        Soil(run.group, *[soil[i] for i in range(len(SOIL_KEYS))]),
-        Wheel(run.radius, run.width),
+        Soil(soil_name, *[soil[i] for i in range(len(SOIL_KEYS))]),
+        wheel,
         Contact(**{key: motion[i] for i, key in enumerate(MOTION)}),
     )
     out = ca.vertcat(force.f_x, force.f_y, force.m_y, force.sinkage)
     return ca.Function("force", [motion, soil], [out], ["motion", "soil"], ["out"])
+
+
+def class_of(run: WheelRun) -> str:
+    """The run's soil class, or the built-in class nearest to its parameters where it has another name."""
+    if soil_class(run.group) in {soil_class(name) for name in SOILS}:
+        return run.group
+    keys = [key for key in ("k_phi", "c", "phi", "k") if run.soil[key] > 0]
+
+    def distance(soil: Soil) -> float:
+        return sum(float(np.log(run.soil[key] / soil.parameters()[key])) ** 2 for key in keys)
+
+    return min(SOILS.values(), key=distance).name
 
 
 def soil_column(run: WheelRun) -> Array:
@@ -81,7 +93,7 @@ def predict(law: ForceLaw, runs: Sequence[WheelRun], load: str = "moment") -> li
     for run in runs:
         key = (run.group, run.radius, run.width)
         if key not in functions:
-            functions[key] = force_function(law, run)
+            functions[key] = force_function(law, class_of(run), Wheel(run.radius, run.width))
         given = run if load == "moment" else replace(run, load=np.full(len(run), run.load.mean()))
         predicted.append(np.array(functions[key](given.motion(), soil_column(run))))
     return predicted
@@ -103,10 +115,11 @@ class RunError:
 
 def run_errors(law: ForceLaw, runs: Sequence[WheelRun], load: str = "moment") -> list[RunError]:
     """Errors of `law` on each run; `load` as in `predict`."""
-    return [_error(run, out) for run, out in zip(runs, predict(law, runs, load), strict=True)]
+    return [run_error(run, out) for run, out in zip(runs, predict(law, runs, load), strict=True)]
 
 
-def _error(run: WheelRun, out: Array) -> RunError:
+def run_error(run: WheelRun, out: Array) -> RunError:
+    """Errors of predicted f_x, f_y, m_y, sinkage, out (4, N), on one run; ValueError for a run without lateral force."""
     measured = run.smooth(run.lateral(run.f_x, run.f_y))
     peak = float(np.abs(measured).max())
     if peak <= 0.0:
@@ -146,7 +159,7 @@ def by_soil_and_slip(errors: Sequence[RunError]) -> list[dict[str, object]]:
 
 def call_cost(law: ForceLaw, runs: Sequence[WheelRun], repeats: int = 20) -> float:
     """Microseconds per force in generated C, best of `repeats` loops over BATCH samples of the first run."""
-    many = CompiledFunction(force_function(law, runs[0]).map(BATCH))
+    many = CompiledFunction(force_function(law, class_of(runs[0]), Wheel(runs[0].radius, runs[0].width)).map(BATCH))
     many.inputs[0][...] = np.tile(runs[0].motion(), -(-BATCH // len(runs[0])))[:, :BATCH]
     many.inputs[1][...] = np.tile(soil_column(runs[0]), BATCH)
     best = np.inf

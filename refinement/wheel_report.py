@@ -12,10 +12,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from recording.rig import WheelRun, read_rigs
+from recording.rig import RIG_RADIUS, WheelRun, read_rigs
 from recording.wheel_table import read_wheel, read_wheel_table
 from refinement.single_wheel import LAWS, RunError, by_soil_and_slip, call_cost, law_for, predict, quantiles, run_errors
-from symbolic.dallas_refit import packaged, soil_class
 from symbolic.soil import load_soil
 from symbolic.wheel import ForceLaw
 
@@ -77,10 +76,8 @@ def wheel_residual(
 
 
 def applies(name: str, runs: Sequence[WheelRun]) -> bool:
-    """Whether a law can be judged on these runs: dallas_refit only knows the wheel and the soils that it was fitted on."""
-    if name != "dallas_refit":
-        return True
-    return all(run.reference_rig and soil_class(run.group) in packaged() for run in runs)
+    """Whether a law can be judged on these runs: dallas_refit only knows the wheel that it was fitted on."""
+    return name != "dallas_refit" or all(abs(run.radius - RIG_RADIUS) < 0.01 * RIG_RADIUS for run in runs)
 
 
 def percent(values: dict[str, float | None]) -> str:

@@ -30,8 +30,8 @@ def sine_run(amplitude=0.3, n=0.6, slip=0.1, load=2500.0):
     rate = np.gradient(yaw, 0.005)
     v_y = -5 * np.sin(yaw)
     return WheelRun(
-        "sine", "clay", {**SOIL, "n": n}, 0.33, 0.21, slip, 0.005,
-        v_x=5 * np.cos(yaw), v_y=v_y, omega=np.full(len(t), 5 / 0.33 / (1 - slip)), yaw_rate=rate, steer_rate=rate,
+        "sine", "clay", {**SOIL, "n": n}, 0.35, 0.21, slip, 0.005,
+        v_x=5 * np.cos(yaw), v_y=v_y, omega=np.full(len(t), 5 / 0.35 / (1 - slip)), yaw_rate=rate, steer_rate=rate,
         dv_y=np.gradient(v_y, 0.005), load=np.full(len(t), load), f_x=0 * t, f_y=0 * t, yaw=yaw,
     )  # fmt: skip
 
