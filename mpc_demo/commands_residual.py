@@ -25,7 +25,7 @@ from mpc_demo.options import (
     open_drive,
 )
 from mpc_demo.output import console, output_folder, progress, say_written, write_json
-from mpc_demo.residual_wheel import is_wheel_data, report_wheel
+from mpc_demo.wheel_residual import is_wheel_data, report_on_wheel_data
 from refinement.residual import WINDOW, DriveResidual, drive_residual
 
 
@@ -56,7 +56,7 @@ def residual(
     Example: softsoil residual data/multi_clay_n0.50.parquet --soil clay
     """
     if is_wheel_data(data, wheel):
-        say_written(report_wheel(data, columns, wheel, soil, output_folder(out, "residual")))
+        report_on_wheel_data(data, columns, wheel, soil, output_folder(out, "residual"))
         return
     clean, noisy = open_drive(data, columns, noise, seed)
     declared = declaration(vehicle, soil or (None if model else named_soil(clean.name)), law, model)
