@@ -24,7 +24,8 @@ N_NAMES = ("n_f", "n_r")
 class Free:
     """One free number: the model parameters it sets (more than one where they are tied), scale, bounds.
 
-    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common.
+    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common;
+    history: whether the histories along the record follow it closely enough to belong in its derivative.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Free:
     lower: float
     upper: float
     drive: int | None = None
+    history: bool = True
 
 
 @dataclass(frozen=True)
@@ -82,10 +84,12 @@ def fit(
 ) -> Fit:
     """Free numbers that predict the given windows best.
 
-    shootings: one per drive; windows: their indices to fit, per drive; start (K,); p (D, n_p): all other parameters.
+    shootings: one per drive; windows: their indices to fit, per drive; start (K,), or (S, K): the best of them is taken;
+    p (D, n_p): all other parameters.
     """
     problem = _Problem(tuple(shootings), tuple(windows), weights, tuple(free), p)
-    value = problem.clip(np.array(start, dtype=float))
+    starts = [problem.clip(row) for row in np.atleast_2d(np.asarray(start, dtype=float))]
+    value = min(starts, key=lambda row: problem.cost(problem.residual(row)))
     residual = problem.residual(value)
     cost, damping = problem.cost(residual), 1e-3
     for _ in range(ITERATIONS):
@@ -102,7 +106,7 @@ def fit(
             break
         gain, change = cost - problem.cost(new), np.abs(candidate - value) / problem.scale
         value, residual, cost, damping = candidate, new, problem.cost(new), max(damping / 5, 1e-6)
-        if gain < 1e-4 * cost and change.max() < 1e-2:
+        if gain < 1e-3 * cost and change.max() < 0.03:
             break
     std = problem.std(problem.jacobian(value, residual), residual)
     bounds = [f.name for f, v in zip(free, value, strict=True) if _at_bound(f, v)]
@@ -136,11 +140,12 @@ class _Problem:
                 p[slice(None) if f.drive is None else f.drive, self.shootings[0].model.p.index(name)] = v
         return p
 
-    def residual(self, value: Array) -> Array:
+    def residual(self, value: Array, along: Sequence | None = None) -> Array:
         """(W, N, 6) residuals of the fit windows in standard deviations; missing values are 0."""
+        along = along or [None] * len(self.shootings)
         parts = [
-            shooting.residual(p)[windows]
-            for shooting, windows, p in zip(self.shootings, self.windows, self.full(value), strict=True)
+            shooting.residual(p, history)[windows]
+            for shooting, windows, p, history in zip(self.shootings, self.windows, self.full(value), along, strict=True)
         ]
         return np.nan_to_num(np.concatenate(parts) / self.weights.sigma)
 
@@ -150,12 +155,15 @@ class _Problem:
     def jacobian(self, value: Array, residual: Array) -> Array:
         """(W, N * 6, K) derivatives of the residual by one-sided differences, inwards at a bound."""
         columns = []
+        along = [shooting.along(p) for shooting, p in zip(self.shootings, self.full(value), strict=True)]
         for k, f in enumerate(self.free):
             step = RELATIVE_STEP * f.scale
             step = -step if value[k] + step > f.upper else step
             moved = value.copy()
             moved[k] += step
-            columns.append((self.residual(moved) - residual).reshape(len(residual), -1) / step)
+            columns.append(
+                (self.residual(moved, None if f.history else along) - residual).reshape(len(residual), -1) / step
+            )
         return np.stack(columns, axis=-1)
 
     def _weighted(self, jacobian: Array, residual: Array) -> tuple[Array, Array]:

@@ -93,15 +93,18 @@ class Shooting:
         self.recorded = drive.measured[take][:, 1:]
         self._inputs = drive.inputs[take]
 
-    def predict(self, p: Array) -> Array:
-        """(W, N, 6) outputs predicted over the windows, from one step after their start to their end, for p (n_p,)."""
-        states, memory = self.along(p)
+    def predict(self, p: Array, along: tuple[Array, Array] | None = None) -> Array:
+        """(W, N, 6) outputs predicted over the windows, from one step after their start to their end, for p (n_p,).
+
+        along: states and memory along the record where they are known already.
+        """
+        states, memory = along or self.along(p)
         _, outputs = self._loop.windows(states[self.rows], memory[self.rows], self._inputs, p)
         return outputs[:, 1:]
 
-    def residual(self, p: Array) -> Array:
+    def residual(self, p: Array, along: tuple[Array, Array] | None = None) -> Array:
         """(W, N, 6) predicted - recorded, psi on (-pi, pi]; NaN where nothing was recorded."""
-        error = self.predict(p) - self.recorded
+        error = self.predict(p, along) - self.recorded
         psi = STATE_CHANNELS.index("psi")
         error[:, :, psi] = np.angle(np.exp(1j * error[:, :, psi]))
         return error

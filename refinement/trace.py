@@ -54,7 +54,8 @@ class Bench:
     """What all candidates share: the model with every effect absent, one or more drives, weights, windows.
 
     model; absent (n_p,): parameters with every undeclared effect absent; shootings: one per drive; weights;
-    fitted, held: indices of windows per drive; sensor (6,): noise of the channels.
+    fitted, held: indices of windows per drive; sensor (6,): noise of the channels;
+    accepted: parameters of effects accepted so far, which stay free.
     """
 
     model: Model
@@ -64,6 +65,7 @@ class Bench:
     held: tuple[NDArray[np.int_], ...]
     weights: Weights
     sensor: Array
+    accepted: tuple[Free, ...] = ()
 
 
 def whole_model(declaration: Declaration) -> Model:
@@ -111,11 +113,12 @@ def free_n(bench: Bench) -> list[Free]:
 
 
 def fit_base(bench: Bench) -> Fit:
-    """n alone, every drive its own, from what the bench has and from 0.2 to either side of it."""
+    """n of each drive (and what was accepted before), from the best of a few values around what the bench has."""
     n = bench.absent[:, bench.model.p.index("n_f")]
-    starts = [np.clip(n + shift, 0.25, 1.5) for shift in (0.0, -0.2, 0.2)]
-    fits = [fit(bench.shootings, bench.fitted, bench.weights, free_n(bench), s, bench.absent) for s in starts]
-    return min(fits, key=lambda f: f.cost)
+    first = [bench.absent[0, bench.model.p.index(f.name)] for f in bench.accepted]
+    starts = [np.concatenate([first, np.clip(n + shift, 0.25, 1.5)]) for shift in (-0.25, -0.12, 0.0, 0.12, 0.25)]
+    free = [*bench.accepted, *free_n(bench)]
+    return fit(bench.shootings, bench.fitted, bench.weights, free, np.array(starts), bench.absent)
 
 
 def held_cost(bench: Bench, p: Array) -> Array:
@@ -131,20 +134,27 @@ def try_effect(
 
     fixed: parameters of the effect that keep their value of the start.
     """
-    best: Fit | None = None
-    n = bench.absent[:, bench.model.p.index("n_f")]
-    for values in starts:
+    mine = [_free(effect, name) for name in effect.parameters.names if name not in fixed]
+    free = [*mine, *bench.accepted, *free_n(bench)]
+    known = np.array([bench.absent[f.drive or 0, bench.model.p.index(f.sets[0])] for f in free[len(mine) :]])
+    found: list[Fit] = []
+    for group in _same_fixed(starts, fixed):
         p = bench.absent.copy()
-        for name, value in values.items():
+        for name, value in group[0].items():
             p[:, bench.model.p.index(name)] = value
-        mine = [_free(effect, name) for name in effect.parameters.names if name not in fixed]
-        first = np.concatenate([[values[f.name] for f in mine], n])
-        found = fit(bench.shootings, bench.fitted, bench.weights, [*mine, *free_n(bench)], first, p)
-        best = found if best is None or found.cost < best.cost else best
-    if best is None:
-        raise ValueError(f"effect {effect.name}: expected at least one start, found none")
+        rows = [np.concatenate([[values[f.name] for f in mine], known]) for values in group]
+        found.append(fit(bench.shootings, bench.fitted, bench.weights, free, np.array(rows), p))
+    best = min(found, key=lambda f: f.cost)
     base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
     return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost))
+
+
+def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> list[list[Mapping[str, float]]]:
+    """Starts grouped by the values that stay fixed: one fit each, from the best start of the group."""
+    groups: dict[tuple, list[Mapping[str, float]]] = {}
+    for values in starts:
+        groups.setdefault(tuple(values[name] for name in fixed), []).append(values)
+    return list(groups.values())
 
 
 def gain_of(before: Array, after: Array) -> tuple[float, float]:
@@ -156,7 +166,8 @@ def gain_of(before: Array, after: Array) -> tuple[float, float]:
 def _free(effect: Effect, name: str) -> Free:
     signal = effect.parameters[name]
     scale = abs(effect.typical[name] - signal.nominal) or 0.1
-    return Free(name, (name,), scale, signal.lower, signal.upper)
+    history = bool(effect.memories) or "outputs" in effect.corrections
+    return Free(name, (name,), scale, signal.lower, signal.upper, history=history)
 
 
 def starts_of(effect: Effect, drive: Drive) -> tuple[list[dict[str, float]], tuple[str, ...]]:
@@ -170,7 +181,8 @@ def starts_of(effect: Effect, drive: Drive) -> tuple[list[dict[str, float]], tup
         rows = np.linspace(drive.first, last, 8).astype(int)[1:-1]
         names = ("change_x", "change_y", "change_heading")
         places = [(drive.smooth[k, 0], drive.smooth[k, 1], drive.smooth[k, 2]) for k in rows]
-        return [{"n_change": 0.1, **dict(zip(names, place, strict=True))} for place in places], names
+        changes = [{"n_change": size, **dict(zip(names, at, strict=True))} for at in places for size in (0.1, -0.1)]
+        return changes, names
     lead = effect.parameters[0]
     mirrored = 2 * lead.nominal - effect.typical[lead.name]
     starts = [dict(effect.typical)]

@@ -1,0 +1,224 @@
+"""The loop closed with data: residual, missing effect, refined model, and the error before and after on held-out data."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.horizons import HORIZONS
+from recording.drive import STATE_CHANNELS, Recording
+from refinement.fit import N_NAMES
+from refinement.selection import Selection, select
+from refinement.shooting import Shooting
+from refinement.structure import Structure, structure
+from refinement.trace import Bench, Candidate, fit_base, make_bench
+from symbolic.catalogue import catalogue
+from symbolic.declaration import Declaration
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TracedEffect:
+    """An effect that the data support: parameters name -> (value, standard error, unit)."""
+
+    name: str
+    doc: str
+    parameters: dict[str, tuple[float, float, str]]
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What refine found.
+
+    verdict: "effect", "none" or "unexplained"; effects: in the order found; inseparable: groups that these data cannot
+    tell apart; would_separate: the manoeuvre that would; ranking: all candidates of the first round; holdout: (from, to)
+    of the first drive (s); before, after: horizon -> state -> mean squared error on held-out windows, declared model and
+    refined model, n fitted on the fit windows for both; n_before, n_after: per drive; structure: what is left at the end;
+    declaration: the refined one; bench: the declared model's; selection; notes; seconds.
+    """
+
+    verdict: str
+    effects: tuple[TracedEffect, ...]
+    inseparable: tuple[tuple[str, ...], ...]
+    would_separate: str
+    ranking: tuple[Candidate, ...]
+    holdout: tuple[float, float]
+    before: dict[str, dict[str, float]]
+    after: dict[str, dict[str, float]]
+    n_before: tuple[float, ...]
+    n_after: tuple[float, ...]
+    structure: tuple[Structure, ...]
+    declaration: Declaration
+    bench: Bench
+    selection: Selection
+    seconds: float
+    notes: tuple[str, ...] = field(default_factory=tuple)
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of refine.json."""
+        effects = [
+            {
+                "name": e.name,
+                "parameters": {k: {"value": v, "std": s, "unit": unit} for k, (v, s, unit) in e.parameters.items()},
+            }
+            for e in self.effects
+        ]
+        return {
+            "verdict": self.verdict,
+            "effects": effects,
+            "inseparable": [list(group) for group in self.inseparable],
+            "would_separate": self.would_separate,
+            "ranking": [{"name": c.name, "holdout_gain": c.gain, "std": c.std} for c in self.ranking],
+            "holdout": {"from": self.holdout[0], "to": self.holdout[1]},
+            "before": {"mse": self.before},
+            "after": {"mse": self.after},
+            "n": {"before": list(self.n_before), "after": list(self.n_after)},
+            "unexplained": [{"share": s.share, "correlations": s.correlations} for s in self.structure],
+            "notes": list(self.notes),
+            "seconds": self.seconds,
+        }
+
+
+def refine(
+    recordings: Sequence[Recording],
+    declaration: Declaration,
+    *,
+    start: float = 2.0,
+    workers: int = 2,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Refinement:
+    """Find what the declared model lacks on one or more drives of one soil class, from sensor channels only.
+
+    The first two thirds of each drive are fitted, the rest judges. start: seconds left out at the beginning of each.
+    Raises ValueError for drives that cannot be used.
+    """
+    began = time.perf_counter()
+    bench = make_bench(recordings, declaration, start)
+    selection = select(bench, declaration, workers, progress)
+    final = selection.bench
+    refined_p = fit_base(final).p
+    effects = tuple(_traced(declaration, candidate, refined_p[0], final) for candidate in selection.accepted)
+    index = bench.model.p.index("n_f")
+    n_before, n_after = tuple(bench.absent[:, index]), tuple(refined_p[:, index])
+    left = tuple(
+        structure(r, final.model, declaration.vehicle, p, start) for r, p in zip(recordings, refined_p, strict=True)
+    )
+    groups = tuple(group for group in selection.groups if len(group) > 1)
+    notes = _notes(recordings, bench, selection)
+    verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
+    return Refinement(
+        verdict=verdict,
+        effects=effects,
+        inseparable=groups,
+        would_separate=_would_separate(declaration, groups, verdict),
+        ranking=selection.ranking,
+        holdout=_holdout(bench),
+        before=held_mse(bench, bench.absent),
+        after=held_mse(final, refined_p),
+        n_before=n_before,
+        n_after=n_after,
+        structure=left,
+        declaration=_refined(declaration, effects, float(np.mean(n_after))),
+        bench=bench,
+        selection=selection,
+        seconds=time.perf_counter() - began,
+        notes=notes,
+    )
+
+
+def held_mse(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
+    """Horizon -> state -> mean squared error over the held-out part of every drive, for p (D, n_p); NaN without a window."""
+    table = {}
+    for horizon in HORIZONS:
+        squares: list[Array] = []
+        for shooting, held, row in zip(bench.shootings, bench.held, p, strict=True):
+            drive = shooting.drive
+            first = shooting.rows[held[0]] if len(held) else len(drive.t)
+            if (len(drive.t) - drive.first - 1) * drive.dt < 2 * horizon:
+                continue
+            windows = Shooting(bench.model, drive, horizon)
+            squares += [windows.residual(row)[windows.rows >= first].reshape(-1, len(STATE_CHANNELS)) ** 2]
+        joined = np.concatenate(squares) if squares else np.empty((0, len(STATE_CHANNELS)))
+        means = np.nanmean(joined, axis=0) if len(joined) else np.full(len(STATE_CHANNELS), np.nan)
+        table[f"{horizon:.1f}"] = dict(zip(STATE_CHANNELS, map(float, means), strict=True))
+    return table
+
+
+def _holdout(bench: Bench) -> tuple[float, float]:
+    shooting, held = bench.shootings[0], bench.held[0]
+    t = shooting.drive.t
+    last = min(shooting.rows[held[-1]] + shooting.steps, len(t) - 1)
+    return float(t[shooting.rows[held[0]]]), float(t[last])
+
+
+def _traced(declaration: Declaration, candidate: Candidate, p: Array, final: Bench) -> TracedEffect:
+    effect = catalogue(declaration.vehicle)[candidate.name]
+    fitted = candidate.fit.named()
+    parameters = {}
+    for signal in effect.parameters:
+        std = fitted[signal.name][1] if signal.name in fitted else 0.0
+        parameters[signal.name] = (float(p[final.model.p.index(signal.name)]), std, signal.unit)
+    if effect.name == "side_force":
+        (x, sx, unit), (y, sy, _) = parameters["side_force_x"], parameters["side_force_y"]
+        size = math.hypot(x, y)
+        parameters["side_force"] = (size, math.hypot(x * sx, y * sy) / max(size, 1e-9), unit)
+    return TracedEffect(effect.name, effect.doc, parameters)
+
+
+def _refined(declaration: Declaration, effects: Sequence[TracedEffect], n: float) -> Declaration:
+    known = catalogue(declaration.vehicle)
+    tables = {e.name: {k: v for k, (v, _, _) in e.parameters.items() if k in known[e.name].parameters} for e in effects}
+    return declaration.with_effects(tables).with_n(n)
+
+
+def _would_separate(declaration: Declaration, groups: Sequence[Sequence[str]], verdict: str) -> str:
+    known = catalogue(declaration.vehicle)
+    if groups:
+        return "; ".join(f"{', '.join(group)}: {known[group[0]].separates}" for group in groups)
+    if verdict == "unexplained":
+        return "several speeds, steering rates and headings, straight stretches and tight turns in one drive"
+    return ""
+
+
+def _notes(recordings: Sequence[Recording], bench: Bench, selection: Selection) -> tuple[str, ...]:
+    notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
+    for recording in recordings:
+        ratio = _wheels_together(recording)
+        if ratio is not None:
+            notes.append(
+                f"{recording.name}: the {ratio} wheels turn together in turns: a locked axle differential; the measured wheel "
+                "speeds carry it, so the model needs no effect for it"
+            )
+    accepted = {c.name for c in selection.accepted}
+    for candidate in selection.ranking:
+        if candidate.name not in accepted and candidate.gain > 0.15 and candidate.fit.at_bound:
+            notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
+    n = bench.model.p[N_NAMES[0]]
+    for shooting, value in zip(bench.shootings, bench.absent[:, bench.model.p.index(N_NAMES[0])], strict=True):
+        if not n.lower + 1e-3 < value < n.upper - 1e-3:
+            notes.append(f"{shooting.drive.name}: with the declared model n ends at its bound, {value:.2f}")
+    return tuple(notes)
+
+
+def _wheels_together(recording: Recording) -> str | None:
+    """Which axles' wheels turn together although the vehicle turns: rear, front, or front and rear; None for neither."""
+    turning = np.abs(recording["omega_z"]) > 0.1
+    if turning.sum() < 50:
+        return None
+    locked = []
+    for axle, left, right in (("front", "omega_fl", "omega_fr"), ("rear", "omega_rl", "omega_rr")):
+        apart = (recording[right] - recording[left])[turning]
+        # Rolling freely the difference follows the yaw rate; locked it is noise around nothing.
+        share = np.nansum(apart * np.sign(recording["omega_z"][turning])) / np.nansum(
+            np.abs(recording["omega_z"][turning])
+        )
+        if abs(share) < 0.15:
+            locked.append(axle)
+    return " and ".join(locked) or None

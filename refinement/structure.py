@@ -1,0 +1,105 @@
+"""What is left of the axle forces after a model, as a share of what was there, and what it goes with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.inputs import measured_inputs, measured_states, sensor_std
+from recording.clock import on_even_clock
+from recording.drive import Recording
+from refinement.residual import WINDOW, drive_residual, rms, slope, split_by_axle
+from symbolic.model import Model
+from symbolic.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+LARGEST_SHARE = 0.27
+"""Share of an axle's lateral force that a good model may leave unexplained over half-second windows, noise taken off."""
+STRONG = 0.5
+"""A correlation is worth naming from here on."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Unexplained share of the lateral force per axle (rms over rms), and its correlations.
+
+    share: axle -> rms of the residual force over rms of the force; correlations: axle -> signal -> coefficient, the
+    strongest first.
+    """
+
+    share: dict[str, float]
+    correlations: dict[str, dict[str, float]]
+
+    @property
+    def left(self) -> bool:
+        """Whether more is left than a good model leaves."""
+        return max(self.share.values()) > LARGEST_SHARE
+
+
+def structure(recording: Recording, model: Model, vehicle: Vehicle, p: Array, start: float) -> Structure:
+    """The structure that the model with parameters p (n_p,) leaves in a drive's axle forces."""
+    residual = drive_residual(recording, model, vehicle, p, start)
+    total_f, total_r, signals = _windows(recording, model, vehicle, residual.t)
+    left = {"front": residual.force_f, "rear": residual.force_r}
+    noise = _noise_force(recording, vehicle)
+    share = {
+        axle: float(np.sqrt(max(rms(left[axle]) ** 2 - noise[axle] ** 2, 0.0)) / max(rms(total), 1e-9))
+        for axle, total in (("front", total_f), ("rear", total_r))
+    }
+    correlations = {axle: _correlations(values, signals) for axle, values in left.items()}
+    return Structure(share, correlations)
+
+
+def _noise_force(recording: Recording, vehicle: Vehicle) -> dict[str, float]:
+    """What sensor noise alone makes of a window's axle forces (N): slopes of white noise over the window."""
+    sigma = sensor_std(recording, np.zeros(2), ("v", "omega_z"))
+    count = max(WINDOW / recording.dt, 3.0)
+    rate_v, rate_r = sigma * np.sqrt(12.0 / count) / WINDOW
+    force, moment = vehicle.mass * rate_v, vehicle.yaw_inertia * rate_r
+    front, rear = np.hypot(force * vehicle.l_r, moment), np.hypot(force * vehicle.l_f, moment)
+    return {"front": front / vehicle.wheelbase, "rear": rear / vehicle.wheelbase}
+
+
+def _windows(
+    recording: Recording, model: Model, vehicle: Vehicle, middles: Array
+) -> tuple[Array, Array, dict[str, Array]]:
+    """Lateral force of each axle (N) by the rates of the record alone, and mean signals, per window."""
+    log = on_even_clock(recording)
+    states, (inputs, _) = measured_states(log), measured_inputs(log, model.external)
+    half = max(round(WINDOW / log.dt / 2), 1)
+    rows = np.searchsorted(log.t, middles)[:, None] + np.arange(-half, half + 1)
+    rows = np.clip(rows, 0, len(log) - 1)
+    clock = log.dt * np.arange(rows.shape[1])
+    psi, u, v, omega_z = (states[:, i][rows] for i in (2, 3, 4, 5))
+    rate_v = slope(clock, v) + (u * omega_z).mean(axis=1)
+    rate_r = slope(clock, omega_z)
+    steer = inputs[:, model.external.index("steer")][rows]
+    signals = {
+        "steer": steer.mean(axis=1),
+        "steer_rate": slope(clock, steer),
+        "u": u.mean(axis=1),
+        "a_y": (u * omega_z).mean(axis=1),
+        "omega_z": omega_z.mean(axis=1),
+        "side_slip": (v / np.maximum(u, 0.5)).mean(axis=1),
+        "a_x": inputs[:, model.external.index("a_x")][rows].mean(axis=1),
+        "cos_heading": np.cos(psi).mean(axis=1),
+        "sin_heading": np.sin(psi).mean(axis=1),
+        "time": clock.mean() + log.t[rows[:, 0]],
+        "constant": np.ones(len(rows)),
+    }
+    return *split_by_axle(rate_v, rate_r, vehicle), signals
+
+
+def _correlations(values: Array, signals: dict[str, Array]) -> dict[str, float]:
+    found = {}
+    for name, signal in signals.items():
+        good = np.isfinite(values) & np.isfinite(signal)
+        a, b = values[good], signal[good]
+        if name == "constant":
+            found[name] = float(a.mean() / max(np.sqrt(np.mean(a**2)), 1e-12))
+        elif len(a) > 3 and a.std() > 0 and b.std() > 0:
+            found[name] = float(np.corrcoef(a, b)[0, 1])
+    return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
