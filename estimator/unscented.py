@@ -106,8 +106,18 @@ def _moments(size: int, scaling: UnscentedScaling) -> ca.Function:
     points = ca.SX.sym("X", size, 2 * size + 1)
     mean = points @ w_mean
     away = points - ca.repmat(mean, 1, 2 * size + 1)
-    cov = _weighted(away, away, w_cov)
-    return ca.Function("moments", [points], [mean, ca.densify((cov + cov.T) / 2)])
+    return ca.Function("moments", [points], [mean, _spread(away, w_cov)])
+
+
+def _spread(away: ca.SX, weights: np.ndarray) -> ca.SX:
+    """Weighted sum of a a' over the columns a of `away` (n, k); each entry computed once, so exactly symmetric."""
+    size = away.shape[0]
+    weighted = away @ ca.diag(ca.SX(weights))
+    spread = ca.SX.zeros(size, size)
+    for i in range(size):
+        for j in range(i + 1):
+            spread[i, j] = spread[j, i] = ca.dot(weighted[i, :], away[j, :])
+    return spread
 
 
 def _weighted(a: ca.SX, b: ca.SX, weights: np.ndarray) -> ca.SX:
@@ -148,7 +158,7 @@ def _correction(layout: Layout, outputs: Layout, scaling: UnscentedScaling) -> c
     y_mean = seen @ w_mean
     away_y = seen - ca.repmat(y_mean, 1, 2 * size + 1)
     away_x = points - ca.repmat(points @ w_mean, 1, 2 * size + 1)
-    full = _weighted(away_y, away_y, w_cov) + noise
+    full = _spread(away_y, w_cov) + noise
     innovation = ca.vertcat(*[_difference(s, y[i] - y_mean[i]) for i, s in enumerate(outputs)])
     inside = ca.vertcat(*[innovation[i] ** 2 <= gate**2 * full[i, i] for i in range(n_y)])
     used = valid * inside
