@@ -68,7 +68,11 @@ def study(
         declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
         with progress(clean.name) as told:
             studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told))
-        paths.append(draw_study(studies[-1], folder / f"{clean.name}.png"))
+        figure = folder / f"{clean.name}.png"
+        # Two logs of one name in different folders keep a figure each.
+        paths.append(
+            draw_study(studies[-1], figure if figure not in paths else folder / f"{clean.name}_{len(paths)}.png")
+        )
     console.print(table_7(studies))
     for entry in studies:
         console.print(table_8(entry))

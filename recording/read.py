@@ -10,14 +10,12 @@ import pandas as pd
 
 from recording.columns import Source
 from recording.drive import CHANNEL_UNITS, STATE_CHANNELS, TRUTH_PREFIX, WHEEL_CHANNELS, Array, Recording
+from recording.plausible import check_units
 from recording.table import numbers, read_table
 
 REQUIRED = ("t", *STATE_CHANNELS, "steer", *WHEEL_CHANNELS)
-LARGEST = {"steer": 1.3, "omega_z": 6.0}
-"""Beyond these a wheeled vehicle's value is taken for degrees (rad, rad/s)."""
 GAP_STEPS = 2.5
 """A step longer than this many median steps is reported as a gap."""
-DEGREES = 180 / np.pi
 
 
 def read_drive(
@@ -39,7 +37,7 @@ def read_drive(
     _check_clock(path, sources["t"].column, channels["t"])
     notes = _check_values(path, sources, channels, required)
     notes += _gaps(channels["t"])
-    _check_angles(path, sources, channels)
+    check_units(path, sources, channels)
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
     return Recording(_stem(path), channels, truth, tuple(notes), {"path": str(path)})
 
@@ -99,41 +97,3 @@ def _gaps(t: Array) -> list[str]:
     return [f"t: gap of {steps[i]:.3g} s after row {i + 1} (typical step {typical:.3g} s)" for i in long[:20]] + (
         [f"t: {len(long) - 20} more gaps"] if len(long) > 20 else []
     )
-
-
-def _check_angles(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array]) -> None:
-    for name, largest in LARGEST.items():
-        if name not in channels:
-            continue
-        size = np.nanpercentile(np.abs(channels[name]), 95)
-        if size > largest:
-            row = int(np.nanargmax(np.abs(channels[name])))
-            unit = CHANNEL_UNITS[name]
-            raise ValueError(
-                f"{path}: column {sources[name].column!r}, row {row + 1}: expected {unit} (95 % within {largest}), found "
-                f'{channels[name][row]:.4g}: degrees? A column map with unit = "{unit.replace("rad", "deg")}" converts'
-            )
-    if "psi" in channels and "omega_z" in channels:
-        _check_heading(path, sources, channels)
-
-
-def _check_heading(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array]) -> None:
-    """Heading in degrees shows as a rate 57.3 times the yaw rate, and the other way round."""
-    t, psi, rate = channels["t"], channels["psi"], channels["omega_z"]
-    turned = np.abs(np.diff(psi))
-    expected = np.abs(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))
-    good = np.isfinite(turned) & np.isfinite(expected) & (turned < np.pi)
-    if np.nansum(expected[good]) < 0.2:
-        return
-    ratio = np.nansum(turned[good]) / np.nansum(expected[good])
-    if ratio > 0.5 * DEGREES:
-        column = sources["psi"].column
-        # Noise on the heading also raises the ratio: only a net turn that disagrees is a matter of units.
-        net = abs(np.nansum(np.diff(psi)[good])) / max(
-            abs(np.nansum(0.5 * (rate[1:] + rate[:-1])[good] * np.diff(t)[good])), 1e-9
-        )
-        if net > 0.5 * DEGREES:
-            raise ValueError(
-                f"{path}: column {column!r}: expected rad, found a heading that turns {net:.0f} times as fast as the yaw "
-                'rate says: degrees? A column map with unit = "deg" converts'
-            )

@@ -14,8 +14,8 @@ from recording.read import read_drive, write_drive
 
 @pytest.fixture
 def table() -> pd.DataFrame:
-    """Two seconds of a good log."""
-    return pd.DataFrame(clay_drive(2.0).channels)
+    """Six seconds of a good log."""
+    return pd.DataFrame(clay_drive(6.0).channels)
 
 
 @pytest.fixture
@@ -50,6 +50,9 @@ def broken(column, row, value):
         (lambda t: t.assign(steer=np.rad2deg(t.steer)), ["'steer'", "row", "expected rad", "degrees?", 'unit = "deg"']),
         (lambda t: t.assign(omega_z=np.rad2deg(t.omega_z)), ["'omega_z'", "expected rad/s", "degrees?"]),
         (lambda t: t.assign(psi=np.rad2deg(t.psi)), ["'psi'", "expected rad", "degrees?"]),
+        (lambda t: t.assign(psi=-t.psi), ["'psi'", "grows to the left", "sign = -1"]),
+        (lambda t: t.assign(u=3.6 * t.u), ["'u'", "expected m/s", "km/h?"]),
+        (lambda t: t.assign(t=1000 * t.t), ["'t'", "expected seconds", "milliseconds?"]),
         (lambda t: t.assign(u=np.nan), ["'u'", "expected numbers, found none"]),
         (lambda t: t.iloc[:1], ["expected at least 2 rows, found 1"]),
         (lambda t: t.iloc[:0], ["expected rows of data", "header only"]),
@@ -63,6 +66,9 @@ def broken(column, row, value):
         "steer deg",
         "rate deg",
         "psi deg",
+        "psi sign",
+        "km/h",
+        "ms",
         "empty column",
         "1 row",
         "0 rows",

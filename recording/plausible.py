@@ -1,0 +1,111 @@
+"""Values against each other: degrees taken for radians, km/h for m/s, milliseconds for seconds, and a flipped sign.
+
+Channels of one drive know each other's units: heading turns as fast as the yaw rate says, positions move as fast as the
+speed says. Each is compared over spans of a second, so that noise of a single sample does not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from recording.columns import Source
+from recording.drive import CHANNEL_UNITS, Array
+
+LARGEST = {"steer": 1.3, "omega_z": 6.0}
+"""Beyond these a wheeled vehicle's value is taken for degrees (rad, rad/s)."""
+LONGEST_STEP = 1.0
+"""s: a log with rows farther apart is taken to have its time in other units."""
+SPAN = 1.0
+"""s over which motions are compared."""
+DEGREES = 180 / np.pi
+KMH = 3.6
+
+
+def check_units(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array]) -> None:
+    """Raise ValueError, naming file, column, row and the column map that would help, for values in another unit.
+
+    path: for the message; sources: channel -> column; channels: by name, taken to be in SI units, with a clock that
+    increases.
+    """
+    t = channels["t"]
+    step = float(np.median(np.diff(t)))
+    if step > LONGEST_STEP:
+        raise ValueError(
+            f"{path}: column {sources['t'].column!r}, row 2: expected seconds, found rows {step:g} apart: milliseconds? "
+            'A column map with unit = "ms" converts'
+        )
+    _check_size(path, sources, channels)
+    ends = _spans(t)
+    if {"psi", "omega_z"} <= set(channels):
+        _check_heading(path, sources["psi"].column, t, channels["psi"], channels["omega_z"], ends)
+    if {"x", "y", "u"} <= set(channels):
+        _check_speed(path, sources["u"].column, t, channels, ends)
+
+
+def _check_size(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array]) -> None:
+    for name, largest in LARGEST.items():
+        if name not in channels or not np.isfinite(channels[name]).any():
+            continue
+        if np.nanpercentile(np.abs(channels[name]), 95) > largest:
+            row = int(np.nanargmax(np.abs(channels[name])))
+            unit = CHANNEL_UNITS[name]
+            raise ValueError(
+                f"{path}: column {sources[name].column!r}, row {row + 1}: expected {unit} (95 % within {largest}), found "
+                f'{channels[name][row]:.4g}: degrees? A column map with unit = "{unit.replace("rad", "deg")}" converts'
+            )
+
+
+def _spans(t: Array) -> tuple[Array, Array]:
+    """First and last rows of spans of about SPAN, one after the other."""
+    first = np.searchsorted(t, np.arange(t[0], t[-1] - SPAN, SPAN))
+    last = np.searchsorted(t, t[first] + SPAN)
+    inside = last < len(t)
+    return first[inside], last[inside]
+
+
+def _integral(t: Array, rate: Array, spans: tuple[Array, Array]) -> Array:
+    """Integral of `rate` over each span, missing values taken as 0."""
+    filled = np.nan_to_num(rate)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (filled[1:] + filled[:-1]) * np.diff(t))])
+    return total[spans[1]] - total[spans[0]]
+
+
+def _check_heading(path: Path, column: str, t: Array, psi: Array, rate: Array, spans: tuple[Array, Array]) -> None:
+    """Heading in degrees turns 57.3 times as fast as the yaw rate says, a flipped one against it."""
+    turned, expected = psi[spans[1]] - psi[spans[0]], _integral(t, rate, spans)
+    good = np.isfinite(turned)
+    turned, expected = turned[good], expected[good]
+    if np.sum(expected**2) < 0.2:
+        return
+    # Wrapped headings: in radians the turn that fits best modulo 2 pi tells the sign, jumps of 360 are left out for degrees.
+    steady = np.abs(turned) < 180
+    slope = float(turned[steady] @ expected[steady]) / max(float(expected[steady] @ expected[steady]), 1e-9)
+    if abs(slope) > 0.5 * DEGREES:
+        raise ValueError(
+            f"{path}: column {column!r}: expected rad, found a heading that turns {abs(slope):.0f} times as fast as the yaw "
+            'rate says: degrees? A column map with unit = "deg" converts'
+        )
+    near, mirrored = (np.median(np.abs(np.angle(np.exp(1j * (turned - side * expected))))) for side in (1.0, -1.0))
+    if mirrored < 0.5 * near:
+        raise ValueError(
+            f"{path}: column {column!r}: expected a heading that grows to the left as the yaw rate does (ISO 8855), found the "
+            "opposite: a column map with sign = -1 converts"
+        )
+
+
+def _check_speed(path: Path, column: str, t: Array, channels: Mapping[str, Array], spans: tuple[Array, Array]) -> None:
+    """Speed in km/h is 3.6 times what the positions say."""
+    moved = np.hypot(*(channels[name][spans[1]] - channels[name][spans[0]] for name in ("x", "y")))
+    said = _integral(t, channels["u"], spans)
+    good = np.isfinite(moved) & (np.abs(said) > 2.0)
+    if good.sum() < 3:
+        return
+    ratio = float(np.median(np.abs(said[good])) / max(float(np.median(moved[good])), 1e-9))
+    if 0.7 * KMH < ratio < 1.4 * KMH:
+        raise ValueError(
+            f"{path}: column {column!r}: expected m/s, found speeds {ratio:.1f} times as fast as the positions move: km/h? "
+            'A column map with unit = "km/h" converts'
+        )
