@@ -61,8 +61,8 @@ def study(
     Example: softsoil study data/paper_clay_n0.50.csv.gz --seed 3
     """
     folder = output_folder(out, "study")
-    studies = []
-    paths = []
+    studies: list[LogStudy] = []
+    paths: list[Path] = []
     for log in logs or own_logs():
         clean, noisy = open_drive(log, columns, noise, seed)
         declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)

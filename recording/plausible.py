@@ -10,9 +10,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from recording.columns import Source
 from recording.drive import CHANNEL_UNITS, Array
+
+Rows = NDArray[np.integer]
 
 LARGEST = {"steer": 1.3, "omega_z": 6.0}
 """Beyond these a wheeled vehicle's value is taken for degrees (rad, rad/s)."""
@@ -58,7 +61,7 @@ def _check_size(path: Path, sources: Mapping[str, Source], channels: Mapping[str
             )
 
 
-def _spans(t: Array) -> tuple[Array, Array]:
+def _spans(t: Array) -> tuple[Rows, Rows]:
     """First and last rows of spans of about SPAN, one after the other."""
     first = np.searchsorted(t, np.arange(t[0], t[-1] - SPAN, SPAN))
     last = np.searchsorted(t, t[first] + SPAN)
@@ -66,14 +69,14 @@ def _spans(t: Array) -> tuple[Array, Array]:
     return first[inside], last[inside]
 
 
-def _integral(t: Array, rate: Array, spans: tuple[Array, Array]) -> Array:
+def _integral(t: Array, rate: Array, spans: tuple[Rows, Rows]) -> Array:
     """Integral of `rate` over each span, missing values taken as 0."""
     filled = np.nan_to_num(rate)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (filled[1:] + filled[:-1]) * np.diff(t))])
     return total[spans[1]] - total[spans[0]]
 
 
-def _check_heading(path: Path, column: str, t: Array, psi: Array, rate: Array, spans: tuple[Array, Array]) -> None:
+def _check_heading(path: Path, column: str, t: Array, psi: Array, rate: Array, spans: tuple[Rows, Rows]) -> None:
     """Heading in degrees turns 57.3 times as fast as the yaw rate says, a flipped one against it."""
     turned, expected = psi[spans[1]] - psi[spans[0]], _integral(t, rate, spans)
     good = np.isfinite(turned)
@@ -96,7 +99,7 @@ def _check_heading(path: Path, column: str, t: Array, psi: Array, rate: Array, s
         )
 
 
-def _check_speed(path: Path, column: str, t: Array, channels: Mapping[str, Array], spans: tuple[Array, Array]) -> None:
+def _check_speed(path: Path, column: str, t: Array, channels: Mapping[str, Array], spans: tuple[Rows, Rows]) -> None:
     """Speed in km/h is 3.6 times what the positions say."""
     moved = np.hypot(*(channels[name][spans[1]] - channels[name][spans[0]] for name in ("x", "y")))
     said = _integral(t, channels["u"], spans)

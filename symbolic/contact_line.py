@@ -66,7 +66,7 @@ def tan_phi(phi: Scalar) -> Scalar:
 
 
 def rim_depth(square: Scalar, radius: Scalar) -> Scalar:
-    """sqrt(r^2 - x^2) (m) from square = x^2 (m^2), radius r (m), by its series to x^10: 2e-5 r at x = r/2, without a square root."""
+    """sqrt(r^2 - x^2) (m) from square = x^2 (m^2), radius r (m): its series to x^10, 2e-5 r at x = r/2, without a root."""
     s = square * (1.0 / (radius * radius))
     return radius * (1.0 - s * (0.5 + s * (0.125 + s * (0.0625 + s * (0.0390625 + 0.02734375 * s)))))
 
