@@ -49,7 +49,9 @@ def select(bench: Bench, declaration: Declaration, workers: int, progress: Calla
     known = catalogue(declaration.vehicle)
     open_effects = {name: effect for name, effect in known.items() if name not in declaration.vehicle.effects}
     first = rank(bench, open_effects, workers, progress)
-    ranking, accepted, groups = first, [], []
+    ranking = first
+    accepted: list[Candidate] = []
+    groups: list[tuple[str, ...]] = []
     while len(accepted) < MOST_EFFECTS:
         best = next((c for c in ranking if supported(c, open_effects[c.name])), None)
         if best is None:
