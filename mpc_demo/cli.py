@@ -10,6 +10,7 @@ from mpc_demo.commands_estimate import estimate
 from mpc_demo.commands_generate import generate
 from mpc_demo.commands_residual import residual
 from mpc_demo.commands_study import study
+from mpc_demo.commands_sweep import sweep
 from mpc_demo.guard import Guarded
 
 app = typer.Typer(
@@ -21,7 +22,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (study, estimate, residual, generate, calibrate, bench):
+for command in (study, estimate, residual, generate, calibrate, sweep, bench):
     app.command()(command)
 
 
