@@ -17,15 +17,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
-import numpy as np
 
 from symbolic.contact_line import contact_line, rim_depth, tan_phi
 from symbolic.smooth import Scalar
 from symbolic.soil import Soil
 from symbolic.wheel import Contact, Wheel, WheelForce
-
-PATH_NODES = tuple((0.5 * (1.0 + x), 0.5 * w) for x, w in zip(*np.polynomial.legendre.leggauss(2), strict=True))
-"""Gauss nodes and weights on (0, 1) along the path of a soil particle."""
 
 
 @dataclass(frozen=True)
@@ -84,17 +80,18 @@ class TurnSlip:
         tan = tan_phi(soil.phi)
         f_x = f_y = m_y = m_z = 0.0
         for node in line.nodes:
-            path = motion.path(node.x, line.x_front) * (0.5 * self.factors.path) * per_k
+            u_x, u_y, length = motion.at(node.x, node.depth)
+            path = motion.path(node.x, line.x_front, length) * (0.5 * self.factors.path) * per_k
             drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
             unsheared = side_entry(path, drift)
             tau = (soil.c + node.sigma * tan) * (1.0 - fresh * unsheared)
-            u_x, u_y, length = motion.at(node.x, node.depth)
             force = -wheel.width * node.weight * tau / length
             f_x += force * u_x
             f_y += force * u_y
             m_y -= node.depth * force * u_x + wheel.width * node.weight * node.sigma * node.x
             m_z += node.x * force * u_y
-        exit_path = self.factors.path * motion.path(-line.x_rear, line.x_front)
+        end = motion.at(-line.x_rear, rim_depth(line.x_rear * line.x_rear, wheel.radius))[2]
+        exit_path = self.factors.path * motion.path(-line.x_rear, line.x_front, end)
         return WheelForce(f_x, f_y, m_y, m_z, line.sinkage, exit_path)
 
 
@@ -126,16 +123,18 @@ class Sliding:
         ago = 0.5 * (x_front - x)
         return self.contact.v_y + self.contact.yaw_rate * (x + ago) - self._change * (0.5 * ago)
 
-    def path(self, x: Scalar, x_front: Scalar) -> Scalar:
-        """Shear path (m) of the soil now at x, which entered at x_front (m): its own history, by two Gauss points."""
-        total: Scalar = 0.0
-        for part, weight in PATH_NODES:
-            behind = part * (x_front - x)
-            there = x + behind
-            u_x = self.contact.v_x - self.contact.omega * rim_depth(there * there, self.radius)
-            u_y = self.contact.v_y + self.contact.yaw_rate * there - self._change * (0.5 * behind)
-            total += weight * self._length(u_x, u_y)
-        return total * ((0.5 * (x_front - x)) * self.twice_per_v + self.extra)
+    def path(self, x: Scalar, x_front: Scalar, length: Scalar) -> Scalar:
+        """Shear path (m) of the soil now at x, which entered at x_front (m), by two Radau points.
+
+        length: |u| at x, which is the first of the points (weight 1/4); the other (3/4) lies two thirds of the way to
+        x_front, where the soil met the velocity of its time.
+        """
+        behind = (2.0 / 3.0) * (x_front - x)
+        there = x + behind
+        u_x = self.contact.v_x - self.contact.omega * rim_depth(there * there, self.radius)
+        u_y = self.contact.v_y + self.contact.yaw_rate * there - self._change * (0.5 * behind)
+        mean = 0.25 * length + 0.75 * self._length(u_x, u_y)
+        return mean * ((0.5 * (x_front - x)) * self.twice_per_v + self.extra)
 
     @property
     def _change(self) -> Scalar:
@@ -147,12 +146,11 @@ def side_entry(path: Scalar, drift: Scalar) -> Scalar:
     """Mean of exp(-j/k) over the width, where part of the soil came in through the wheel's side.
 
     rho = |drift| is how far the wheel moved sideways, over its width, since this line entered; the share f = min(1, rho)
-    of the width then holds soil whose path grows linearly from 0:
-    (1 - f) exp(-J) + f (1 - exp(-J2))/J2 with J2 = J min(1, 1/rho); min(1, rho) is used as rho/sqrt(1 + rho^2).
+    of the width then holds soil whose path grows linearly from 0: (1 - f) exp(-J) + f (1 - exp(-J2))/J2 with
+    J2 = J min(1, 1/rho). Smoothly, min(1, 1/rho) = q/(q + rho^3) with q = 1 + rho + rho^2, 1 % low at rho = 0.25.
     path: J, path over shear modulus; drift: sideways motion over width (1).
     """
-    square = drift * drift
-    ratio = ca.sqrt(1.0 / (1.0 + square))
-    share = ca.sqrt(square + 1e-12) * ratio
-    part = path * ratio
-    return (1.0 - share) * ca.exp(-path) + share * (1.0 - ca.exp(-part)) / part
+    rho = ca.sqrt(drift * drift + 1e-12)
+    q = 1.0 + rho * (1.0 + rho)
+    ratio = q / (q + rho * rho * rho)
+    return (1.0 - rho * ratio) * ca.exp(-path) + rho * (1.0 - ca.exp(-path * ratio)) / path
