@@ -1,41 +1,56 @@
-"""A model's step run over a whole log in one call of generated C, restarted where it should be."""
+"""A model's step run over many windows, or along known states, for many parameter sets, in one call of generated C.
+
+Windows and parameter sets are jobs that know nothing of each other: they run side by side in vector lanes
+(`symbolic.lanes`), histories included.
+"""
 
 from __future__ import annotations
 
 import ctypes
-import tempfile
 from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.compiled import CompiledFunction, build_library, find_compiler
-from symbolic.codegen import write_c
+from estimator.compiled import build_library, find_compiler
+from symbolic.lanes import LANES, write_lanes
 
 Array = NDArray[np.float64]
 
 _DRIVER = """#include <string.h>
+enum {{ NX = {nx}, NM = {nm}, NU = {nu}, NP = {np}, NY = {ny}, NZ = NX + NM + NU + NP, LANES = {lanes} }};
 int {name}(const double** arg, double** res, long long* iw, double* w, int mem);
-int {name}_loop(long n, long every, const double* starts, const double* memories, const double* u, const double* p,
-                double* states, double* outputs, double* histories) {{
-  double x[{nx} + 1], m[{nm} + 1], xn[{nx} + 1], mn[{nm} + 1], w[{sz_w} + 1];
-  long long iw[{sz_iw} + 1];
-  const double* arg[{sz_arg} + 1];
-  double* res[{sz_res} + 1];
-  memcpy(m, memories, {nm} * sizeof(double));
-  for (long k = 0; k < n; ++k) {{
-    if (k % every == 0) {{
-      memcpy(x, starts + (k / every) * {nx}, {nx} * sizeof(double));
-      if (!histories) memcpy(m, memories + (k / every) * {nm}, {nm} * sizeof(double));
+/* known: states are given at every step, else only at the first; memories are kept at the rows (sorted) where wanted. */
+int {name}_loop(long jobs, long n, int known, const double* x, const double* m, const double* u, long u_stride,
+                const double* p, double* outputs, long n_rows, const long* rows, double* kept) {{
+  double z[LANES][NZ], xs[LANES * NX + 1], ms[LANES * NM + 1], ys[LANES * NY + 1];
+  const double* arg[1] = {{z[0]}};
+  double* res[3] = {{xs, ms, ys}};
+  for (long j = 0; j < jobs; j += LANES) {{
+    for (long l = 0; l < LANES; ++l) {{
+      long job = j + l < jobs ? j + l : jobs - 1;
+      memcpy(z[l], x + job * (known ? n : 1) * NX, NX * sizeof(double));
+      memcpy(z[l] + NX, m + job * NM, NM * sizeof(double));
+      memcpy(z[l] + NX + NM + NU, p + job * NP, NP * sizeof(double));
     }}
-    memcpy(states + k * {nx}, x, {nx} * sizeof(double));
-    if (histories) memcpy(histories + k * {nm}, m, {nm} * sizeof(double));
-    arg[0] = x; arg[1] = m; arg[2] = u + k * {nu}; arg[3] = p;
-    res[0] = xn; res[1] = mn; res[2] = outputs + k * {ny};
-    if ({name}(arg, res, iw, w, 0)) return 1;
-    memcpy(x, xn, {nx} * sizeof(double));
-    memcpy(m, mn, {nm} * sizeof(double));
+    for (long k = 0, r = 0; k < n; ++k) {{
+      int keep = r < n_rows && rows[r] == k;
+      for (long l = 0; l < LANES; ++l) {{
+        long job = j + l < jobs ? j + l : jobs - 1;
+        if (known) memcpy(z[l], x + (job * n + k) * NX, NX * sizeof(double));
+        memcpy(z[l] + NX + NM, u + job * u_stride + k * NU, NU * sizeof(double));
+        if (keep && j + l < jobs) memcpy(kept + (job * n_rows + r) * NM, z[l] + NX, NM * sizeof(double));
+      }}
+      r += keep;
+      if ({name}(arg, res, 0, 0, 0)) return 1;
+      for (long l = 0; l < LANES && j + l < jobs; ++l)
+        memcpy(outputs + ((j + l) * n + k) * NY, ys + l * NY, NY * sizeof(double));
+      for (long l = 0; l < LANES; ++l) {{
+        memcpy(z[l], xs + l * NX, NX * sizeof(double));
+        memcpy(z[l] + NX, ms + l * NM, NM * sizeof(double));
+      }}
+    }}
   }}
   return 0;
 }}
@@ -43,71 +58,77 @@ int {name}_loop(long n, long every, const double* starts, const double* memories
 
 
 class StepLoop:
-    """Rollouts of one step function over many windows, or along known states, in one C call.
+    """Rollouts of one step function for many jobs in one C call.
 
-    function: [x, m, u, p] -> [x_next, m_next, y], m the memory. Without a compiler the same loop runs in Python.
+    function: SX, [x, m, u, p] -> [x_next, m_next, y], m the memory. Without a compiler the same loop runs in the CasADi VM.
     """
 
     def __init__(self, function: ca.Function) -> None:
         self.sizes = [function.size1_in(i) for i in range(4)]
         self.n_y = function.size1_out(2)
-        self._run = self._compiled(function) or self._interpreted(function)
+        z = ca.SX.sym("z", sum(self.sizes))
+        self._joined = ca.Function(f"{function.name()}_lanes", [z], [ca.densify(r) for r in function(*self._split(z))])
+        self._run = self._compiled() or self._interpreted()
 
-    def windows(self, starts: ArrayLike, memories: ArrayLike, u: ArrayLike, p: ArrayLike) -> tuple[Array, Array]:
-        """States (W, N, n_x) and outputs (W, N, n_y) of W windows of N steps.
+    def _split(self, z):
+        ends = np.cumsum([0, *self.sizes])
+        return [z[int(a) : int(b)] for a, b in zip(ends[:-1], ends[1:], strict=True)]
 
-        starts (W, n_x); memories (W, n_m): at the start of each; u (W, N, n_u); p (n_p,).
+    def windows(self, starts: ArrayLike, memories: ArrayLike, u: ArrayLike, p: ArrayLike) -> Array:
+        """Outputs (J, N, n_y) of J jobs of N steps: starts (J, n_x), memories (J, n_m), u (J, N, n_u), p (J, n_p)."""
+        starts, memories, u, p = (np.ascontiguousarray(a, dtype=float) for a in (starts, memories, u, p))
+        return self._run(len(starts), u.shape[1], False, starts, memories, u, u.shape[1] * u.shape[2], p, None)[0]
+
+    def along(self, x: ArrayLike, m0: ArrayLike, u: ArrayLike, p: ArrayLike, rows: ArrayLike) -> tuple[Array, Array]:
+        """Along known states x (J, N, n_x) with common inputs u (N, n_u), from memories m0 (J, n_m), for p (J, n_p):
+
+        outputs (J, N, n_y), and the memories (J, R, n_m) at the sorted rows (R,).
         """
-        u = np.ascontiguousarray(u, dtype=float)
-        count, steps = u.shape[:2]
-        states, outputs, _ = self._run(count * steps, steps, starts, memories, u.reshape(count * steps, -1), p, False)
-        return states.reshape(count, steps, -1), outputs.reshape(count, steps, -1)
+        x, m0, u, p = (np.ascontiguousarray(a, dtype=float) for a in (x, m0, u, p))
+        return self._run(len(x), len(u), True, x, m0, u, 0, p, np.ascontiguousarray(rows, dtype=np.int64))
 
-    def along(self, x: ArrayLike, m0: ArrayLike, u: ArrayLike, p: ArrayLike) -> tuple[Array, Array]:
-        """Outputs (N, n_y) and memories (N, n_m) along known states x (N, n_x) with inputs u (N, n_u) from memory m0 (n_m,)."""
-        u = np.ascontiguousarray(u, dtype=float)
-        _, outputs, histories = self._run(len(u), 1, x, np.asarray(m0, dtype=float)[None], u, p, True)
-        return outputs, histories
-
-    def _compiled(self, function: ca.Function) -> Callable | None:
+    def _compiled(self) -> Callable | None:
         if find_compiler() is None:
             return None
-        n_x, n_m, n_u, _ = self.sizes
-        name = function.name()
-        with tempfile.TemporaryDirectory() as scratch:
-            step = write_c([function], scratch, header=False)[0].read_text(encoding="utf-8")
-        sizes = {"nx": n_x, "nm": n_m, "nu": n_u, "ny": self.n_y, "sz_w": function.sz_w(), "sz_iw": function.sz_iw()}
-        sizes |= {"sz_arg": function.sz_arg(), "sz_res": function.sz_res()}
-        library = build_library(f"{name}_loop", (step, _DRIVER.format(name=name, **sizes)))
+        n_x, n_m, n_u, n_p = self.sizes
+        name = self._joined.name()
+        sizes = {"nx": n_x, "nm": n_m, "nu": n_u, "np": n_p, "ny": self.n_y, "lanes": LANES}
+        library = build_library(
+            f"{name}_loop", (write_lanes(self._joined, LANES, name), _DRIVER.format(name=name, **sizes))
+        )
         if library is None:
             return None
         loop = getattr(ctypes.CDLL(str(library)), f"{name}_loop")
-        loop.argtypes = [ctypes.c_long, ctypes.c_long, *[ctypes.c_void_p] * 7]
+        pointer, integer = ctypes.c_void_p, ctypes.c_long
+        loop.argtypes = [integer, integer, ctypes.c_int, pointer, pointer, pointer, integer, pointer, pointer, integer]
+        loop.argtypes += [pointer, pointer]
 
-        def run(n, every, starts, memories, u, p, along):
-            held = [np.ascontiguousarray(a, dtype=float) for a in (starts, memories, u, p)]
-            states, outputs = np.empty((n, n_x)), np.empty((n, self.n_y))
-            histories = np.empty((n, n_m)) if along else None
-            pointers = [a.ctypes.data for a in (*held, states, outputs)]
-            loop(n, every, *pointers, histories.ctypes.data if histories is not None else None)
-            return states, outputs, histories
+        def run(jobs, n, known, x, m, u, stride, p, rows):
+            outputs = np.empty((jobs, n, self.n_y))
+            rows = np.empty(0, dtype=np.int64) if rows is None else rows
+            kept = np.empty((jobs, len(rows), n_m))
+            data = [a.ctypes.data for a in (x, m, u)]
+            tail = [len(rows), rows.ctypes.data, kept.ctypes.data]
+            loop(jobs, n, known, *data, stride, p.ctypes.data, outputs.ctypes.data, *tail)
+            return outputs, kept
 
         return run
 
-    def _interpreted(self, function: ca.Function) -> Callable:
-        step = CompiledFunction(function, compiled=False)
-        n_x, n_m, _, _ = self.sizes
+    def _interpreted(self) -> Callable:
+        n_x, n_m = self.sizes[:2]
 
-        def run(n, every, starts, memories, u, p, along):
-            starts, memories = np.asarray(starts, dtype=float), np.asarray(memories, dtype=float)
-            states, outputs, histories = np.empty((n, n_x)), np.empty((n, self.n_y)), np.empty((n, n_m))
-            x, m = starts[0], memories[0]
+        def run(jobs, n, known, x, m, u, stride, p, rows):
+            many = self._joined.map(jobs)
+            outputs = np.empty((jobs, n, self.n_y))
+            kept = [np.empty((jobs, 0, n_m))]
+            states = x[:, 0] if known else x
             for k in range(n):
-                if k % every == 0:
-                    x = starts[k // every]
-                    m = m if along else memories[k // every]
-                states[k], histories[k] = x, m
-                x, m, outputs[k] = (np.atleast_1d(part) for part in step(x, m, u[k], p))
-            return states, outputs, histories if along else None
+                states = x[:, k] if known else states
+                if rows is not None and k in rows:
+                    kept.append(m[:, None])
+                now = u[:, k] if stride else np.tile(u[k], (jobs, 1))
+                after = many(np.hstack([states, m, now, p]).T)
+                states, m, outputs[:, k] = (part.full().T for part in after)
+            return outputs, np.concatenate(kept, axis=1)
 
         return run

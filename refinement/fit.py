@@ -24,8 +24,7 @@ N_NAMES = ("n_f", "n_r")
 class Free:
     """One free number: the model parameters it sets (more than one where they are tied), scale, bounds.
 
-    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common;
-    history: whether the histories along the record follow it closely enough to belong in its derivative.
+    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common.
     """
 
     name: str
@@ -34,7 +33,6 @@ class Free:
     lower: float
     upper: float
     drive: int | None = None
-    history: bool = True
 
 
 @dataclass(frozen=True)
@@ -89,8 +87,9 @@ def fit(
     """
     problem = _Problem(tuple(shootings), tuple(windows), weights, tuple(free), p)
     starts = [problem.clip(row) for row in np.atleast_2d(np.asarray(start, dtype=float))]
-    value = min(starts, key=lambda row: problem.cost(problem.residual(row)))
-    residual = problem.residual(value)
+    tried = problem.residuals(np.array(starts))
+    chosen = int(np.argmin([problem.cost(z) for z in tried]))
+    value, residual = starts[chosen], tried[chosen]
     cost, damping = problem.cost(residual), 1e-3
     for _ in range(ITERATIONS):
         jacobian = problem.jacobian(value, residual)
@@ -140,31 +139,29 @@ class _Problem:
                 p[slice(None) if f.drive is None else f.drive, self.shootings[0].model.p.index(name)] = v
         return p
 
-    def residual(self, value: Array, along: Sequence | None = None) -> Array:
+    def residual(self, value: Array) -> Array:
         """(W, N, 6) residuals of the fit windows in standard deviations; missing values are 0."""
-        along = along or [None] * len(self.shootings)
+        return self.residuals(value[None])[0]
+
+    def residuals(self, values: Array) -> Array:
+        """(S, W, N, 6) residuals for many values (S, K) at once."""
+        p = np.array([self.full(value) for value in values])
         parts = [
-            shooting.residual(p, history)[windows]
-            for shooting, windows, p, history in zip(self.shootings, self.windows, self.full(value), along, strict=True)
+            shooting.residual(p[:, d])[:, windows]
+            for d, (shooting, windows) in enumerate(zip(self.shootings, self.windows, strict=True))
         ]
-        return np.nan_to_num(np.concatenate(parts) / self.weights.sigma)
+        return np.nan_to_num(np.concatenate(parts, axis=1) / self.weights.sigma)
 
     def cost(self, z: Array) -> float:
         return float(np.mean(_huber(z)))
 
     def jacobian(self, value: Array, residual: Array) -> Array:
         """(W, N * 6, K) derivatives of the residual by one-sided differences, inwards at a bound."""
-        columns = []
-        along = [shooting.along(p) for shooting, p in zip(self.shootings, self.full(value), strict=True)]
-        for k, f in enumerate(self.free):
-            step = RELATIVE_STEP * f.scale
-            step = -step if value[k] + step > f.upper else step
-            moved = value.copy()
-            moved[k] += step
-            columns.append(
-                (self.residual(moved, None if f.history else along) - residual).reshape(len(residual), -1) / step
-            )
-        return np.stack(columns, axis=-1)
+        steps = RELATIVE_STEP * self.scale
+        steps = np.where(value + steps > [f.upper for f in self.free], -steps, steps)
+        moved = self.residuals(value + np.diag(steps))
+        flat = (moved - residual).reshape(len(steps), len(residual), -1) / steps[:, None, None]
+        return np.moveaxis(flat, 0, -1)
 
     def _weighted(self, jacobian: Array, residual: Array) -> tuple[Array, Array]:
         z = residual.reshape(len(residual), -1)

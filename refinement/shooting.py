@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.signal import savgol_filter
 
 from estimator.inputs import measured_inputs, measured_states
@@ -93,33 +93,42 @@ class Shooting:
         self.recorded = drive.measured[take][:, 1:]
         self._inputs = drive.inputs[take]
 
-    def predict(self, p: Array, along: tuple[Array, Array] | None = None) -> Array:
-        """(W, N, 6) outputs predicted over the windows, from one step after their start to their end, for p (n_p,).
+    def predict(self, p: ArrayLike) -> Array:
+        """Outputs predicted over the windows, from one step after their start to their end.
 
-        along: states and memory along the record where they are known already.
+        p (n_p,): (W, N, 6); p (K, n_p), many parameter sets at once, which is faster: (K, W, N, 6).
         """
-        states, memory = along or self.along(p)
-        _, outputs = self._loop.windows(states[self.rows], memory[self.rows], self._inputs, p)
-        return outputs[:, 1:]
+        rows = np.atleast_2d(np.asarray(p, dtype=float))
+        starts, memory = self._starts(rows)
+        count = len(self.rows)
+        inputs = np.broadcast_to(self._inputs, (len(rows), *self._inputs.shape))
+        outputs = self._loop.windows(
+            starts.reshape(len(rows) * count, -1),
+            memory.reshape(len(rows) * count, -1),
+            inputs.reshape(len(rows) * count, *self._inputs.shape[1:]),
+            np.repeat(rows, count, axis=0),
+        ).reshape(len(rows), count, self.steps + 1, -1)[:, :, 1:]
+        return outputs if np.ndim(p) == 2 else outputs[0]
 
-    def residual(self, p: Array, along: tuple[Array, Array] | None = None) -> Array:
-        """(W, N, 6) predicted - recorded, psi on (-pi, pi]; NaN where nothing was recorded."""
-        error = self.predict(p, along) - self.recorded
+    def residual(self, p: ArrayLike) -> Array:
+        """Predicted - recorded, psi on (-pi, pi], in the shapes of `predict`; NaN where nothing was recorded."""
+        error = self.predict(p) - self.recorded
         psi = STATE_CHANNELS.index("psi")
-        error[:, :, psi] = np.angle(np.exp(1j * error[:, :, psi]))
+        error[..., psi] = np.angle(np.exp(1j * error[..., psi]))
         return error
 
-    def along(self, p: Array) -> tuple[Array, Array]:
-        """States (N, n_x) whose outputs are the smoothed record, and the memory (N, n_m) along them."""
+    def _starts(self, p: Array) -> tuple[Array, Array]:
+        """States (K, W, n_x) at the starts of windows, whose outputs are the smoothed record, and memories (K, W, n_m) there."""
         drive = self.drive
         states = np.column_stack([drive.smooth, np.tile(self._extra, (len(drive.t), 1))])
-        m0 = self._start(states[0], drive.inputs[0], p).full()[:, 0]
-        outputs, memory = self._loop.along(states, m0, drive.inputs, p)
+        m0 = np.array([self._start(states[0], drive.inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
+        states = np.tile(states, (len(p), 1, 1))
+        outputs, memory = self._loop.along(states, m0, drive.inputs, p, self.rows)
         if np.abs(outputs - drive.smooth).max() > 1e-9:
             for _ in range(2):  # the outputs differ from the states by a sensor's small effect: a contraction
-                states[:, :6] += drive.smooth - outputs
-                outputs, memory = self._loop.along(states, m0, drive.inputs, p)
-        return states, memory
+                states[:, :, :6] += drive.smooth - outputs
+                outputs, memory = self._loop.along(states, m0, drive.inputs, p, self.rows)
+        return states[:, self.rows], memory
 
 
 _LOOPS: dict[tuple, StepLoop] = {}

@@ -166,8 +166,7 @@ def gain_of(before: Array, after: Array) -> tuple[float, float]:
 def _free(effect: Effect, name: str) -> Free:
     signal = effect.parameters[name]
     scale = abs(effect.typical[name] - signal.nominal) or 0.1
-    history = bool(effect.memories) or "outputs" in effect.corrections
-    return Free(name, (name,), scale, signal.lower, signal.upper, history=history)
+    return Free(name, (name,), scale, signal.lower, signal.upper)
 
 
 def starts_of(effect: Effect, drive: Drive) -> tuple[list[dict[str, float]], tuple[str, ...]]:
