@@ -1,0 +1,229 @@
+"""NMPC in real time: sequential quadratic programming with exact derivatives on a structure-exploiting interior point.
+
+Two modes. `rti`: one iteration per step; `prepare()` may run before the state is known, `feedback(z0)` after. `converged`:
+iterations until the step is small, with a line search on the exact L1 merit function. The Hessian is the Lagrangian's;
+where a subproblem's reduced Hessian is not positive, each stage's eigenvalues are clipped and it is solved again.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mpc_demo.nmpc_status import Stats, Status
+from mpc_demo.ocp import Ocp
+from mpc_demo.ocp_riccati import BROKEN, NOT_CONVEX, solve_qp
+from mpc_demo.ocp_stage import Stages
+
+Array = NDArray[np.float64]
+LEAST_CURVATURE = 1e-4
+"""Eigenvalues of a clipped stage Hessian are at least this."""
+
+
+class Nmpc:
+    """Solver of an Ocp, warm-started from its last solution.
+
+    mode: "rti" or "converged"; most: greatest number of iterations of the latter; tolerance: largest change of any
+    variable at which it stops. Raises ValueError for another mode.
+    """
+
+    def __init__(self, ocp: Ocp, mode: str = "rti", most: int = 15, tolerance: float = 1e-3) -> None:
+        if mode not in ("rti", "converged"):
+            raise ValueError(f"nmpc: expected mode rti or converged, found {mode!r}")
+        self.ocp, self.mode, self.most, self.tolerance = ocp, mode, most, tolerance
+        self.stages = Stages(ocp)
+        n, nz, nv = self.stages.n, self.stages.nz, self.stages.nv
+        self.z, self.w = np.tile(ocp.z.nominal, (n + 1, 1)), np.zeros((n, nv - nz))
+        self._box = np.array([ocp.z.index(name) for name in ocp.state_box] + [nz, nz + 1], dtype=np.int64)
+        limits = [*ocp.state_box.values(), *((s.lower, s.upper) for s in ocp.w)]
+        self._limits = np.array(limits)
+        nb, rows = len(self._box), 2 * len(self._box) + self.stages.n_general
+        self._soft = np.ones(rows, dtype=np.bool_)
+        self._soft[2 * (nb - 2) : 2 * nb] = False
+        self._on = np.ones((n + 1, rows), dtype=np.bool_)
+        self._on[0, : 2 * (nb - 2)] = self._on[0, 2 * nb :] = False
+        self._on[n, 2 * (nb - 2) : 2 * nb] = self._on[n, -2:] = False
+        self._no_obstacles()
+        self._c, self._v = np.zeros((n + 1, rows)), np.zeros((n + 1, nv))
+        self._hessian, self.pi = np.zeros((n + 1, nv, nv)), np.zeros((n + 1, nz))
+        self._lam, self._t = np.zeros((n + 1, rows)), np.zeros((n + 1, rows))
+        self._s, self._mu = np.zeros((n + 1, rows)), np.zeros((n + 1, rows))
+        w, h = ocp.settings.weights, ocp.settings.dt
+        self._rho = np.array([w.slack, w.slack_squared]) * h
+        self._prepared, self._spent, self._warm = False, 0.0, False
+        self.stats = Stats(Status.OUT_OF_ITERATIONS)
+        self.set_parameters(ocp.s.nominal, np.zeros((n, len(ocp.r))), np.tile([0.0, 0.0, 0.0, 5.0], (n + 1, 1)))
+
+    def set_parameters(
+        self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None
+    ) -> None:
+        """s (n_s,): model parameters, slip, slip_gain; r (N, n_r): histories; ref (N + 1, 4): x, y, psi, u of the path;
+        obstacles (N + 1, n, 3): x, y, radius over the horizon, or (n, 3) where they stand; none beyond those given.
+
+        Raises ValueError for other shapes or more obstacles than the Ocp watches.
+        """
+        n, most = self.stages.n, self.ocp.settings.obstacles
+        placed = np.full((n + 1, most, 3), 0.0)
+        placed[:, :, :2] = 1e3
+        if obstacles is not None and np.size(obstacles):
+            given = np.asarray(obstacles, dtype=float)
+            given = np.broadcast_to(given, (n + 1, *given.shape)) if given.ndim == 2 else given
+            if given.shape[0] != n + 1 or given.shape[1] > most or given.shape[2] != 3:
+                raise ValueError(f"obstacles: expected up to {most} as (x, y, radius), found shape {given.shape}")
+            placed[:, : given.shape[1]] = given
+        s, r, ref = (np.asarray(value, dtype=float) for value in (s, r, ref))
+        for name, value, shape in (
+            ("s", s, (len(self.ocp.s),)), ("r", r, (n, len(self.ocp.r))), ("ref", ref, (n + 1, 4)),
+        ):  # fmt: skip
+            if value.shape != shape:
+                raise ValueError(f"{name}: expected shape {shape}, found {value.shape}")
+        self.stages.set_parameters(s, r, ref, placed)
+        nb = len(self._box)
+        far = placed[:, :, 0] > 9e2
+        self._on[1:, 2 * nb : 2 * nb + 2 * most] = np.repeat(~far[1:], 2, axis=1)
+        self._prepared = False
+
+    def _no_obstacles(self) -> None:
+        nb = len(self._box)
+        self._on[:, 2 * nb : 2 * nb + 2 * self.ocp.settings.obstacles] = False
+
+    def set_initial_guess(self, z: ArrayLike, w: ArrayLike) -> None:
+        """z (N + 1, n_z), w (N, n_w): where the next solve starts; multipliers start again. ValueError for other shapes."""
+        z, w = np.asarray(z, dtype=float), np.asarray(w, dtype=float)
+        if z.shape != self.z.shape or w.shape != self.w.shape:
+            raise ValueError(f"guess: expected {self.z.shape} and {self.w.shape}, found {z.shape} and {w.shape}")
+        self.z[:], self.w[:] = z, w
+        self.pi[:], self._lam[:] = 0.0, 0.0
+        self._prepared = self._warm = False
+
+    def shift(self, seconds: float) -> None:
+        """Move the last solution on by `seconds`, so that it starts the next solve."""
+        share = seconds / self.ocp.settings.dt
+        for array in (self.z, self.w, self.pi, self._lam):
+            _shift(array, share)
+        self._prepared = False
+
+    def prepare(self) -> None:
+        """All that can be done before the state is known: linearisation and Hessian at the present guess."""
+        began = time.perf_counter()
+        self.stages.linearise(self.z, self.w)
+        self.stages.lagrangian_hessian(self.z, self.w, self.pi, self._hessian)
+        self._prepared, self._spent = True, time.perf_counter() - began
+
+    def make_step(self, z0: ArrayLike) -> Array:
+        """(n_w,) first input of the plan from the state z0 (n_z,); see `stats`, and `z`, `w` for the plan itself."""
+        z0 = np.asarray(z0, dtype=float)
+        if z0.shape != self.z[0].shape:
+            raise ValueError(f"z0: expected shape {self.z[0].shape}, found {z0.shape}")
+        if not np.isfinite(z0).all():
+            self.stats = Stats(Status.BAD_STATE)
+            return self.w[0].copy()
+        began = time.perf_counter()
+        if not self._prepared:
+            self.prepare()
+            began = time.perf_counter()
+        kept = self.z.copy(), self.w.copy(), self.pi.copy()
+        status, iterations, inner, step = self._iterate(z0)
+        if not status.usable:
+            self.z[:], self.w[:], self.pi[:] = kept
+            self._warm = False
+            self._lam[:] = 0.0
+        feedback = time.perf_counter() - began
+        self._prepared = False
+        self.stats = Stats(
+            status, iterations, inner, self._spent + feedback, feedback, float(self._objective()), self._defect(), step
+        )
+        return self.w[0].copy()
+
+    def _iterate(self, z0: Array) -> tuple[Status, int, int, float]:
+        total, step = 0, np.inf
+        for iteration in range(1, 2 if self.mode == "rti" else self.most + 1):
+            if iteration > 1:
+                self.stages.lagrangian_hessian(self.z, self.w, self.pi, self._hessian)
+            outcome, inner = self._subproblem(z0)
+            total += inner
+            if outcome in (NOT_CONVEX, BROKEN):
+                return (Status.NOT_CONVEX if outcome == NOT_CONVEX else Status.NOT_FINITE), iteration, total, step
+            step = float(np.abs(self._v).max())
+            if self.mode == "rti":
+                self.z += self._v[:, : self.stages.nz]
+                self.w += self._v[:-1, self.stages.nz :]
+                return Status.ITERATED, 1, total, step
+            self._search(z0)
+            if step < self.tolerance:
+                return Status.CONVERGED, iteration, total, step
+        return Status.OUT_OF_ITERATIONS, self.most, total, step
+
+    def _subproblem(self, z0: Array) -> tuple[int, int]:
+        st, nz, nb = self.stages, self.stages.nz, len(self._box)
+        now = np.zeros_like(self._v)
+        now[:, :nz], now[:-1, nz:] = self.z, self.w
+        self._c[:, 0 : 2 * nb : 2] = now[:, self._box] - self._limits[:, 0]
+        self._c[:, 1 : 2 * nb : 2] = self._limits[:, 1] - now[:, self._box]
+        self._c[:, 2 * nb :] = st.value
+        defect, away = st.end - self.z[1:], z0 - self.z[0]
+        start = 1e-3 if self._warm else 1e-1
+        outcome, used = NOT_CONVEX, 0
+        for clipped in (False, True):
+            self._v[:] = 0.0
+            hessian = clip(self._hessian) if clipped else self._hessian
+            outcome, more = solve_qp(
+                hessian, st.g, st.AB, defect, away, self._box, st.general, self._c, self._on, self._soft, self._rho,
+                self._v, self.pi, self._lam, self._t, self._s, self._mu, start, 1e-6, 30,
+            )  # fmt: skip
+            used += more
+            if outcome not in (NOT_CONVEX, BROKEN):
+                break
+            self._lam[:] = 0.0
+            start = 1e-1
+        self._warm = outcome not in (NOT_CONVEX, BROKEN)
+        return outcome, used
+
+    def _search(self, z0: Array) -> None:
+        """The largest of the steps 1, 1/2, 1/4, 1/8 that lowers cost + nu |defects|_1; linearises where it lands."""
+        nz = self.stages.nz
+        nu = 1.2 * float(np.abs(self.pi).max()) + 1e-3
+        before, z, w = self._merit(z0, nu), self.z.copy(), self.w.copy()
+        for share in (1.0, 0.5, 0.25, 0.125):
+            self.z[:], self.w[:] = z + share * self._v[:, :nz], w + share * self._v[:-1, nz:]
+            self.stages.linearise(self.z, self.w)
+            if self._merit(z0, nu) <= before + 1e-9 + 1e-6 * abs(before):
+                return
+
+    def _merit(self, z0: Array, nu: float) -> float:
+        return self._objective() + nu * (
+            float(np.abs(self.stages.end - self.z[1:]).sum()) + float(np.abs(z0 - self.z[0]).sum())
+        )
+
+    def _objective(self) -> float:
+        """Cost with slacks at the last linearisation."""
+        nb = len(self._box)
+        now = np.concatenate([self.z, np.vstack([self.w, np.zeros((1, self.w.shape[1]))])], axis=1)[:, self._box]
+        low, high = self._limits.T
+        short = np.concatenate(
+            [np.maximum(low - now, 0.0), np.maximum(now - high, 0.0), np.maximum(-self.stages.value, 0.0)], axis=1
+        )
+        on = np.concatenate([self._on[:, 0 : 2 * nb : 2], self._on[:, 1 : 2 * nb : 2], self._on[:, 2 * nb :]], axis=1)
+        short *= on
+        return float(self.stages.cost.sum() + self._rho[0] * short.sum() + 0.5 * self._rho[1] * (short**2).sum())
+
+    def _defect(self) -> float:
+        return float(np.abs(self.stages.end - self.z[1:]).max())
+
+
+def clip(hessian: Array) -> Array:
+    """Each (n, n) block with its eigenvalues raised to LEAST_CURVATURE."""
+    values, vectors = np.linalg.eigh(hessian)
+    return (vectors * np.maximum(values, LEAST_CURVATURE)[:, None, :]) @ vectors.transpose(0, 2, 1)
+
+
+def _shift(array: Array, share: float) -> None:
+    """Rows moved towards the front by a share of a row (linear between rows), the last one kept."""
+    whole, rest = int(share), share - int(share)
+    if whole:
+        array[:-whole] = array[whole:]
+        array[-whole:] = array[-1]
+    if rest:
+        array[:-1] += rest * (array[1:] - array[:-1])

@@ -1,0 +1,45 @@
+"""How a solve ended, each outcome with a sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Status(Enum):
+    """Outcome of one solve; the value is its sentence."""
+
+    CONVERGED = "the step and the residuals are below their tolerances"
+    ITERATED = "one real-time iteration was taken; the next one goes on from it"
+    OUT_OF_ITERATIONS = "the iterations ran out before the tolerances were met; the last iterate is used"
+    NOT_CONVEX = "the convexified subproblem still had no positive reduced Hessian; the previous plan goes on"
+    NOT_FINITE = "a value was not finite; the previous plan goes on"
+    BAD_STATE = "the measured state is not finite or far outside the model's range; the previous plan goes on"
+    LATE = "the solution came after its time; the previous plan was followed meanwhile"
+    SOLVER_FAILED = "the solver gave up; the previous plan goes on"
+
+    @property
+    def usable(self) -> bool:
+        """Whether the solution may be driven."""
+        return self in (Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.LATE)
+
+
+@dataclass(frozen=True)
+class Stats:
+    """Of one solve: status; iterations of the outer method; qp_iterations in all; seconds, of which `feedback` came after
+    the state was known; cost of the objective with slacks; defect: largest violation of the dynamics; step: largest change.
+    """
+
+    status: Status
+    iterations: int = 0
+    qp_iterations: int = 0
+    seconds: float = 0.0
+    feedback: float = 0.0
+    cost: float = float("nan")
+    defect: float = float("nan")
+    step: float = float("nan")
+
+    @property
+    def sentence(self) -> str:
+        """The status in words."""
+        return self.status.value
