@@ -56,9 +56,7 @@ class Nmpc:
         self.stats = Stats(Status.OUT_OF_ITERATIONS)
         self.set_parameters(ocp.s.nominal, np.zeros((n, len(ocp.r))), np.tile([0.0, 0.0, 0.0, 5.0], (n + 1, 1)))
 
-    def set_parameters(
-        self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None
-    ) -> None:
+    def set_parameters(self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None) -> None:
         """s (n_s,): model parameters, slip, slip_gain; r (N, n_r): histories; ref (N + 1, 4): x, y, psi, u of the path;
         obstacles (N + 1, n, 3): x, y, radius over the horizon, or (n, 3) where they stand; none beyond those given.
 

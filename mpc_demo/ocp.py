@@ -138,7 +138,9 @@ class Ocp:
         q = self.model.quantities(x, ca.vertcat(self.external(z, w, s), r), p)
         rates = ca.vertcat(*[q[f"d_{name}"] for name in self.model.x.names], w[0])
         use = ca.vertcat(*[q[f"force_{axle}"] / _bearing(q, axle) for axle in ("f", "r")])
-        return ca.Function("dynamics", [z, w, r, s], [ca.densify(rates), ca.densify(use)], ["z", "w", "r", "s"], ["d", "use"])
+        return ca.Function(
+            "dynamics", [z, w, r, s], [ca.densify(rates), ca.densify(use)], ["z", "w", "r", "s"], ["d", "use"]
+        )
 
     def step(self) -> ca.Function:
         """[z, w, r, s] -> [z one dt later]: one classical Runge-Kutta step."""
@@ -148,7 +150,9 @@ class Ocp:
         k2 = f(z + h / 2 * k1, w, r, s)[0]
         k3 = f(z + h / 2 * k2, w, r, s)[0]
         k4 = f(z + h * k3, w, r, s)[0]
-        return ca.Function("step", [z, w, r, s], [z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)], ["z", "w", "r", "s"], ["z_next"])
+        return ca.Function(
+            "step", [z, w, r, s], [z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)], ["z", "w", "r", "s"], ["z_next"]
+        )
 
     def cost(self) -> ca.Function:
         """[z, w, ref] -> [l]: weighted squared errors, per second."""

@@ -8,6 +8,8 @@ exact and its convergence fast.
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from numba import njit
@@ -17,6 +19,7 @@ from estimator.compiled import at_points
 from mpc_demo.ocp import OBSTACLE, REFERENCE, Ocp
 
 Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
 DIFFERENCE = 1e-5
 """Step of the gradient's differences, units of each variable (all of order 1)."""
 
@@ -29,10 +32,11 @@ class Points:
         self.into = np.zeros((count, function.size1_in(0)))
         self.shared = np.zeros(max(function.size1_in(1), 1))
         self.out = np.zeros((count, function.size1_out(0)))
-        self._buffer, self.run = self.function.buffer()
-        self._buffer.set_arg(0, memoryview(self.into.reshape(-1)))
-        self._buffer.set_arg(1, memoryview(self.shared))
-        self._buffer.set_res(0, memoryview(self.out.reshape(-1)))
+        buffer: tuple[Any, Any] = self.function.buffer()
+        self._buffer, self.run = buffer
+        for place, array in enumerate((self.into, self.shared)):
+            self._buffer.set_arg(place, _memory(array))
+        self._buffer.set_res(0, _memory(self.out))
 
 
 class Stages:
@@ -116,7 +120,12 @@ class Stages:
         )  # fmt: skip
 
 
-def _rates(ocp: Ocp) -> tuple[ca.Function, Array, Array, Array]:
+def _memory(array: Any) -> memoryview:
+    """The array's own memory."""
+    return memoryview(array.reshape(-1))
+
+
+def _rates(ocp: Ocp) -> tuple[ca.Function, Whole, Whole, Whole]:
     """[(z, w, r), s] -> [(rates, force use, nonzeros of the Jacobian)], its rows and columns, the curved variables."""
     z, w, r, s = ocp.symbols()
     v = ca.vertcat(z, w)
@@ -132,7 +141,7 @@ def _rates(ocp: Ocp) -> tuple[ca.Function, Array, Array, Array]:
     return function, rows, columns, curved
 
 
-def _gradient(ocp: Ocp, directions: Array) -> ca.Function:
+def _gradient(ocp: Ocp, directions: Whole) -> ca.Function:
     """[(z, w, r, pi), s] -> [gradient of pi' rates with respect to the curved variables]."""
     z, w, r, s = ocp.symbols()
     pi = ca.SX.sym("pi", len(ocp.z))
@@ -142,7 +151,7 @@ def _gradient(ocp: Ocp, directions: Array) -> ca.Function:
     return ca.Function("ocp_gradient", [ca.vertcat(v, r, pi), s], [ca.densify(wanted)])
 
 
-def _stage(ocp: Ocp) -> tuple[ca.Function, Array, Array]:
+def _stage(ocp: Ocp) -> tuple[ca.Function, Whole, Whole]:
     """[(z, w, ref, scale, obstacles), nothing] -> [(l, gradient, Hessian cells, gaps, Jacobian cells of the gaps)]."""
     z, w, _, _ = ocp.symbols()
     ref, scale = ca.SX.sym("ref", len(REFERENCE)), ca.SX.sym("scale")
