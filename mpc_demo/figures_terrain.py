@@ -130,7 +130,8 @@ def _nis(axis: Any, estimate: TerrainEstimate) -> None:
     low, high = chi2.ppf([0.025, 0.975], dof)
     axis.axhspan(low, high, color=ESTIMATED, alpha=0.15, lw=0, label="95 % band")
     axis.plot(estimate.t, estimate.nis, ".", color=TRUE, ms=2)
-    axis.set_ylim(0, max(3 * high, 1))
+    axis.set_yscale("log")
+    axis.set_ylim(1e-2, max(10 * high, 10))
     axis.set(
         title=f"Normalised innovation squared: {100 * estimate.nis_inside_95:.0f} % inside the band",
         xlabel="time, s", ylabel="NIS",
