@@ -115,7 +115,7 @@ class StepLoop:
         return run
 
     def _interpreted(self) -> Callable:
-        n_x, n_m = self.sizes[:2]
+        n_m = self.sizes[1]
 
         def run(jobs, n, known, x, m, u, stride, p, rows):
             many = self._joined.map(jobs)

@@ -96,8 +96,8 @@ def refine(
 ) -> Refinement:
     """Find what the declared model lacks on one or more drives of one soil class, from sensor channels only.
 
-    The first two thirds of each drive are fitted, the rest judges. start: seconds left out at the beginning of each.
-    Raises ValueError for drives that cannot be used.
+    The first two thirds of each drive are fitted, the rest judges. start: seconds left out at the beginning of each;
+    workers: effects tried at once. Raises ValueError for drives that cannot be used.
     """
     began = time.perf_counter()
     bench = make_bench(recordings, declaration, start)

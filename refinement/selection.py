@@ -44,7 +44,7 @@ class Selection:
 def select(bench: Bench, declaration: Declaration, workers: int, progress: Callable[[float], None]) -> Selection:
     """Forward selection over the catalogue, declared effects left out.
 
-    progress: called with the share of the first round that is done.
+    workers: effects tried at once; progress: called with the share of the first round that is done.
     """
     known = catalogue(declaration.vehicle)
     open_effects = {name: effect for name, effect in known.items() if name not in declaration.vehicle.effects}

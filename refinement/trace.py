@@ -82,7 +82,8 @@ def make_bench(
 ) -> Bench:
     """The tracing's bench for one or more drives on one class of soil; n of each drive fitted, weights set from what it leaves.
 
-    start: seconds left out at the beginning of each drive. Raises ValueError for drives that shooting cannot use.
+    start: seconds left out at the beginning of each drive; horizon: of the shooting windows (s).
+    Raises ValueError for drives that shooting cannot use.
     """
     model = whole_model(declaration)
     drives = [shooting_drive(recording, model, start) for recording in recordings]
@@ -158,7 +159,7 @@ def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> 
 
 
 def gain_of(before: Array, after: Array) -> tuple[float, float]:
-    """Share of the held-out cost that is gone, and its standard error over windows."""
+    """Share of the held-out cost that is gone, and its standard error over windows; before, after: cost of each window."""
     total, saved = float(before.mean()), before - after
     return float(saved.mean()) / total, float(saved.std(ddof=1) / np.sqrt(len(saved))) / total
 
@@ -193,7 +194,7 @@ def starts_of(effect: Effect, drive: Drive) -> tuple[list[dict[str, float]], tup
 def rank(
     bench: Bench, effects: Mapping[str, Effect], workers: int, progress: Callable[[float], None]
 ) -> list[Candidate]:
-    """All given effects, best held-out gain first."""
+    """All given effects, best held-out gain first; workers: threads."""
 
     def one(effect: Effect) -> Candidate:
         starts, fixed = starts_of(effect, bench.shootings[0].drive)
