@@ -21,6 +21,8 @@ from symbolic.codegen import write_c
 from symbolic.lanes import write_lanes
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
+NATIVE = "-march=native"
+"""Left out where a compiler does not know it."""
 
 
 def cache_folder() -> Path:
@@ -28,6 +30,21 @@ def cache_folder() -> Path:
     chosen = os.environ.get("SOFTSOIL_CACHE")
     base = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "softsoil"
     return base
+
+
+def _writable_cache() -> Path:
+    """The cache folder, made if need be; a folder of this process alone where it cannot be written."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return Path(_own_folder().name)
+    return folder if os.access(folder, os.W_OK) else Path(_own_folder().name)
+
+
+@lru_cache(maxsize=1)
+def _own_folder() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="softsoil_")
 
 
 @lru_cache(maxsize=1)
@@ -106,20 +123,22 @@ def build_library(name: str, sources: Sequence[str]) -> Path | None:
 def _library(compiler: str, name: str, sources: Sequence[str], warn: bool = True) -> Path | None:
     """The shared library of `sources`, from the cache or built into it; None where the compiler refuses."""
     key = hashlib.sha256(repr((sources, _compiler_version(compiler), FLAGS, _machine())).encode())
-    library = cache_folder() / f"{name}_{key.hexdigest()[:24]}.so"
+    library = _writable_cache() / f"{name}_{key.hexdigest()[:24]}.so"
     return library if library.is_file() or _build(compiler, sources, library, warn) else None
 
 
 def _build(compiler: str, sources: Sequence[str], library: Path, warn: bool) -> bool:
     """Compile into the cache under a scratch name, then move: another process never sees half a file."""
-    library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
         built = Path(scratch) / library.name
         files = [Path(scratch) / f"part{i}.c" for i in range(len(sources))]
         for file, text in zip(files, sources, strict=True):
             file.write_text(text, encoding="utf-8")
-        command = [compiler, *FLAGS, *map(str, files), "-o", str(built), "-lm"]
-        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        for flags in (FLAGS, [flag for flag in FLAGS if flag != NATIVE]):
+            command = [compiler, *flags, *map(str, files), "-o", str(built), "-lm"]
+            run = subprocess.run(command, capture_output=True, text=True, check=False)
+            if run.returncode == 0:
+                break
         if run.returncode == 0:
             built.replace(library)
         elif warn:

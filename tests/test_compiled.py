@@ -124,6 +124,27 @@ def test_broken_compiler_falls_back_with_its_reason(own_cache, monkeypatch, tmp_
         assert not CompiledFunction(square()).is_compiled
 
 
+@pytest.mark.compiler
+@needs_compiler
+def test_cache_that_cannot_be_made_costs_only_the_cache(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    monkeypatch.setenv("SOFTSOIL_CACHE", str(tmp_path / "file" / "cache"))
+    assert CompiledFunction(square()).is_compiled
+
+
+@pytest.mark.compiler
+@needs_compiler
+def test_compiler_without_native_code_is_used_all_the_same(own_cache, monkeypatch, tmp_path):
+    old = tmp_path / "cc"
+    old.write_text(
+        f'#!/bin/sh\ncase "$*" in *-march=native*) echo "unknown flag" >&2; exit 1;; esac\nexec {find_compiler()} "$@"\n',
+        encoding="utf-8",
+    )
+    old.chmod(0o755)
+    monkeypatch.setattr(compiled, "find_compiler", lambda: str(old))
+    assert CompiledFunction(square()).is_compiled
+
+
 def test_unfit_inputs_and_buffers_are_named():
     function = CompiledFunction(square(), compiled=False)
     with pytest.raises(ValueError, match=r"expected 2 inputs \(x, y\), found 1"):
