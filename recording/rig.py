@@ -187,10 +187,10 @@ def run_from_rig(
 
 
 def read_rigs(paths: Sequence[str | Path]) -> list[WheelRun]:
-    """Runs of several archives, one after the other; a folder stands for every .npz in it."""
+    """Runs of several archives, one after the other; a folder stands for its *_val.npz, or else for every .npz in it."""
     found: list[Path] = []
     for path in map(Path, paths):
-        found += sorted(path.glob("*.npz")) if path.is_dir() else [path]
+        found += (sorted(path.glob("*_val.npz")) or sorted(path.glob("*.npz"))) if path.is_dir() else [path]
     if not found:
         raise ValueError(
             f"expected single-wheel archives (.npz), found none in {', '.join(map(str, paths)) or 'nothing'}"

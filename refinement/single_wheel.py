@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.compiled import CompiledFunction
+from estimator.compiled import CompiledFunction, compile_function
 from recording.rig import MOTION, SOIL_KEYS, WheelRun
 from symbolic.bekker import Bekker
 from symbolic.dallas import Dallas
@@ -27,6 +27,8 @@ SLOWEST = 0.02
 """Speed floor of a law over the median speed of the runs, so that slow laboratory wheels are not floored."""
 SLIP_RANGES = ((-1.0, -0.157), (-0.157, 0.0), (0.0, 0.16), (0.16, 1.0))
 """The paper's four ranges of longitudinal slip (appendix)."""
+WORTH_COMPILING = 100
+"""Runs from which on a law is compiled before it is evaluated."""
 BATCH = 512
 """Calls per timing, in one compiled loop."""
 
@@ -91,9 +93,11 @@ def predict(law: ForceLaw, runs: Sequence[WheelRun], load: str = "moment") -> li
     functions: dict[tuple[str, float, float], ca.Function] = {}
     predicted = []
     for run in runs:
-        key = (run.group, run.radius, run.width)
+        soil = class_of(run) if law.name == "dallas_refit" else ""  # the only law that goes by the soil's name
+        key = (soil, run.radius, run.width)
         if key not in functions:
-            functions[key] = force_function(law, class_of(run), Wheel(run.radius, run.width))
+            function = force_function(law, soil, Wheel(run.radius, run.width))
+            functions[key] = compile_function(function) if len(runs) >= WORTH_COMPILING else function
         given = run if load == "moment" else replace(run, load=np.full(len(run), run.load.mean()))
         predicted.append(np.array(functions[key](given.motion(), soil_column(run))))
     return predicted
