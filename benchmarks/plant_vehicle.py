@@ -136,7 +136,7 @@ def draw(ours: Recording, log: Recording, path: Path) -> None:
             axis.plot(drive.t, drive[name] if name else _axle(drive, "r"), style, lw=0.9, label=who)
         axis.set_title(label, fontsize=9)
         axis.grid(alpha=0.3)
-    axes[0, 0].legend(fontsize=8)
+    axes[0, 0].legend(fontsize=8, loc="lower left")
     figure.suptitle(f"{log.name}: same start, steering and throttle", fontsize=10)
     figure.tight_layout()
     figure.savefig(path, dpi=80)

@@ -18,17 +18,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from plant.footprint import hull_area_perimeter
 from plant.grid import PLASTIC, SHEAR, SINKAGE, TILE, YIELD, add_tile, find_tile, tile_key
+from plant.kernel import inner, kernel
 from plant.soil_field import DAMPING, K_C, K_ELASTIC, K_PHI, K_SHEAR, TAN_PHI, C, N, soil_at
 
 REACH = 0.1
 """How far above the soil the search for the footprint looks (m), as in the reference simulator."""
 
 
-@njit(cache=True)
+@inner
 def _search(keys, slots, nodes, layer, spacing, reach, centre, axis, radius, width, i0, j0, bottom, low, high):
     """Fill `bottom` (height of the wheel's underside, +inf elsewhere) and each column's ends; return whether any node
     is in."""
@@ -69,7 +69,7 @@ def _search(keys, slots, nodes, layer, spacing, reach, centre, axis, radius, wid
     return found
 
 
-@njit(cache=True)
+@kernel
 def wheel_contact(
     keys, slots, count, nodes, layer, spacing, reach, field, side, meta, damped, creep,
     centre, axis, velocity, rate, radius, width, dt, force, moment,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from numba import njit
+from plant.kernel import inner, kernel
 
 
-@njit(cache=True)
+@kernel
 def curve(table, x):
     """Linear interpolation in a table (N, 2) of growing x, held beyond its ends (np.interp takes long to compile)."""
     low, high = 0, table.shape[0] - 1
@@ -23,7 +23,7 @@ def curve(table, x):
     return table[low, 1] + share * (table[high, 1] - table[low, 1])
 
 
-@njit(cache=True)
+@kernel
 def shift_gear(machine, gear, shaft_speed):
     """The gear (from 0) after the automatic's shift points, given the propeller shaft's speed (rad/s)."""
     motor = shaft_speed / machine.gears[gear]
@@ -34,7 +34,7 @@ def shift_gear(machine, gear, shaft_speed):
     return gear
 
 
-@njit(cache=True)
+@inner
 def axle_drive_torque(machine, gear, throttle, shaft_speed):
     """Torque of the engine at axle speed (N m): ((1 - throttle) T_zero + throttle T_full) final_drive / ratio."""
     motor = shaft_speed / machine.gears[gear]
@@ -42,7 +42,7 @@ def axle_drive_torque(machine, gear, throttle, shaft_speed):
     return torque / machine.gears[gear] * machine.final_drive
 
 
-@njit(cache=True)
+@inner
 def spin_rates(machine, locked, drive, torque, spin, rates):
     """Write the wheels' angular accelerations (rad/s^2).
 
@@ -71,7 +71,7 @@ def spin_rates(machine, locked, drive, torque, spin, rates):
     rates[2], rates[3] = mean_rear - half_rear, mean_rear + half_rear
 
 
-@njit(cache=True)
+@kernel
 def enforce_locks(locked, spin):
     """Make wheel speeds agree with the locks (after a change of either)."""
     if locked[0] > 0.0:

@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from plant.contact import REACH, wheel_contact
 from plant.driveline import axle_drive_torque, shift_gear, spin_rates
+from plant.kernel import inner
 from plant.state import (
     GEAR,
     PITMAN,
@@ -47,7 +47,7 @@ EXTRA = 7
 """And of the vehicle: force without gravity (3, world), gravity (3, world), engine torque at the axle (N m)."""
 
 
-@njit(cache=True)
+@inner
 def cross(a, b, out):
     """out = a x b"""
     out[0] = a[1] * b[2] - a[2] * b[1]
@@ -55,7 +55,7 @@ def cross(a, b, out):
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@inner
 def solve_positive(matrix, rhs):
     """Solve in place for a symmetric positive matrix by elimination; the answer is left in rhs."""
     n = rhs.shape[0]
@@ -72,7 +72,7 @@ def solve_positive(matrix, rhs):
         rhs[k] /= matrix[k, k]
 
 
-@njit(cache=True)
+@inner
 def gravity_at(slope, x, out):
     """Gravity in world axes over ground that is banked (with a wave along x) and graded."""
     bank = slope[0] + slope[2] * math.sin(2.0 * math.pi * x / slope[3])
@@ -81,7 +81,7 @@ def gravity_at(slope, x, out):
     out[2] = -math.sqrt(max(GRAVITY * GRAVITY - out[0] * out[0] - out[1] * out[1], 0.0))
 
 
-@njit(cache=True)
+@inner
 def add_point_mass(matrix, rhs, mass, r, velocity_rate, path, column):
     """Add a point mass to the equations; velocity_rate: its acceleration without that of the speeds; path: dr/dq or
     none."""
@@ -108,7 +108,7 @@ def add_point_mass(matrix, rhs, mass, r, velocity_rate, path, column):
                 matrix[column, 3 + i] += mass * skew[i, j] * path[j]
 
 
-@njit(cache=True)
+@inner
 def add_force(rhs, force, r):
     """Add a force at r, both in chassis axes."""
     moment = np.empty(3)
@@ -118,7 +118,7 @@ def add_force(rhs, force, r):
         rhs[3 + i] += moment[i]
 
 
-@njit(cache=True)
+@inner
 def _convective(omega, velocity, r, relative, out):
     """omega x V + omega x (omega x r) + 2 omega x r', the acceleration that needs no rate of the speeds."""
     inner = np.empty(3)
@@ -128,7 +128,7 @@ def _convective(omega, velocity, r, relative, out):
     cross(omega, inner, out)
 
 
-@njit(cache=True)
+@inner
 def _external(state, machine, world, turn, gravity, rhs, extra):
     """Forces that are neither soil nor suspension: side force, wind, drag, yaw moment (payload's weight is with its
     mass)."""
@@ -156,7 +156,7 @@ def _external(state, machine, world, turn, gravity, rhs, extra):
         rhs[3 + i] += turn[2, i] * world.moment_z
 
 
-@njit(cache=True)
+@inner
 def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spacing, field, meta, dt, info, extra):
     """Advance the vehicle and the soil by dt; report the forces at the step's start in info (4, INFO) and extra
     (EXTRA,).
@@ -228,7 +228,7 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
     state[STEPS] += 1.0
 
 
-@njit(cache=True)
+@inner
 def _sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bias, zero):
     """Chassis and payload: inertia, gyroscopic moment and weight."""
     momentum, moment = np.zeros(3), np.empty(3)
@@ -251,7 +251,7 @@ def _sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bia
         add_point_mass(matrix, rhs, world.payload[0], world.payload[1:], bias, zero, -1)
 
 
-@njit(cache=True)
+@inner
 def _wheel(
     w, state, command, machine, world, turn, velocity, omega, gravity_body, theta_rate, value, by_q, by_angle,
     keys, slots, count, nodes, spacing, field, meta, dt, matrix, rhs, torque, axle, info,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from plant.kernel import kernel
 
 
-@njit(cache=True)
+@kernel
 def hull_area_perimeter(low, high, spacing):
     """Area (m^2) and perimeter (m) of the convex hull of nodes given column by column.
 

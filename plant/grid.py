@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from plant.kernel import inner, kernel
 
 TILE = 8
 TILE_NODES = TILE * TILE
@@ -23,20 +24,20 @@ _OFFSET = 1 << 28
 _EMPTY = np.int64(-1)
 
 
-@njit(cache=True, inline="always")
+@kernel
 def tile_key(layer, row, column):
     """One integer per (layer, tile row, tile column); rows and columns within +-2^28 tiles."""
     return (np.int64(layer) << 58) | ((np.int64(row) + _OFFSET) << 29) | (np.int64(column) + _OFFSET)
 
 
-@njit(cache=True)
+@inner
 def _start(key, size):
     """Where the search for a key begins: a multiplicative hash (size is a power of two)."""
     h = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)
     return np.int64((h >> np.uint64(20)) & np.uint64(size - 1))
 
 
-@njit(cache=True)
+@kernel
 def find_tile(keys, slots, key):
     """Slot of the tile, or -1 where the soil is untouched."""
     size = keys.shape[0]
@@ -48,7 +49,7 @@ def find_tile(keys, slots, key):
     return -1
 
 
-@njit(cache=True)
+@kernel
 def add_tile(keys, slots, count, key):
     """Slot of a new, fresh tile. The caller keeps room: see `RutGrid.reserve`."""
     size = keys.shape[0]
@@ -61,7 +62,7 @@ def add_tile(keys, slots, count, key):
     return slots[i]
 
 
-@njit(cache=True)
+@kernel
 def _rehash(old_keys, old_slots, keys, slots):
     for i in range(old_keys.shape[0]):
         if old_keys[i] != -1:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from plant.kernel import kernel
 from plant.state import PITMAN, POSITION, RATE, SPIN, TIME, TRAVEL, TRAVEL_RATE, VELOCITY, rotation
 from plant.suspension import carrier
 from recording.drive import CHANNEL_UNITS
@@ -23,7 +23,7 @@ TRUTH = (
 COLUMNS = (*CHANNEL_UNITS, *TRUTH)
 
 
-@njit(cache=True)
+@kernel
 def observe(state, command, machine, info, extra, row):
     """Write one row of COLUMNS from the state and what the last step reported."""
     turn = np.empty((3, 3))

@@ -12,11 +12,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from plant.contact import REACH, tiles_within_reach, wheel_contact
 from plant.grid import RutGrid
+from plant.kernel import kernel
 from plant.soil_field import SoilField
 from symbolic.soil import Soil
 
@@ -79,7 +79,7 @@ class RigRun:
         return self.speed * (1 + self.slip if self.slip < 0 else 1 / (1 - self.slip)) / radius
 
 
-@njit(cache=True)
+@kernel
 def _run(
     keys, slots, count, nodes, first, last, state, spacing, field, meta, rig, run, damped, creep, every, out
 ):  # fmt: skip

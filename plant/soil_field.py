@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from plant.kernel import kernel
 from symbolic.soil import SOIL_SIGNALS, Soil
 
 K_PHI, K_C, N, C, TAN_PHI, K_SHEAR, K_ELASTIC, DAMPING = range(8)
@@ -79,7 +79,7 @@ class SoilField:
         return cls(values[None], (float(x[0]), float(y[0])), spacing)
 
 
-@njit(cache=True)
+@kernel
 def soil_at(values, side, meta, x, y, out):
     """Write the eight parameters at (x, y) for wheels of a side into `out`."""
     side = min(side, values.shape[0] - 1)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from plant.effects import MAX_DELAY_STEPS
+from plant.kernel import inner, kernel
 
 POSITION = 0  # 3: sprung centre of gravity, world (m)
 QUATERNION = 3  # 4: chassis to world, scalar first
@@ -29,7 +29,7 @@ SIZE = RING + MAX_DELAY_STEPS
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@kernel
 def rotation(state, out):
     """Write the (3, 3) matrix that turns chassis axes into world axes."""
     w, x, y, z = state[QUATERNION], state[QUATERNION + 1], state[QUATERNION + 2], state[QUATERNION + 3]
@@ -38,7 +38,7 @@ def rotation(state, out):
     out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
 
 
-@njit(cache=True)
+@inner
 def advance_pose(state, turn, dt):
     """Position and attitude over dt with the present velocities (turn: the present rotation)."""
     for i in range(3):

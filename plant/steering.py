@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from plant.driveline import curve
 from plant.effects import MAX_DELAY_STEPS
+from plant.kernel import inner
 from plant.state import PITMAN, PITMAN_RATE, RING, STEER_LAGGED, STEER_PLAY, STEPS
 
 
-@njit(cache=True)
+@inner
 def steering_target(state, command, steering, dt):
     """The road-wheel angle (rad) that reaches the steering after all its effects; moves lag and play on by dt."""
     lag, delay, offset, gain, play = steering[0], steering[1], steering[2], steering[3], steering[4]
@@ -28,7 +27,7 @@ def steering_target(state, command, steering, dt):
     return state[STEER_PLAY]
 
 
-@njit(cache=True)
+@inner
 def advance_pitman(state, machine, target, torque, dt):
     """The arm's servo, implicit in its own stiffness and damping: stable at any step; torque: of the soil (N m)."""
     wanted = curve(machine.steer_table, target)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from plant.driveline import curve
+from plant.kernel import inner, kernel
 
 CENTRE, AXLE_X, AXLE_Z, TURN, STEER_TURN, STRUT, LINK = 0, 3, 4, 5, 8, 11, 12
 """First column of each group in the polynomials of plant.kinematics."""
@@ -15,7 +14,7 @@ STOP_STIFFNESS = 2e5
 """Of the stop (N/m)."""
 
 
-@njit(cache=True)
+@kernel
 def carrier(path, q, theta, value, per_travel, per_angle):
     """Write the 13 quantities of one wheel and their rates per travel and per pitman angle; path: (13, 6, 6)."""
     n = path.shape[1]
@@ -37,7 +36,7 @@ def carrier(path, q, theta, value, per_travel, per_angle):
         per_angle[m] = dt
 
 
-@njit(cache=True)
+@kernel
 def strut_force(machine, wheel, length, rate, damper_factor):
     """Force of spring and damper (N), compression positive."""
     if wheel < 2:
@@ -47,7 +46,7 @@ def strut_force(machine, wheel, length, rate, damper_factor):
     return force - damper_factor * curve(machine.damper_rear, rate)
 
 
-@njit(cache=True)
+@inner
 def stop_force(q):
     """Force of the travel stops along the travel (N)."""
     if q > STOP:
@@ -57,7 +56,7 @@ def stop_force(q):
     return 0.0
 
 
-@njit(cache=True)
+@inner
 def bar_forces(machine, axle, factor, left, right, left_rate, right_rate):
     """Force (N, up) of a roll bar on its left drop link, the opposite on the right, from the links' heights and
     rates."""

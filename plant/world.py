@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from plant.contact import tiles_within_reach
@@ -16,6 +15,7 @@ from plant.driveline import enforce_locks
 from plant.dynamics import EXTRA, INFO, step_vehicle
 from plant.effects import Effects
 from plant.grid import RutGrid
+from plant.kernel import kernel
 from plant.machine import PlantVehicle, load_plant_vehicle
 from plant.observe import COLUMNS, observe
 from plant.soil_field import SoilField
@@ -31,7 +31,7 @@ SPACING = 0.03
 """The soil grid's spacing (m), as in the reference drives."""
 
 
-@njit(cache=True)
+@kernel
 def _advance(state, commands, machine, world, keys, slots, count, nodes, spacing, field, meta, dt, room, info, extra):
     """Run the steps in commands (N, 3); returns how many were run, short of N where the grid is full."""
     for k in range(commands.shape[0]):

@@ -1,0 +1,33 @@
+"""The pictures of docs/plant.md: a drive with its ruts.
+
+python -m benchmarks.plant_pictures [--out docs] [--animation runs/plant.gif]
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from plant.pictures import animation, picture
+from plant.simulate import simulate
+from plant.start import Start
+from plant.world import Plant
+from symbolic.soil import SANDY_LOAM
+
+
+def main() -> None:
+    """Drive and draw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("docs"))
+    parser.add_argument("--animation", type=Path)
+    arguments = parser.parse_args()
+    plant = Plant(SANDY_LOAM, start=Start(u=5.0))
+    recording = simulate("paper", SANDY_LOAM, 9.0, plant=plant)
+    print(picture(recording, plant, arguments.out / "plant_drive.png"))
+    if arguments.animation:
+        arguments.animation.parent.mkdir(parents=True, exist_ok=True)
+        print(animation(recording, arguments.animation))
+
+
+if __name__ == "__main__":
+    main()
