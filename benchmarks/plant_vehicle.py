@@ -101,6 +101,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--drives", nargs="+", default=["paper", "multi", "steps"], help="beginnings of the names")
     parser.add_argument("--figure", type=Path, help="draw the first window of the last drive")
+    parser.add_argument("--hold-speed", action="store_true", help="give the plant the log's u and wheel speeds")
     arguments = parser.parse_args()
     columns = ("omega_z", "v", "u", "corr_f", "corr_r", "gain_f", "gain_r", "ratio", "c", "c_log")
     print(f"{'drive':<24}{'from':>5}" + "".join(f"{name:>9}" for name in columns))
@@ -109,7 +110,7 @@ def main() -> None:
         log = read_drive(path)
         soil, effects = conditions(log.name)
         for begin in windows(log):
-            ours, theirs = replay(log, soil, begin, begin + WINDOW, effects=effects)
+            ours, theirs = replay(log, soil, begin, begin + WINDOW, effects=effects, hold_speed=arguments.hold_speed)
             found = compare(ours, theirs)
             table.append([found[name] for name in columns])
             print(f"{log.name:<24}{begin:>5.0f}" + "".join(f"{value:>9.3f}" for value in table[-1]), flush=True)

@@ -43,45 +43,37 @@ def axle_drive_torque(machine, gear, throttle, shaft_speed):
 
 
 @inner
-def spin_rates(machine, locked, drive, torque, spin, rates):
+def clutch(wanted, limit, engaged):
+    """Torque of a lock's clutch: what makes both sides turn alike at the step's end, within its limit; 0 if open."""
+    if engaged == 0.0:
+        return 0.0
+    return min(max(wanted, -limit), limit)
+
+
+@inner
+def spin_rates(machine, locked, drive, torque, spin, dt, rates):
     """Write the wheels' angular accelerations (rad/s^2).
 
-    drive: torque at axle speed (N m), split evenly where the centre differential is open; torque (4,): of soil, brakes
-    and bearings on each wheel about its axle; locked (3,): centre, front, rear; spin (4,). An open axle differential
-    lets its wheels differ about their mean; a locked centre keeps the two means equal; what was unequal before locking
-    is averaged.
+    drive: torque at axle speed (N m), split evenly by the centre differential; torque (4,): of soil, brakes and bearings
+    on each wheel about its axle; locked (3,): whether the clutches of centre, front and rear differential are engaged;
+    spin (4,) rad/s. Differentials are symmetric; the centre's own inertia turns at the mean of both axles.
     """
-    inertia = machine.spin_inertia
-    centre, boxes = machine.box_inertia[0], machine.box_inertia
-    front, rear = torque[0] + torque[1], torque[2] + torque[3]
-    if locked[0] > 0.0:
-        mean = (drive + front + rear) / (4.0 * inertia + centre + boxes[1] + boxes[2])
-        mean_front = mean_rear = mean
-    else:
-        # The centre's own inertia turns at the mean of both axles: a quarter on each, coupled through their mean.
-        own_front, own_rear = 2.0 * inertia + boxes[1] + 0.25 * centre, 2.0 * inertia + boxes[2] + 0.25 * centre
-        couple = 0.25 * centre
-        a, b = front + 0.5 * drive, rear + 0.5 * drive
-        det = own_front * own_rear - couple * couple
-        mean_front = (a * own_rear - b * couple) / det
-        mean_rear = (b * own_front - a * couple) / det
-    half_front = 0.0 if locked[1] > 0.0 else 0.5 * (torque[1] - torque[0]) / inertia
-    half_rear = 0.0 if locked[2] > 0.0 else 0.5 * (torque[3] - torque[2]) / inertia
-    rates[0], rates[1] = mean_front - half_front, mean_front + half_front
-    rates[2], rates[3] = mean_rear - half_rear, mean_rear + half_rear
-
-
-@kernel
-def enforce_locks(locked, spin):
-    """Make wheel speeds agree with the locks (after a change of either)."""
-    if locked[0] > 0.0:
-        shift = 0.25 * (spin[2] + spin[3] - spin[0] - spin[1])
-        spin[0] += shift
-        spin[1] += shift
-        spin[2] -= shift
-        spin[3] -= shift
+    inertia, boxes, limit = machine.spin_inertia, machine.box_inertia, machine.lock_limit
+    couple = 0.25 * boxes[0]
+    own_front, own_rear = 2.0 * inertia + boxes[1] + couple, 2.0 * inertia + boxes[2] + couple
+    front, rear = torque[0] + torque[1] + 0.5 * drive, torque[2] + torque[3] + 0.5 * drive
+    apart = 0.5 * (spin[0] + spin[1] - spin[2] - spin[3]) / dt
+    det = own_front * own_rear - couple * couple
+    # (front - t)(own_rear + couple) - (rear + t)(own_front + couple) = -apart det, solved for the clutch's torque t.
+    gain_front, gain_rear = own_rear + couple, own_front + couple
+    wanted = (front * gain_front - rear * gain_rear + apart * det) / (gain_front + gain_rear)
+    across = clutch(wanted, limit[0], locked[0])
+    front -= across
+    rear += across
+    mean = ((front * own_rear - rear * couple) / det, (rear * own_front - front * couple) / det)
     for axle in range(2):
-        if locked[1 + axle] > 0.0:
-            mean = 0.5 * (spin[2 * axle] + spin[2 * axle + 1])
-            spin[2 * axle] = mean
-            spin[2 * axle + 1] = mean
+        left, right = 2 * axle, 2 * axle + 1
+        wanted = 0.5 * (torque[left] - torque[right] + inertia * (spin[left] - spin[right]) / dt)
+        across = clutch(wanted, limit[1 + axle], locked[1 + axle])
+        half = 0.5 * (torque[left] - torque[right] - 2.0 * across) / inertia
+        rates[left], rates[right] = mean[axle] + half, mean[axle] - half

@@ -205,7 +205,7 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
     extra[6] = drive
     rhs[3] -= machine.torque_reaction * drive / machine.final_drive
     rates = np.empty(4)
-    spin_rates(machine, world.locked, drive, torque, state[SPIN : SPIN + 4], rates)
+    spin_rates(machine, world.locked, drive, torque, state[SPIN : SPIN + 4], dt, rates)
     for w in range(4):
         shaft_torque = machine.spin_inertia * rates[w] - torque[w]
         info[w, 16] = shaft_torque

@@ -46,6 +46,7 @@ class Machine(NamedTuple):
     servo: Array  # (3,) natural frequency, damping ratio, inertia
     final_drive: float
     box_inertia: Array  # (3,) centre, front and rear, at axle speed
+    lock_limit: Array  # (3,) torque that the locks of centre, front and rear can hold, at axle speed
     gears: Array
     shift: Array  # (2,) down, up in rad/s
     full_throttle: Array  # (N, 2) torque against rad/s
@@ -117,6 +118,7 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         (axle.get("bar_stiffness", 0.0), axle.get("bar_damping", 0.0), axle.get("bar_lever", 1.0)) for axle in axles
     ]
     final = drive["final_drive"]
+    shaft, lock = drive["shaft_inertia"] * final**2, drive.get("axle_lock_limit", np.inf)
     machine = Machine(
         sprung_mass=mass,
         sprung_inertia=inertia,
@@ -137,7 +139,8 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         steer_table=np.stack([angle, command * steering["max_angle"]], axis=1),
         servo=np.array([steering["natural_frequency"], steering["damping_ratio"], steering["inertia"]], dtype=float),
         final_drive=float(final),
-        box_inertia=np.array([drive["shaft_inertia"] * final**2, drive["box_inertia"], drive["box_inertia"]]),
+        box_inertia=np.array([shaft, drive["box_inertia"] + shaft, drive["box_inertia"] + shaft]),
+        lock_limit=np.array([drive.get("centre_lock_limit", np.inf) * final, lock, lock], dtype=float),
         gears=np.array(drive["gears"], dtype=float),
         shift=np.array([drive["downshift"] * RPM, drive["upshift"] * RPM]),
         full_throttle=_curve(drive["full_throttle"], RPM),

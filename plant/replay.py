@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.driveline import curve, enforce_locks, shift_gear
+from plant.driveline import curve, shift_gear
 from plant.effects import Effects
 from plant.machine import PlantVehicle, load_plant_vehicle
 from plant.manoeuvres import Logged, Manoeuvre, Sine, Speed
@@ -58,11 +58,14 @@ def replay(
     effects: Effects | None = None,
     vehicle: PlantVehicle | None = None,
     lead: float = LEAD,
+    hold_speed: bool = False,
 ) -> tuple[Recording, Recording]:
     """The plant and the log over begin < t <= end (s), both from the log's state at `begin`.
 
-    For `lead` s before, the plant is led along the log's own track, so that the ruts lie where the log has them (where the
-    log begins later: along its first heading). Then it runs free on the log's steering, throttle and brake.
+    For `lead` s before, the plant is led along the log's own track, so that the ruts lie where the log has them (where
+    the log begins later: along its first heading). Then it runs free on the log's steering, throttle and brake; with
+    `hold_speed` its speed u and wheel speeds are the log's at every row, so that a gear shifted at another moment does
+    not count.
     Returns (plant, log) with equal rows. ValueError where the log does not reach from begin to end.
     """
     vehicle = vehicle or load_plant_vehicle()
@@ -84,6 +87,8 @@ def replay(
     table = np.zeros((last - 1 - first, len(COLUMNS)))
     for k in range(len(table)):
         plant.advance(driver(t[first + k] + within, plant.sample()))
+        if hold_speed:
+            _hold_speed(plant, log, first + k + 1)
         table[k] = plant.sample().row
     table[:, 0] = t[first + 1 : last]
     theirs = replace(
@@ -95,7 +100,8 @@ def replay(
 
 
 def lead_to(plant: Plant, log: Recording, row: int) -> None:
-    """Set the plant's motion in the plane to a row of the log; heave, roll, pitch, travels and soil stay as they are."""
+    """Set the plant's motion in the plane to a row of the log; heave, roll, pitch, travels and soil stay as they
+    are."""
     seen, state = plant.sample(), plant.state
     turn = float(log["psi"][row]) - seen["psi"]
     c, s = np.cos(turn), np.sin(turn)
@@ -114,7 +120,15 @@ def lead_to(plant: Plant, log: Recording, row: int) -> None:
     missing = forward * (float(log["u"][row]) - seen["u"]) + left * (float(log["v"][row]) - seen["v"])
     state[VELOCITY : VELOCITY + 3] += matrix.T @ missing
     state[SPIN : SPIN + 4] = [float(log[f"omega_{wheel}"][row]) for wheel in WHEELS]
-    enforce_locks(plant.locked, state[SPIN : SPIN + 4])
+
+
+def _hold_speed(plant: Plant, log: Recording, row: int) -> None:
+    """Give the plant the log's forward speed and wheel speeds; all else stays."""
+    seen, matrix = plant.sample(), np.empty((3, 3))
+    rotation(plant.state, matrix)
+    forward = np.array([np.cos(seen["psi"]), np.sin(seen["psi"]), 0.0])
+    plant.state[VELOCITY : VELOCITY + 3] += matrix.T @ forward * (float(log["u"][row]) - seen["u"])
+    plant.state[SPIN : SPIN + 4] = [float(log[f"omega_{wheel}"][row]) for wheel in WHEELS]
 
 
 def _run_up(

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from plant.driveline import enforce_locks
 from plant.dynamics import GRAVITY
 from plant.machine import Machine, PlantVehicle
 from plant.soil_field import SoilField
@@ -103,7 +102,7 @@ def rest_sinkage(machine: Machine, load: float, soil: Array) -> float:
     return 0.5 * (low + high)
 
 
-def start_state(start: Start, vehicle: PlantVehicle, soil: SoilField, locked: Array) -> Array:
+def start_state(start: Start, vehicle: PlantVehicle, soil: SoilField) -> Array:
     """(SIZE,) state of the plant at the start."""
     machine = vehicle.machine
     state = blank_state()
@@ -131,7 +130,6 @@ def start_state(start: Start, vehicle: PlantVehicle, soil: SoilField, locked: Ar
     state[VELOCITY : VELOCITY + 3] = turn.T @ np.array([c * start.u - s * v, s * start.u + c * v, 0.0])
     state[RATE : RATE + 3] = turn.T @ np.array([0.0, 0.0, start.omega_z])
     state[SPIN : SPIN + 4] = start.spin if start.spin is not None else start.u / machine.radius
-    enforce_locks(locked, state[SPIN : SPIN + 4])
     state[GEAR] = _gear(machine, state[SPIN : SPIN + 4].mean()) if start.gear is None else start.gear
     return state
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plant.contact import tiles_within_reach
-from plant.driveline import enforce_locks
 from plant.dynamics import EXTRA, INFO, step_vehicle
 from plant.effects import Effects
 from plant.grid import RutGrid
@@ -20,7 +19,7 @@ from plant.machine import PlantVehicle, load_plant_vehicle
 from plant.observe import COLUMNS, observe
 from plant.soil_field import SoilField
 from plant.start import Start, start_state
-from plant.state import SPIN, TIME
+from plant.state import TIME
 from symbolic.soil import CLAY, Soil
 
 Array = NDArray[np.float64]
@@ -87,19 +86,13 @@ class Plant:
         self._world = self.effects.world(step, machine.origin)
         widest = float(np.max(machine.width * self._world.width_factor))
         self._room = 4 * tiles_within_reach(float(np.max(machine.radius)) * 1.2, widest, spacing)
-        self.state = start_state(start or Start(), self.vehicle, self.soil, self._world.locked)
-        enforce_locks(self._world.locked, self.state[SPIN : SPIN + 4])
+        self.state = start_state(start or Start(), self.vehicle, self.soil)
         self._command = np.zeros(3)
 
     @property
     def time(self) -> float:
         """Time since the start (s)."""
         return float(self.state[TIME])
-
-    @property
-    def locked(self) -> Array:
-        """(3,) centre, front and rear differential: 1 locked, 0 open."""
-        return self._world.locked
 
     def advance(self, commands: Array) -> None:
         """Run one plant step per row of commands (N, 3): steering (rad), throttle and brake in [0, 1]."""
