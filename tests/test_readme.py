@@ -45,6 +45,12 @@ def test_links_and_paths_exist(document):
             assert (PROJECT / path).exists(), path
 
 
+def test_every_document_is_in_the_index():
+    index = (PROJECT / "docs" / "README.md").read_text(encoding="utf-8")
+    for document in PROJECT.glob("docs/*.md"):
+        assert document.name == "README.md" or f"]({document.name})" in index
+
+
 def test_every_command_that_the_readme_names_is_there():
     text = (PROJECT / "README.md").read_text(encoding="utf-8")
     known = {command.name or command.callback.__name__ for command in app.registered_commands}
