@@ -5,9 +5,11 @@ from __future__ import annotations
 import typer
 
 from mpc_demo.commands_bench import bench
+from mpc_demo.commands_blind import blind_test
 from mpc_demo.commands_calibrate import calibrate
 from mpc_demo.commands_estimate import estimate
 from mpc_demo.commands_generate import generate
+from mpc_demo.commands_refine import refine_command
 from mpc_demo.commands_residual import residual
 from mpc_demo.commands_study import study
 from mpc_demo.commands_sweep import sweep
@@ -24,6 +26,8 @@ app = typer.Typer(
 
 for command in (study, estimate, residual, generate, calibrate, sweep, bench):
     app.command()(command)
+app.command("refine")(refine_command)
+app.command("blind-test")(blind_test)
 
 
 def main() -> None:

@@ -1,0 +1,193 @@
+"""Drives of the blind test: drawn from a seed on the plant's own physics, none of it told to the tracing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from plant.effects import Effects
+from plant.manoeuvres import Manoeuvre, MultiSine, Speed
+from plant.sensors import ODOMETRY, Sensors
+from plant.simulate import simulate
+from plant.soil_field import SoilField
+from plant.start import Start
+from recording.drive import Recording
+from symbolic.soil import SOILS
+
+KINDS = ("effect", "effect", "clean", "effect", "effect", "outside", "effect", "clean")
+"""Kinds of drives in turns: of 40, 25 with an effect of the catalogue, 10 clean, 5 with one outside the catalogue."""
+DURATION = 45.0
+N_RANGES = {"clay": (0.45, 0.75), "sandy_loam": (0.5, 0.9)}
+"""Sinkage exponents of the shared drives' soils, about."""
+
+Generator = np.random.Generator
+Case = dict[str, Any]
+Drawn = tuple[dict[str, Any], dict[str, Any], dict[str, float]]
+"""Effects and sensors of the plant, and the catalogue's parameters that they amount to."""
+
+
+def _sign(rng: Generator) -> float:
+    return float(rng.choice([-1.0, 1.0]))
+
+
+def _sized(rng: Generator, low: float, high: float) -> float:
+    return _sign(rng) * float(rng.uniform(low, high))
+
+
+def _steering(field: str, name: str, low: float, high: float, signed: bool = False) -> Callable[[Generator], Drawn]:
+    def draw(rng: Generator) -> Drawn:
+        value = _sized(rng, low, high) if signed else float(rng.uniform(low, high))
+        return {field: value}, {}, {name: value}
+
+    return draw
+
+
+def _gain(rng: Generator) -> Drawn:
+    gain = 1.0 + _sized(rng, 0.1, 0.2)
+    return {"steer_gain": gain}, {}, {"steering_gain": gain}
+
+
+def _payload(rng: Generator) -> Drawn:
+    mass, behind = float(rng.uniform(200.0, 400.0)), float(rng.uniform(2.0, 2.6))
+    return {"payload": mass, "payload_at": [-behind, 0.0, 0.9]}, {}, {"payload_mass": mass}
+
+
+def _wind(rng: Generator) -> Drawn:
+    size, heading = float(rng.uniform(600.0, 1500.0)), float(rng.uniform(-math.pi, math.pi))
+    return {"wind": [size * math.cos(heading), size * math.sin(heading)]}, {}, {"side_force": size}
+
+
+def _locked(rng: Generator) -> Drawn:
+    return {"locked_front": True, "locked_rear": True}, {}, {}
+
+
+def _gyro(rng: Generator) -> Drawn:
+    bias = _sized(rng, 0.01, 0.04)
+    return {}, {"bias": {"omega_z": bias}}, {"gyro_bias": bias}
+
+
+def _speed(rng: Generator) -> Drawn:
+    scale = 1.0 + _sized(rng, 0.05, 0.1)
+    return {}, {"scale": {"u": scale}}, {"speed_scale": scale}
+
+
+def _lever(rng: Generator) -> Drawn:
+    ahead = _sized(rng, 0.4, 1.2)
+    return {}, {"lever_arm": [ahead, 0.0]}, {"velocity_lever": ahead, "position_lever": ahead}
+
+
+def _late(rng: Generator) -> Drawn:
+    late = float(rng.uniform(0.1, 0.25))
+    return {}, {"delay": dict.fromkeys(ODOMETRY, late)}, {"pose_delay": late, "rate_delay": late}
+
+
+def _soil_change(rng: Generator) -> Drawn:
+    change = _sized(rng, 0.15, 0.25)
+    return {"soil_change": [change, float(rng.uniform(35.0, 60.0))]}, {}, {"n_change": change}
+
+
+INSIDE: Mapping[str, Callable[[Generator], Drawn]] = {
+    "bank": _steering("bank", "bank", 0.04, 0.12, signed=True),
+    "grade": _steering("grade", "grade", 0.04, 0.12, signed=True),
+    "steering_lag": _steering("steer_lag", "steering_lag", 0.1, 0.3),
+    "steering_delay": _steering("steer_delay", "steering_delay", 0.1, 0.3),
+    "steering_offset": _steering("steer_offset", "steering_offset", 0.02, 0.05, signed=True),
+    "backlash": _steering("steer_backlash", "backlash", 0.03, 0.07),
+    "yaw_moment": _steering("yaw_moment", "yaw_moment", 500.0, 1200.0, signed=True),
+    "steering_gain": _gain,
+    "payload": _payload,
+    "side_force": _wind,
+    "locked_differential": _locked,
+    "soil_change": _soil_change,
+    "gyro_bias": _gyro,
+    "speed_scale": _speed,
+    "lever_arm": _lever,
+    "sensor_delay": _late,
+}
+"""Effects of the plant that the catalogue has, by the catalogue's name; sizes inside physics' plausible ranges."""
+
+
+def _undulation(rng: Generator) -> dict[str, Any]:
+    return {"undulation": float(rng.uniform(0.06, 0.12)), "undulation_length": float(rng.uniform(15.0, 35.0))}
+
+
+def _rear_toe(rng: Generator) -> dict[str, Any]:
+    toe = _sized(rng, 0.02, 0.04)
+    return {"rear_toe": [toe, toe]}
+
+
+def _odd_tyres(rng: Generator) -> dict[str, Any]:
+    return {"width_factor": [1.0, 1.0, *[float(rng.uniform(0.6, 0.75))] * 2]}
+
+
+def _roll_bars(rng: Generator) -> dict[str, Any]:
+    return {"bar_factor": [0.0, float(rng.uniform(2.0, 4.0))], "damper_factor": [0.1, 0.1, 0.1, 0.1]}
+
+
+OUTSIDE: Mapping[str, Callable[[Generator], dict[str, Any]]] = {
+    "undulation": _undulation,
+    "rear_toe": _rear_toe,
+    "odd_tyres": _odd_tyres,
+    "roll_bars": _roll_bars,
+}
+"""Effects of the plant that the catalogue lacks."""
+
+
+def draw_cases(drives: int, seed: int, duration: float = DURATION) -> list[Case]:
+    """Cases as JSON values: drives of `duration` (s), the kinds in turns, each effect drawn before one comes again."""
+    rng = np.random.default_rng([seed, 2])
+    inside, outside = _in_turns(rng, list(INSIDE)), _in_turns(rng, list(OUTSIDE))
+    cases = []
+    for index in range(drives):
+        kind = KINDS[index % len(KINDS)]
+        soil = str(rng.choice(list(N_RANGES)))
+        case: Case = {"seed": seed, "index": index, "kind": kind, "soil": soil, "duration": duration}
+        case["n"] = float(rng.uniform(*N_RANGES[soil]))
+        names = ("speed", "wave", "period")
+        spans = ((4.5, 6.5), (1.0, 1.8), (9.0, 13.0))
+        case["drive"] = {name: float(rng.uniform(*span)) for name, span in zip(names, spans, strict=True)}
+        heading = float(rng.uniform(-math.pi, math.pi))
+        effects, sensors, truth, name = {}, {}, {}, ""
+        if kind == "effect":
+            name = next(inside)
+            effects, sensors, truth = INSIDE[name](rng)
+            if name == "soil_change":  # its border lies across world x: the drive has to come there
+                heading *= 0.1
+        elif kind == "outside":
+            name = next(outside)
+            effects = OUTSIDE[name](rng)
+        case["drive"]["heading"] = heading
+        cases.append({**case, "name": name, "effects": effects, "sensors": sensors, "truth": truth})
+    return cases
+
+
+def _in_turns(rng: Generator, names: list[str]):
+    while True:
+        yield from (str(name) for name in rng.permutation(names))
+
+
+def drive_case(case: Mapping[str, Any]) -> Recording:
+    """The drive of a case as its sensors record it: multi-sine steering at a varied speed, the `good` noise."""
+    seed = 1000 * int(case["seed"]) + int(case["index"])
+    told = case["drive"]
+    manoeuvre = Manoeuvre("blind", MultiSine(seed=seed), Speed(told["speed"], told["wave"], told["period"]))
+    soil = SOILS[case["soil"]].with_(n=case["n"])
+    effects = dict(case["effects"])
+    ground = soil
+    if "soil_change" in effects:
+        change, place = effects.pop("soil_change")
+        ground = SoilField.change_at(soil, soil.with_(n=case["n"] + change), place)
+    sensors = {key: tuple(value) if isinstance(value, list) else value for key, value in case["sensors"].items()}
+    recording = simulate(
+        manoeuvre,
+        ground,
+        float(case["duration"]),
+        effects=Effects.from_table(effects),
+        sensors=Sensors("good", **sensors),
+        seed=seed,
+        start=Start(u=5.0, psi=told["heading"]),
+    )
+    return Recording(f"blind_{case['index']:02d}", recording.channels, {}, recording.notes)
