@@ -15,7 +15,7 @@ from plant.simulate import simulate
 from plant.soil_field import SoilField
 from plant.start import Start
 from recording.drive import Recording
-from symbolic.soil import SOILS
+from symbolic.soil import SOILS, Soil
 
 KINDS = ("effect", "effect", "clean", "effect", "effect", "outside", "effect", "clean")
 """Kinds of drives in turns: of 40, 25 with an effect of the catalogue, 10 clean, 5 with one outside the catalogue."""
@@ -150,17 +150,18 @@ def draw_cases(drives: int, seed: int, duration: float = DURATION) -> list[Case]
         spans = ((4.5, 6.5), (1.0, 1.8), (9.0, 13.0))
         case["drive"] = {name: float(rng.uniform(*span)) for name, span in zip(names, spans, strict=True)}
         heading = float(rng.uniform(-math.pi, math.pi))
-        effects, sensors, truth, name = {}, {}, {}, ""
+        drawn: Drawn = ({}, {}, {})
+        name = ""
         if kind == "effect":
             name = next(inside)
-            effects, sensors, truth = INSIDE[name](rng)
+            drawn = INSIDE[name](rng)
             if name == "soil_change":  # its border lies across world x: the drive has to come there
                 heading *= 0.1
         elif kind == "outside":
             name = next(outside)
-            effects = OUTSIDE[name](rng)
+            drawn = (OUTSIDE[name](rng), {}, {})
         case["drive"]["heading"] = heading
-        cases.append({**case, "name": name, "effects": effects, "sensors": sensors, "truth": truth})
+        cases.append({**case, "name": name, **dict(zip(("effects", "sensors", "truth"), drawn, strict=True))})
     return cases
 
 
@@ -176,11 +177,13 @@ def drive_case(case: Mapping[str, Any]) -> Recording:
     manoeuvre = Manoeuvre("blind", MultiSine(seed=seed), Speed(told["speed"], told["wave"], told["period"]))
     soil = SOILS[case["soil"]].with_(n=case["n"])
     effects = dict(case["effects"])
-    ground = soil
+    ground: Soil | SoilField = soil
     if "soil_change" in effects:
         change, place = effects.pop("soil_change")
         ground = SoilField.change_at(soil, soil.with_(n=case["n"] + change), place)
-    sensors = {key: tuple(value) if isinstance(value, list) else value for key, value in case["sensors"].items()}
+    sensors: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in case["sensors"].items()
+    }
     recording = simulate(
         manoeuvre,
         ground,

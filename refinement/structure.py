@@ -42,7 +42,7 @@ class Structure:
 def structure(recording: Recording, model: Model, vehicle: Vehicle, p: Array, start: float) -> Structure:
     """The structure that the model with parameters p (n_p,) leaves in a drive's axle forces."""
     residual = drive_residual(recording, model, vehicle, p, start)
-    total_f, total_r, signals = _windows(recording, model, vehicle, residual.t)
+    total_f, total_r, signals = axle_windows(recording, model, vehicle, residual.t)
     left = {"front": residual.force_f, "rear": residual.force_r}
     noise = _noise_force(recording, vehicle)
     share = {
@@ -63,10 +63,13 @@ def _noise_force(recording: Recording, vehicle: Vehicle) -> dict[str, float]:
     return {"front": front / vehicle.wheelbase, "rear": rear / vehicle.wheelbase}
 
 
-def _windows(
+def axle_windows(
     recording: Recording, model: Model, vehicle: Vehicle, middles: Array
 ) -> tuple[Array, Array, dict[str, Array]]:
-    """Lateral force of each axle (N) by the rates of the record alone, and mean signals, per window."""
+    """Lateral force of front and rear axle (N) by the rates of the record alone, and mean signals by name, per window.
+
+    recording, model, vehicle: as of `structure`; middles (M,): middles of the windows (s).
+    """
     log = on_even_clock(recording)
     states, (inputs, _) = measured_states(log), measured_inputs(log, model.external)
     half = max(round(WINDOW / log.dt / 2), 1)
