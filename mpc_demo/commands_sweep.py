@@ -19,6 +19,8 @@ def sweep(
     any_soil: Annotated[
         bool, typer.Option("--any-soil", help="Soil parameters and wheel size drawn freely too.")
     ] = False,
+    spacing: Annotated[float, typer.Option("--spacing", min=1e-3, help="Grid of the soil, m.")] = 0.025,
+    step: Annotated[float, typer.Option("--step", min=1e-5, max=5e-3, help="Time step of the rig, s.")] = 1e-3,
     workers: Annotated[int, typer.Option("--workers", help="Processes on this machine (-1: one per core).")] = -1,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Dask scheduler, e.g. tcp://host:8786.", show_default=False)
@@ -31,7 +33,7 @@ def sweep(
     On a cluster: softsoil sweep --runs 100000 --scheduler tcp://10.0.0.1:8786
     """
     folder = output_folder(out, "sweep")
-    points = draw_points(runs, seed, any_soil)
+    points = draw_points(runs, seed, any_soil, spacing, step)
     with progress(f"{runs} runs of the rig") as tell:
         done = run_sweep(judge_point, points, folder, workers, scheduler, lambda k, total: tell(k / total))
     results = [result for result in done.results if result is not None]

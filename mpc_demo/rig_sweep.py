@@ -29,15 +29,19 @@ SETTLING, DURATION, INTERVAL = 1.0, 2.6, 0.005
 LAWS = ("bekker", "turn_slip")
 
 
-def draw_points(runs: int, seed: int, any_soil: bool) -> list[dict[str, Any]]:
+def draw_points(
+    runs: int, seed: int, any_soil: bool, spacing: float = Rig().spacing, step: float = Rig().step
+) -> list[dict[str, Any]]:
     """Points uniform over Table 4, the soil classes in turns; with any_soil, each soil parameter and the wheel's size
-    are drawn on their own, log-uniformly over what the classes span (runs: how many; seed: of the generator).
+    are drawn on their own, log-uniformly over what the classes span (runs: how many; seed: of the generator; spacing: of
+    the soil's grid, m; step: of the rig, s).
     """
     rng = np.random.default_rng(seed)
     points = []
     for k in range(runs):
         soil = list(SOILS.values())[k % len(SOILS)]
         point: dict[str, Any] = {"soil": soil.name, "radius": Rig().radius, "width": Rig().width}
+        point |= {"spacing": spacing, "step": step}
         point |= {key: float(soil.parameters()[key]) for key in SOIL_KEYS}
         if any_soil:
             point["soil"] = "any"
@@ -52,7 +56,7 @@ def draw_points(runs: int, seed: int, any_soil: bool) -> list[dict[str, Any]]:
 
 def judge_point(point: Mapping[str, Any]) -> dict[str, Any]:
     """Error of each law on one run of the plant's rig, and the plant's own time per wheel and step (us)."""
-    rig = Rig(radius=point["radius"], width=point["width"])
+    rig = Rig(radius=point["radius"], width=point["width"], spacing=point["spacing"], step=point["step"])
     soil = Soil(str(point["soil"]), **{key: float(point[key]) for key in SOIL_KEYS})
     told = RigRun(soil, *[float(point[k]) for k in ("load", "slip", "speed", "amplitude", "frequency")])
     began = time.perf_counter()
@@ -62,7 +66,7 @@ def judge_point(point: Mapping[str, Any]) -> dict[str, Any]:
     result: dict[str, Any] = {"plant_us": 1e6 * seconds / (DURATION / rig.step), "slip": run.slip, "soil": run.group}
     motion, column = run.motion(), soil_column(run)
     for name in LAWS:
-        error = run_error(run, np.array(_function(name, run.radius, run.width)(motion, column)))
+        error = run_error(run, np.array(_function(name, run.radius, run.width, rig.step)(motion, column)))
         result[name] = {"lateral": error.lateral, "longitudinal": error.longitudinal, "sinkage": error.sinkage}
     return result
 
@@ -76,9 +80,9 @@ def wheel_run(point: Mapping[str, Any], t: np.ndarray, series: np.ndarray, rig: 
 
 
 @lru_cache(maxsize=256)
-def _function(name: str, radius: float, width: float) -> ca.Function:
+def _function(name: str, radius: float, width: float, step: float) -> ca.Function:
     """Each process builds a law once per wheel."""
-    law: ForceLaw = Bekker() if name == "bekker" else TurnSlip(contact_step=Rig().step)
+    law: ForceLaw = Bekker() if name == "bekker" else TurnSlip(contact_step=step)
     return force_function(law, "", Wheel(radius, width))
 
 

@@ -176,13 +176,19 @@ def run_from_rig(
     rate = np.gradient(psi, dt)
     v_y = -told["speed"] * np.sin(psi)
     cos, sin = np.cos(psi), np.sin(psi)
+    f_x, f_y = cos * ch["fx"] + sin * ch["fy"], -sin * ch["fx"] + cos * ch["fy"]
     sinkage = -ch["wheel_z"] - RIG_ZERO if "wheel_z" in ch else None
+    m_y = None
+    if (
+        "my" in ch
+    ):  # about the travel frame's axis: less the side force's share, which acts about a radius below the axle
+        lever = radius - (sinkage if sinkage is not None else 0.0) / 3.0
+        m_y = (ch["my"] - sin * lever * f_y) / cos
     return WheelRun(
         name, group, MappingProxyType({key: told[key] for key in SOIL_KEYS}), radius, width, told["slip"], dt,
         v_x=told["speed"] * cos - RIG_ARM * rate, v_y=v_y, omega=ch["omega"], yaw_rate=rate, steer_rate=rate,
         dv_y=np.gradient(v_y, dt), load=moving_mean(ch["fz"], max(1, round(SMOOTHING / dt))),
-        f_x=cos * ch["fx"] + sin * ch["fy"], f_y=-sin * ch["fx"] + cos * ch["fy"], yaw=psi,
-        sinkage=sinkage, m_y=ch.get("my"), contact_step=RIG_STEP, reference_rig=reference,
+        f_x=f_x, f_y=f_y, yaw=psi, sinkage=sinkage, m_y=m_y, contact_step=RIG_STEP, reference_rig=reference,
     )  # fmt: skip
 
 
