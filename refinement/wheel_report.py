@@ -92,16 +92,14 @@ def table_text(report: dict[str, Any]) -> str:
     lines = [
         f"rms lateral force error over peak, median / 95th percentile, {report['runs']} runs",
         "",
-        "| law | load of the moment | mean load | longitudinal | abs. sinkage error (mm) | cost in C (us) |",
-        "|---|---|---|---|---|---|",
+        "| law | load of the moment | mean load | longitudinal | spin moment | abs. sinkage error (mm) | cost in C (us) |",
+        "|---|---|---|---|---|---|---|",
     ]
-    for name, values in report["laws"].items():
+    for name in report["laws"]:
         cost, h = report["cost_us"].get(name), report["sinkage_m"][name]
         sunk = "-" if h["median"] is None else f"{1e3 * h['median']:.1f} / {1e3 * h['p95']:.1f}"
-        lines.append(
-            f"| {name} | {percent(values)} | {percent(report['mean_load'][name])} | "
-            f"{percent(report['longitudinal'][name])} | {sunk} | {'-' if cost is None else f'{cost:.2f}'} |"
-        )
+        cells = [percent(report[key][name]) for key in ("laws", "mean_load", "longitudinal", "moment")]
+        lines.append(f"| {name} | {' | '.join(cells)} | {sunk} | {'-' if cost is None else f'{cost:.2f}'} |")
     laws = [name for name in report["laws"] if any(row["law"] == name for row in report["table"])]
     lines += ["", f"| soil | slip | runs | {' | '.join(laws)} |", "|---|---|---|" + "---|" * len(laws)]
     keys = dict.fromkeys((row["soil"], tuple(row["slip"]), row["runs"]) for row in report["table"])

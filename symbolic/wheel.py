@@ -9,7 +9,7 @@ Longitudinal slip (paper): s = 1 - v_x/(r omega) when driving, s = r omega/v_x -
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib import import_module
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -104,9 +104,17 @@ def law_names() -> tuple[str, ...]:
     return tuple(_LAWS)
 
 
-def force_law(name: str) -> ForceLaw:
-    """The law called `name`, with its default options; ValueError names the laws there are."""
+def force_law(name: str, **options: Any) -> ForceLaw:
+    """The law called `name`; ValueError names the laws there are, and the options of the law for one that it lacks.
+
+    options: of the law's class, e.g. contact_step=0.0 for turn_slip on a real soil.
+    """
     if name not in _LAWS:
         raise ValueError(f"force law: expected one of {', '.join(_LAWS)}; found {name!r}")
     module, cls = _LAWS[name]
-    return getattr(import_module(module), cls)()
+    law = getattr(import_module(module), cls)
+    known = [field.name for field in fields(law)]
+    for option in options:
+        if option not in known:
+            raise ValueError(f"force law {name}: expected options {', '.join(known)}; found {option!r}")
+    return law(**options)

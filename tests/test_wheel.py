@@ -219,6 +219,9 @@ def test_tangent_without_a_library_call():
 def test_unknown_law_is_named():
     with pytest.raises(ValueError, match=r"turn_slip.*found .pacejka"):
         force_law("pacejka")
+    with pytest.raises(ValueError, match=r"contact_step.*found 'grip'"):
+        force_law("turn_slip", grip=1.0)
+    assert force_law("turn_slip", contact_step=0.0) == TurnSlip(contact_step=0.0)
 
 
 def test_outside_the_domain_is_said():
