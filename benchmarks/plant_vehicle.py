@@ -3,7 +3,7 @@
     python -m benchmarks.plant_vehicle ../shared/data/chrono_vehicle [--drives paper multi steps] [--figure docs/x.png]
 
 The drives paper_*, multi_* and steps_* judge; the effect_* drives were looked at while the plant was built (--drives
-effect).
+effect); change_* has a border in its soil (--drives change).
 Per window: yaw rate and lateral velocity, rms error over their own rms; per-axle lateral force correlation and gain;
 the ratio of rear to front lateral force and the yaw moment -c M a_y of the wheels' longitudinal forces, each against
 the log's.
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from plant.effects import Effects
 from plant.replay import replay
+from plant.soil_field import SoilField
 from recording.drive import Recording
 from recording.read import read_drive
 from symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
@@ -45,10 +46,12 @@ EFFECTS = {
 """What the data's README says of the effect drives."""
 
 
-def conditions(name: str) -> tuple[Soil, Effects]:
+def conditions(name: str) -> tuple[Soil | SoilField, Effects]:
     """Soil and effects of a drive, from its name."""
     if name in EFFECTS:
         return EFFECTS[name]
+    if name == "change_clay_n0.50_to_0.75":
+        return SoilField.change_at(CLAY.with_(n=0.5), CLAY.with_(n=0.75), 90.0), Effects()
     match = re.fullmatch(r"\w+?_(clay|sandyloam|sand)_n([\d.]+)", name)
     if not match:
         raise ValueError(f"drive: expected a name such as multi_clay_n0.50, found {name!r}")
