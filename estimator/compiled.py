@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from symbolic.codegen import write_c
 from symbolic.lanes import write_lanes
 
-FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
+FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fPIC")
 NATIVE = "-march=native"
 """Left out where a compiler does not know it."""
 
@@ -121,32 +121,53 @@ def build_library(name: str, sources: Sequence[str]) -> Path | None:
 
 
 def _library(compiler: str, name: str, sources: Sequence[str], warn: bool = True) -> Path | None:
-    """The shared library of `sources`, from the cache or built into it; None where the compiler refuses."""
-    key = hashlib.sha256(repr((sources, _compiler_version(compiler), FLAGS, _machine())).encode())
-    library = _writable_cache() / f"{name}_{key.hexdigest()[:24]}.so"
-    return library if library.is_file() or _build(compiler, sources, library, warn) else None
+    """The shared library of `sources`, from the cache or built into it; None where the compiler refuses.
 
-
-def _build(compiler: str, sources: Sequence[str], library: Path, warn: bool) -> bool:
-    """Compile into the cache under a scratch name, then move: another process never sees half a file."""
-    with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
-        built = Path(scratch) / library.name
-        files = [Path(scratch) / f"part{i}.c" for i in range(len(sources))]
-        for file, text in zip(files, sources, strict=True):
-            file.write_text(text, encoding="utf-8")
-        for flags in (FLAGS, [flag for flag in FLAGS if flag != NATIVE]):
-            command = [compiler, *flags, *map(str, files), "-o", str(built), "-lm"]
-            run = subprocess.run(command, capture_output=True, text=True, check=False)
-            if run.returncode == 0:
-                break
-        if run.returncode == 0:
-            built.replace(library)
-        elif warn:
-            reason = (run.stderr.strip().splitlines() or ["no message"])[0]
+    Each source is compiled once and its object kept, so that a part that several libraries share costs once.
+    """
+    folder = _writable_cache()
+    library = folder / f"{name}_{_key(compiler, *sources)}.so"
+    if library.is_file():
+        return library
+    try:
+        objects = [_object(compiler, source, folder) for source in sources]
+        _compile([compiler, "-shared", *map(str, objects), "-lm"], library)
+    except OSError as error:
+        if warn:
             warnings.warn(
-                f"{compiler} could not compile {library.name}: {reason}; running in the CasADi VM", stacklevel=5
+                f"{compiler} could not compile {library.name}: {error}; running in the CasADi VM", stacklevel=5
             )
-    return run.returncode == 0
+        return None
+    return library
+
+
+def _key(compiler: str, *sources: str) -> str:
+    facts = repr((sources, _compiler_version(compiler), FLAGS, _machine()))
+    return hashlib.sha256(facts.encode()).hexdigest()[:24]
+
+
+def _object(compiler: str, source: str, folder: Path) -> Path:
+    """The object file of one source, from the cache or compiled into it; OSError where the compiler refuses."""
+    path = folder / f"{_key(compiler, source)}.o"
+    if not path.is_file():
+        with tempfile.TemporaryDirectory(dir=folder) as scratch:
+            file = Path(scratch) / "part.c"
+            file.write_text(source, encoding="utf-8")
+            try:
+                _compile([compiler, *FLAGS, "-c", str(file)], path)
+            except OSError:
+                _compile([compiler, *(flag for flag in FLAGS if flag != NATIVE), "-c", str(file)], path)
+    return path
+
+
+def _compile(command: Sequence[str], target: Path) -> None:
+    """Run the compiler into a scratch name, then move: another process never sees half a file. OSError with its reason."""
+    with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
+        built = Path(scratch) / target.name
+        run = subprocess.run([*command, "-o", str(built)], capture_output=True, text=True, check=False)
+        if run.returncode != 0:
+            raise OSError((run.stderr.strip().splitlines() or ["no message"])[0])
+        built.replace(target)
 
 
 class CompiledFunction:

@@ -9,6 +9,7 @@ from drives import clay_bicycle, clay_drive, reference_vehicle
 from estimator.synthetic import synthetic_drive
 from estimator.terrain import estimate_terrain
 from recording.noise import add_noise
+from symbolic.bicycle import bicycle
 from symbolic.soil import CLAY
 
 SEEDS = 20
@@ -45,6 +46,28 @@ def test_estimate_follows_the_soil_and_not_its_first_guess():
     from_below, from_above = (estimate_terrain(add_noise(drive, "table5", 5), model, n0) for n0 in (0.6, 1.0))
     assert from_below.n_front[-1] == pytest.approx(0.8, rel=0.05)
     assert from_above.n_front[-1] == pytest.approx(0.8, rel=0.05)
+
+
+def test_another_vehicle_on_another_soil():
+    """A light, short vehicle on soil that is none of the classes: nothing is tied to the reference."""
+    vehicle = reference_vehicle().with_(
+        mass=620.0,
+        l_f=0.95,
+        l_r=0.85,
+        yaw_inertia=380.0,
+        track=1.0,
+        h_cg=0.45,
+        radius=0.25,
+        width=0.16,
+        load_offset=0.0,
+    )
+    soil = CLAY.with_(name="silt", k_phi=1.1e6, k_c=8e3, c=2500.0, phi=0.35, k=0.018, n=0.85)
+    model = bicycle(vehicle, soil)
+    drive = synthetic_drive(model, vehicle.radius, speed=4.0, swing=0.5)
+    found = estimate_terrain(add_noise(drive, "table5", 11), model, 0.65)
+    assert found.n_front[-1] == pytest.approx(0.85, rel=0.08)
+    assert found.n_rear[-1] == pytest.approx(0.85, rel=0.08)
+    assert 0.9 <= found.nis_inside_95 <= 0.99
 
 
 @pytest.mark.parametrize("dt", [0.004, 0.05])
