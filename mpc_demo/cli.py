@@ -7,6 +7,7 @@ import typer
 from mpc_demo.commands_bench import bench
 from mpc_demo.commands_blind import blind_test
 from mpc_demo.commands_calibrate import calibrate
+from mpc_demo.commands_case import case_app
 from mpc_demo.commands_estimate import estimate
 from mpc_demo.commands_generate import generate
 from mpc_demo.commands_refine import refine_command
@@ -28,6 +29,7 @@ for command in (study, estimate, residual, generate, calibrate, sweep, bench):
     app.command()(command)
 app.command("refine")(refine_command)
 app.command("blind-test")(blind_test)
+app.add_typer(case_app, name="case")
 
 
 def main() -> None:

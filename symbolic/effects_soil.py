@@ -7,6 +7,7 @@ from dataclasses import replace
 import casadi as ca
 
 from symbolic.bicycle import Corner
+from symbolic.bulldozing import Wall, side_wall
 from symbolic.effects import Effect, each_wheel
 from symbolic.model import Quantities
 from symbolic.signals import Layout, Signal
@@ -36,27 +37,18 @@ def rate_damping() -> Effect:
 
 
 def bulldozing() -> Effect:
-    """Passive earth pressure on the wheel's side: 2 x_f (gamma h^2/2 N_phi + 2 c h sqrt(N_phi)) against v_y.
-
-    N_phi = tan^2(pi/4 + phi/2); the share 2 c h sqrt(N_phi) scales with the density so that 0 means absent.
-    """
+    """Passive earth pressure on each wheel's side wall, symbolic.bulldozing: the law that the single-wheel tests in sand gave."""
 
     def compute(q: Quantities, corner: Corner) -> Corner:
-        contact, soil, force = corner.contact, corner.soil, corner.force
-        h = force.sinkage  # type: ignore[union-attr]
-        sin = ca.sin(soil.phi)  # type: ignore[union-attr]
-        n_phi = (1.0 + sin) / (1.0 - sin)
-        length = 2.0 * ca.sqrt(h * (2.0 * q["radius"] - h))
-        full = q["soil_density"] / 16e3
-        pressure = 0.5 * q["soil_density"] * h * h * n_phi + 2.0 * full * soil.c * h * ca.sqrt(n_phi)  # type: ignore
-        v_x, v_y = contact.v_x, contact.v_y  # type: ignore[union-attr]
-        share = v_y / smooth_norm(v_y, 0.1 * v_x, 0.05)
-        return corner.with_(force=replace(force, f_y=force.f_y - length * pressure * share))  # type: ignore
+        force = corner.force
+        wall = Wall(q["soil_density"])
+        aside = side_wall(wall, corner.soil, q["radius"], corner.contact, force.sinkage)  # type: ignore
+        return corner.with_(force=replace(force, f_y=force.f_y + aside))  # type: ignore
 
     return Effect(
         name="bulldozing",
         doc="soil pushed aside by the wheel's side wall",
-        reference="Hegedus; Ishigami 2007: passive earth pressure",
+        reference="Hegedus; Ishigami 2007; passive earth pressure after Lancellotta 2002",
         parameters=Layout.of(Signal("soil_density", "N/m^3", "unit weight of the soil", 0.0, 0.0, 25e3)),
         typical={"soil_density": 8e3},
         corrections={"forces": each_wheel(compute)},
