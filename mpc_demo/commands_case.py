@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.table import Table
@@ -38,7 +39,7 @@ def cmu(
     if not 0.0 <= grouser < 0.05:
         raise ValueError(f"--grouser: expected a height in [0, 0.05) m, found {grouser:g}")
     with progress("fitting candidates, one slip angle left out at a time") as told:
-        found = run_cmu(data, judge, grouser, told)
+        found = run_cmu(data, judge, grouser, progress=told)
     _say_bearing(found)
     for base in found.judged:
         console.print(_candidates(found, base))
@@ -74,12 +75,18 @@ def _candidates(found: CmuCase, base: str) -> Table:
         table.add_column(name, justify="left" if name in ("candidate", "fitted") else "right")
     told = found.as_json()["laws"][base]
     for name, entry in told.items():
-        fitted = ", ".join(f"{k} {v['value']:.3g}+-{v['std']:.2g}" for k, v in entry["parameters"].items()) or "nothing"
+        fitted = ", ".join(_fitted(key, value) for key, value in entry["parameters"].items()) or "nothing"
         table.add_row(
             name, fitted, f"{entry['held_out_angle_rms']:.2f}", f"{entry['held_out_trial_rms']:.2f}",
             f"{1e3 * entry['sinkage_rms']:.1f}",
         )  # fmt: skip
     return table
+
+
+def _fitted(name: str, entry: Mapping[str, Any]) -> str:
+    if entry["at_bound"]:
+        return f"{name} {entry['value']:.3g} (bound)"
+    return f"{name} {entry['value']:.3g}+-{entry['std']:.2g}"
 
 
 def _per_angle(found: CmuCase) -> Table:

@@ -46,9 +46,10 @@ def _forces(axis: Any, case: CmuCase, base: str) -> None:
 
 def _sinkage(axis: Any, case: CmuCase, base: str) -> None:
     wheel, found = case.wheel, case.judged[base]
+    measured = np.full(len(wheel), np.nan) if wheel.run.sinkage is None else wheel.run.sinkage
     for speed, label, color in SPEEDS:
         chosen = wheel.rim_speed == speed
-        axis.plot(wheel.angle[chosen], 1e3 * wheel.run.sinkage[chosen], ".", color=color, ms=5)
+        axis.plot(wheel.angle[chosen], 1e3 * measured[chosen], ".", color=color, ms=5)
         axis.plot(*_mean(case, 1e3 * found[REFINED].held_sinkage, speed), color=color, label=label)
         axis.plot(*_mean(case, 1e3 * found["as_declared"].held_sinkage, speed), color=color, ls=":", lw=1.1)
     axis.set(title="Sinkage", xlabel="slip angle, °", ylabel="mm")

@@ -6,7 +6,7 @@ Judged: the side force of the slip angle (repeat) that was left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from recording.cmu import (
     read_sinkage_tests,
     read_steady_wheel,
 )
-from refinement.ploughing_fit import PARAMETERS, Candidate, Judged, Ploughs, held_mean, judge_candidate, rms
+from refinement.ploughing_fit import PARAMETERS, Candidate, Judged, Ploughs, at_bound, held_mean, judge_candidate, rms
 from refinement.single_wheel import law_for
 from refinement.sinkage_tests import Bearing, fit_bearing
 from symbolic.vehicle import GRAVITY
@@ -111,7 +111,13 @@ class CmuCase:
         return {
             "doc": found.candidate.doc,
             "parameters": {
-                key: {"value": found.values[key], "std": found.std[key], "unit": PARAMETERS[key][3]} for key in free
+                key: {
+                    "value": found.values[key],
+                    "std": found.std[key],
+                    "unit": PARAMETERS[key][3],
+                    "at_bound": at_bound(key, found.values[key]),
+                }
+                for key in free
             },
             "held_out_angle_rms": self.error(base, name),
             "held_out_trial_rms": self.error(base, name, "trial"),
@@ -123,21 +129,27 @@ class CmuCase:
 
 
 def run_cmu(
-    data: Path, judge: Path | None = None, grouser: float = 0.0, progress: Callable[[float], None] = lambda share: None
+    data: Path,
+    judge: Path | None = None,
+    grouser: float = 0.0,
+    bases: Sequence[str] = BASES,
+    candidates: Sequence[Candidate] = CANDIDATES,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> CmuCase:
     """The case study on a folder with SINKAGE_FILE and WHEEL_FILE.
 
     judge: table of a second wheel, predicted with nothing fitted on it but its penetration tests; grouser: height of its
-    grousers (m). Raises ValueError for files that are not there or lack columns.
+    grousers (m); bases: laws below the wheel; candidates: what is tried; progress: told the share done.
+    Raises ValueError for files that are not there or lack columns.
     """
     tests = read_sinkage_tests(data / SINKAGE_FILE)
     wheel = read_steady_wheel(data / WHEEL_FILE, {})
     bearing = fit_bearing(tests, RADIUS, WIDTH, float(np.median(wheel.run.load)), "wheel_smooth")
     judged: dict[str, dict[str, Judged]] = {}
-    count, done = len(BASES) * len(CANDIDATES), 0
-    for base in BASES:
+    count, done = len(bases) * len(candidates), 0
+    for base in bases:
         model, judged[base] = _model(wheel, bearing, base), {}
-        for candidate in CANDIDATES:
+        for candidate in candidates:
             judged[base][candidate.name] = judge_candidate(model, candidate)
             done += 1
             progress(done / count)

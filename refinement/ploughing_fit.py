@@ -149,8 +149,15 @@ def judge_candidate(model: Ploughs, candidate: Candidate) -> Judged:
     return Judged(candidate, values, dict(zip(free, map(float, std), strict=True)), model(values)[0], held, sinkage)
 
 
+def at_bound(name: str, value: float) -> bool:
+    """Whether the `value` of the parameter `name` is on a bound: no credible size of this effect explains the runs."""
+    _, lower, upper, *_ = PARAMETERS[name]
+    near = 1e-3 * (upper - lower)
+    return value < lower + near or value > upper - near
+
+
 def rms(values: Array) -> float:
-    """Root of the mean square."""
+    """Root of the mean square of values (N,)."""
     return float(np.sqrt(np.mean(np.asarray(values) ** 2)))
 
 

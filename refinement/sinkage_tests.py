@@ -109,4 +109,4 @@ def _mean(values: Sequence[float]) -> tuple[float, float]:
 def _least_squares(design: Array, values: Array) -> tuple[Array, float]:
     found, *_ = np.linalg.lstsq(design, values, rcond=None)
     left = values - design @ found
-    return found, float(np.sqrt(left @ left / (len(values) - design.shape[1])))
+    return np.asarray(found, dtype=float), float(np.sqrt(left @ left / (len(values) - design.shape[1])))
