@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from estimator.compiled import compile_function
 from recording.rig import MOTION, SOIL_KEYS, WheelRun
-from refinement.single_wheel import law_for, soil_column
+from refinement.single_wheel import WORTH_COMPILING, law_for, soil_column
 from symbolic.soil import SOIL_SIGNALS, Soil
 from symbolic.turn_slip import Factors, TurnSlip
 from symbolic.wheel import Contact, Wheel
@@ -184,7 +185,8 @@ def _functions(runs: Sequence[WheelRun], names: Sequence[str]) -> dict[tuple[flo
         force = replace(law, factors=factors)(Soil("", *values), Wheel(radius, width), contact)
         lateral = force.f_x * ca.sin(yaw) + force.f_y * ca.cos(yaw)
         out = ca.densify(ca.horzcat(lateral, ca.jacobian(lateral, theta)))
-        functions[(radius, width)] = ca.Function("lateral", [motion, soil, yaw, theta], [out])
+        function = ca.Function("lateral", [motion, soil, yaw, theta], [out])
+        functions[(radius, width)] = compile_function(function) if len(runs) >= WORTH_COMPILING else function
     return functions
 
 
