@@ -23,6 +23,7 @@ from mpc_demo.options import (
     open_drive,
 )
 from mpc_demo.output import output_folder, progress, say_written, write_json
+from mpc_demo.refine_report import write_report
 from mpc_demo.refine_summary import say
 from mpc_demo.refine_words import falls_sentence, split_sentence, verdict_sentence
 from recording.drive import Recording
@@ -62,7 +63,8 @@ def refine_command(
     with progress(", ".join(drive.name for drive in drives)) as told:
         found = refine(drives, declared, start=skip, workers=workers, progress=told)
     say(found)
-    say_written(write_all(drives, found, folder))
+    report = write_report(drives, declared, found, skip, folder / "report.html")
+    say_written([*write_all(drives, found, folder), report])
 
 
 def write_all(drives: list[Recording], found: Refinement, folder: Path) -> list[Path]:

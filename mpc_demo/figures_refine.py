@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mpc_demo.refine_views import DriveView
-from mpc_demo.refine_words import effect_name
+from mpc_demo.refine_words import bound_words, effect_name
 from mpc_demo.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 from refinement.refine import Refinement
 from refinement.residual import WINDOW
@@ -31,7 +31,7 @@ def draw_axles(view: DriveView, path: Path) -> Path:
             after = view.after.force_f if axle == "front" else view.after.force_r
             _over_time(row[0], view, axle, before, after)
             _against(row[1], view, axle, before, after)
-        axes[0, 0].legend(loc="upper left", ncols=3)
+        axes[0, 0].legend(loc="best", ncols=3)
         axes[1, 0].set_xlabel("time, s")
     return path
 
@@ -79,10 +79,10 @@ def draw_ranking(found: Refinement, path: Path) -> Path:
             f"least gain {100 * LEAST_GAIN:.0f} %", (100 * LEAST_GAIN, -0.4), (4, 0), textcoords="offset points",
             color=INITIAL, fontsize=8, va="center",
         )  # fmt: skip
-        labels = [c.name + (" (at a bound)" if c.fit.at_bound else "") for c in ranking]
+        labels = [c.name + (f" ({bound_words(c)})" if c.fit.at_bound else "") for c in ranking]
         axis.set_yticks(places, labels)
         axis.set(xlabel="held-out gain ± standard error over windows, %", ylim=(-0.8, len(ranking) - 0.3))
-        axis.set_xlim(max(min([*shares, 0.0]) - 5, -40), 105)
+        axis.set_xlim(max(min([*shares, 0.0]) - 5, -40), 115)
         axis.grid(axis="y", visible=False)
     return path
 

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from mpc_demo.output import console
 from mpc_demo.refine_words import (
+    bound_words,
     falls_sentence,
     group_sentences,
     left_sentences,
@@ -44,11 +45,11 @@ def say(found: Refinement) -> None:
 def ranking_table(found: Refinement) -> Table:
     """The best candidates by the share of the held-out cost that each removes on its own."""
     table = Table(title="Candidates, each alone beside n", title_justify="left")
-    for heading in ("effect", "held-out gain", "std", "at a bound"):
+    for heading in ("effect", "held-out gain", "std", ""):
         table.add_column(heading, justify="right" if heading in ("held-out gain", "std") else "left")
     for candidate in found.ranking[:SHOWN]:
         gain, std = f"{100 * candidate.gain:.1f} %", f"{100 * candidate.std:.1f} %"
-        table.add_row(candidate.name, gain, std, ", ".join(candidate.fit.at_bound))
+        table.add_row(candidate.name, gain, std, bound_words(candidate))
     return table
 
 

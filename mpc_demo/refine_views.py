@@ -18,6 +18,9 @@ from refinement.trace import Bench
 
 Array = NDArray[np.float64]
 
+FEWEST_PATHS = 4
+"""Held-out windows that a picture of paths shows at least, where the drive has them."""
+
 
 @dataclass(frozen=True)
 class DriveView:
@@ -80,7 +83,7 @@ def _paths(bench: Bench, i: int, p: Array, row: int) -> tuple[float, Array, Arra
     """The longest horizon that the held-out part holds, and x, y, psi recorded and predicted over its windows there."""
     drive = bench.shootings[i].drive
     rest = (len(drive.t) - row - 1) * drive.dt
-    horizon = max((h for h in HORIZONS if h <= rest / 2), default=HORIZONS[0])
+    horizon = max((h for h in HORIZONS if h <= rest / FEWEST_PATHS), default=HORIZONS[0])
     windows = Shooting(bench.model, drive, horizon)
     chosen = windows.rows >= row
     return horizon, windows.recorded[chosen][:, :, :3], windows.predict(p)[chosen][:, :, :3]

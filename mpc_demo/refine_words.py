@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from refinement.refine import Refinement, TracedEffect
+from refinement.trace import Candidate
 
 JUDGED_STATES = ("v", "omega_z", "psi", "y")
 JUDGED_HORIZON = "2.5"
@@ -63,6 +64,12 @@ def falls_sentence(found: Refinement) -> str:
         f"Held-out mean squared error at {JUDGED_HORIZON} s: {ratio:.1f} times smaller with the refined model "
         "(geometric mean of v, omega_z, psi and y)."
     )
+
+
+def bound_words(candidate: Candidate) -> str:
+    """Which of a candidate's parameters ended on a bound; n of any drive as n."""
+    names = ["n" if name.startswith("n_") and name[2:].isdigit() else name for name in candidate.fit.at_bound]
+    return f"{', '.join(dict.fromkeys(names))} at a bound" if names else ""
 
 
 def split_sentence(found: Refinement) -> str:
