@@ -17,7 +17,7 @@ from refinement.fit import N_NAMES
 from refinement.selection import Selection, select
 from refinement.shooting import Shooting
 from refinement.structure import Structure, structure
-from refinement.trace import Bench, Candidate, fit_base, make_bench
+from refinement.trace import Bench, Candidate, make_bench, open_effects
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
 
@@ -92,18 +92,20 @@ def refine(
     *,
     start: float = 2.0,
     workers: int = 2,
+    candidates: Sequence[str] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Refinement:
     """Find what the declared model lacks on one or more drives of one soil class, from sensor channels only.
 
     The first two thirds of each drive are fitted, the rest judges. start: seconds left out at the beginning of each;
+    candidates: names of the effects that are tried, default all that are not declared;
     workers: effects tried at once. Raises ValueError for drives that cannot be used.
     """
     began = time.perf_counter()
-    bench = make_bench(recordings, declaration, start)
-    selection = select(bench, declaration, workers, progress)
+    bench = make_bench(recordings, declaration, start, names=candidates)
+    selection = select(bench, open_effects(declaration, candidates), workers, progress)
     final = selection.bench
-    refined_p = fit_base(final).p
+    refined_p = final.absent
     effects = tuple(_traced(declaration, candidate, refined_p[0], final) for candidate in selection.accepted)
     index = bench.model.p.index("n_f")
     n_before, n_after = tuple(bench.absent[:, index]), tuple(refined_p[:, index])

@@ -68,24 +68,41 @@ class Bench:
     accepted: tuple[Free, ...] = ()
 
 
-def whole_model(declaration: Declaration) -> Model:
-    """The declared model with every other effect of the catalogue added, absent: one compilation serves all candidates."""
+def open_effects(declaration: Declaration, names: Sequence[str] | None = None) -> dict[str, Effect]:
+    """The effects of the catalogue that the declaration does not have, by name, or those of `names` alone.
+
+    Raises ValueError for a name that the catalogue lacks.
+    """
+    known = catalogue(declaration.vehicle)
+    for name in names or ():
+        if name not in known:
+            raise ValueError(f"candidates: expected names of {', '.join(known)}; found {name!r}")
+    wanted = known if names is None else names
+    return {name: known[name] for name in known if name in wanted and name not in declaration.vehicle.effects}
+
+
+def whole_model(declaration: Declaration, names: Sequence[str] | None = None) -> Model:
+    """The declared model with every open effect added, absent: one compilation serves all candidates."""
     model = declaration.build()
-    for name, effect in catalogue(declaration.vehicle).items():
-        if name not in model.effects:
-            model = neutral(model, effect)
+    for effect in open_effects(declaration, names).values():
+        model = neutral(model, effect)
     return model
 
 
 def make_bench(
-    recordings: Sequence[Recording], declaration: Declaration, start: float, horizon: float = HORIZON
+    recordings: Sequence[Recording],
+    declaration: Declaration,
+    start: float,
+    horizon: float = HORIZON,
+    names: Sequence[str] | None = None,
 ) -> Bench:
     """The tracing's bench for one or more drives on one class of soil; n of each drive fitted, weights set from what it leaves.
 
-    start: seconds left out at the beginning of each drive; horizon: of the shooting windows (s).
+    start: seconds left out at the beginning of each drive; horizon: of the shooting windows (s);
+    names: effects that will be tried, default all that are not declared.
     Raises ValueError for drives that shooting cannot use.
     """
-    model = whole_model(declaration)
+    model = whole_model(declaration, names)
     drives = [shooting_drive(recording, model, start) for recording in recordings]
     shootings = tuple(Shooting(model, drive, horizon) for drive in drives)
     counts = [len(shooting.rows) for shooting in shootings]

@@ -1,0 +1,135 @@
+"""softsoil refine on drives of the project's own bicycle: what was added is found, what was not is not invented."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from drives import reference_vehicle
+from estimator.synthetic import synthetic_drive
+from mpc_demo.cli import app
+from mpc_demo.commands_refine import write_all
+from mpc_demo.refine_report import write_report
+from plant.manoeuvres import MultiSine
+from recording.noise import add_noise
+from recording.read import write_drive
+from refinement.refine import refine
+from symbolic.catalogue import declared_model
+from symbolic.declaration import Declaration, load_declaration
+from symbolic.soil import CLAY
+
+runner = CliRunner()
+CANDIDATES = ("steering_offset", "bank", "yaw_moment", "gyro_bias")
+OFFSET = 0.03
+SECONDS = 26.0
+N = 0.6
+
+
+def drive(effects):
+    """A noisy multi-sine drive of the bicycle with the given effects, on clay softer than declared."""
+    vehicle = reference_vehicle()
+    model = declared_model(vehicle, CLAY.with_(n=N), "turn_slip", effects)
+    t = 0.012 * np.arange(round(SECONDS / 0.012) + 1)
+    steer = MultiSine(0.35, seed=4)(t)
+    return add_noise(synthetic_drive(model, vehicle.radius, seconds=SECONDS, speed=5.5, steer=steer), "good", 1)
+
+
+@pytest.fixture(scope="module")
+def declared():
+    return Declaration(reference_vehicle().with_(effects={}), CLAY)
+
+
+@pytest.fixture(scope="module")
+def offset_drive():
+    return drive({"steering_offset": {"steering_offset": OFFSET}})
+
+
+@pytest.fixture(scope="module")
+def found(offset_drive, declared):
+    return refine([offset_drive], declared, workers=1, candidates=CANDIDATES)
+
+
+def test_offset_that_was_added_is_found_with_its_size(found):
+    assert found.verdict == "effect"
+    assert found.effects[0].name == "steering_offset"
+    value, std, unit = found.effects[0].parameters["steering_offset"]
+    assert unit == "rad"
+    assert abs(value - OFFSET) < 0.1 * OFFSET
+    assert 0 < std < 0.1 * OFFSET
+    assert found.n_after[0] == pytest.approx(N, rel=0.05)
+    assert found.after["2.5"]["omega_z"] < 0.2 * found.before["2.5"]["omega_z"]
+
+
+def test_nothing_is_invented_where_nothing_was_added(declared):
+    clean = refine([drive({})], declared, workers=1, candidates=CANDIDATES)
+    assert clean.verdict == "none"
+    assert clean.effects == ()
+    assert clean.before == clean.after
+
+
+def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
+    paths = write_all([offset_drive], found, tmp_path)
+    paths.append(write_report([offset_drive], declared, found, 2.0, tmp_path / "report.html"))
+    assert [path.name for path in paths] == ["refine.json", "refined.toml", "report.html"]
+    content = json.loads(paths[0].read_text(encoding="utf-8"), parse_constant=pytest.fail)
+    expected = {
+        "verdict",
+        "effects",
+        "inseparable",
+        "would_separate",
+        "ranking",
+        "holdout",
+        "before",
+        "after",
+        "seconds",
+    }
+    assert expected <= set(content)
+    assert set(content["effects"][0]["parameters"]["steering_offset"]) == {"value", "std", "unit"}
+    assert set(content["ranking"][0]) == {"name", "holdout_gain", "std"}
+    assert {entry["name"] for entry in content["ranking"]} == set(CANDIDATES)
+    assert 2.0 < content["holdout"]["from"] < content["holdout"]["to"] < SECONDS
+    assert set(content["before"]["mse"]) == {"0.5", "2.5", "5.0"}
+    loaded = load_declaration(paths[1])
+    assert loaded.vehicle.effects["steering_offset"]["steering_offset"] == pytest.approx(OFFSET, rel=0.1)
+    assert loaded.soil.n == pytest.approx(N, rel=0.05)
+    assert loaded.build().effects == ("steering_offset",)
+    html = paths[2].read_text(encoding="utf-8")
+    assert html.count("data:image/png;base64,") == 3
+    assert not re.search(r"(src|href)=\"(?!data:)", html), "the report is to stand alone"
+    assert "steering offset" in html and "which no fit has seen" in html
+
+
+def test_unknown_candidate_is_named(offset_drive, declared):
+    with pytest.raises(ValueError, match=r"candidates: expected names of multipass.*found 'wind'"):
+        refine([offset_drive], declared, candidates=["wind"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["absent.csv", "--soil", "clay"], "absent.csv"),
+        (["short.csv"], "--soil"),
+        (["short.csv", "--soil", "mud"], "mud"),
+        (["short.csv", "--soil", "clay"], "at least 3 s of drive"),
+        (["short.csv", "--soil", "clay", "--workers", "0"], "workers"),
+    ],
+)
+def test_bad_input_is_one_line_with_code_2(arguments, words, offset_drive, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_drive(offset_drive.between(0.0, 4.0), tmp_path / "short.csv")
+    result = runner.invoke(app, ["refine", *arguments])
+    assert result.exit_code == 2
+    lines = [line for line in result.output.splitlines() if line.startswith("error:")]
+    assert len(lines) == 1 and words in lines[0]
+
+
+def test_numbers_carry_the_digits_of_their_error():
+    from mpc_demo.refine_words import with_error
+
+    assert with_error(0.08712, 0.0013) == "0.0871 ± 0.0013"
+    assert with_error(912.4, 31.0) == "912 ± 31"
+    assert with_error(0.7, 0.0) == "0.7"
+    assert with_error(0.7, math.nan) == "0.7"
