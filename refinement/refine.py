@@ -17,7 +17,7 @@ from refinement.fit import N_NAMES
 from refinement.selection import Selection, select
 from refinement.shooting import Shooting
 from refinement.structure import Structure, structure
-from refinement.trace import Bench, Candidate, make_bench, open_effects
+from refinement.trace import Bench, Candidate, make_bench
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
 
@@ -103,7 +103,7 @@ def refine(
     """
     began = time.perf_counter()
     bench = make_bench(recordings, declaration, start, names=candidates)
-    selection = select(bench, open_effects(declaration, candidates), workers, progress)
+    selection = select(bench, declaration, workers, progress)
     final = selection.bench
     refined_p = final.absent
     effects = tuple(_traced(declaration, candidate, refined_p[0], final) for candidate in selection.accepted)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from refinement.fit import Free
 from refinement.trace import Bench, Candidate, fit_base, held_cost, rank
+from symbolic.catalogue import catalogue
+from symbolic.declaration import Declaration
 from symbolic.effects import Effect
 
 LEAST_GAIN = 0.15
@@ -39,24 +41,26 @@ class Selection:
     groups: tuple[tuple[str, ...], ...]
 
 
-def select(bench: Bench, effects: Mapping[str, Effect], workers: int, progress: Callable[[float], None]) -> Selection:
-    """Forward selection over the given effects, which the bench's model has, absent.
+def select(bench: Bench, declaration: Declaration, workers: int, progress: Callable[[float], None]) -> Selection:
+    """Forward selection over the catalogue, declared effects left out.
 
     workers: effects tried at once; progress: called with the share of the first round that is done.
     """
-    first = rank(bench, effects, workers, progress)
+    known = catalogue(declaration.vehicle)
+    open_effects = {name: effect for name, effect in known.items() if name not in declaration.vehicle.effects}
+    first = rank(bench, open_effects, workers, progress)
     ranking = first
     accepted: list[Candidate] = []
     groups: list[tuple[str, ...]] = []
     while len(accepted) < MOST_EFFECTS:
-        best = next((c for c in ranking if supported(c, effects[c.name])), None)
+        best = next((c for c in ranking if supported(c, open_effects[c.name])), None)
         if best is None:
             break
         groups.append((best.name, *like(best, ranking, bench)))
         accepted.append(best)
-        bench = accept(bench, best, effects[best.name])
+        bench = accept(bench, best, open_effects[best.name])
         again = [c.name for c in first if c.name not in {a.name for a in accepted}][:SECOND_LOOK]
-        ranking = rank(bench, {name: effects[name] for name in again}, workers, lambda share: None)
+        ranking = rank(bench, {name: open_effects[name] for name in again}, workers, lambda share: None)
     return Selection(tuple(accepted), bench, tuple(first), tuple(groups))
 
 

@@ -211,7 +211,8 @@ def starts_of(effect: Effect, drive: Drive) -> tuple[list[dict[str, float]], tup
 def rank(
     bench: Bench, effects: Mapping[str, Effect], workers: int, progress: Callable[[float], None]
 ) -> list[Candidate]:
-    """All given effects, best held-out gain first; workers: threads."""
+    """All given effects that the bench's model has, best held-out gain first; workers: threads."""
+    effects = {name: effect for name, effect in effects.items() if name in bench.model.effects}
 
     def one(effect: Effect) -> Candidate:
         starts, fixed = starts_of(effect, bench.shootings[0].drive)
