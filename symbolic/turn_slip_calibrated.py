@@ -23,6 +23,10 @@ COEFFICIENTS = Path(__file__).parent / "coefficients" / "turn_slip_calibrated.to
 """What `softsoil calibrate` wrote for the reference rig."""
 
 
+SECTIONS = ("soil", "rig", "soil_multiples")
+"""Sections of a calibration's TOML."""
+
+
 def load_factors(path: Path, section: str) -> Factors:
     """Factors of one section (`soil` or `rig`) of a calibration's TOML; neutral where the section is missing.
 
@@ -34,6 +38,9 @@ def load_factors(path: Path, section: str) -> Factors:
         raise ValueError(f"{path}: expected a calibration (TOML), found: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    for key in table:
+        if key not in SECTIONS:
+            raise ValueError(f"{path}: expected sections {', '.join(SECTIONS)}; found {key!r}")
     known = {f.name for f in fields(Factors)}
     values: dict[str, float] = {}
     for key, entry in table.get(section, {}).items():

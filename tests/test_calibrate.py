@@ -73,6 +73,14 @@ def test_a_study_writes_what_can_be_read_back(runs, tmp_path):
     assert all(path.is_file() for path in study.written)
 
 
+def test_a_calibration_file_that_is_none_is_named(tmp_path):
+    path = tmp_path / "c.toml"
+    for text, words in (("width = 0.9\n", "sections"), ("[rig]\ngrip = 1.0\n", "grip"), ("[rig\n", "TOML")):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(ValueError, match=words):
+            load_factors(path, "rig")
+
+
 def test_correction_factors_of_a_run_are_matched():
     true = (1.2, 20.0, 0.03)
     branch = Branch(*[Factor(n=(g,)) for g in true])
