@@ -1,4 +1,4 @@
-"""`softsoil generate`: a model as C."""
+"""`softsoil generate`: a model and its filter as a C library."""
 
 from __future__ import annotations
 
@@ -7,39 +7,31 @@ from typing import Annotated
 
 import typer
 
-from estimator.terrain import terrain_model
-from estimator.unscented import UnscentedScaling, predict_function, update_function
-from mpc_demo.c_example import write_beside
-from mpc_demo.options import LawOption, ModelOption, SoilOption, VehicleOption, declaration
+from mpc_demo.c_library import STEP
+from mpc_demo.c_library_cache import texts_from_cache
+from mpc_demo.options import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import output_folder, say_written
-from symbolic.codegen import write_c
-from symbolic.discretize import discretize
-
-STEM = "softsoil_model"
+from symbolic.clibrary.library import write_library
 
 
 def generate(
-    folder: Annotated[Path, typer.Argument(help="Folder to write in.", show_default=False)],
+    folder: Annotated[
+        Path | None, typer.Argument(help="Folder to write in (default: runs/generate).", show_default=False)
+    ] = None,
     vehicle: VehicleOption = None,
     soil: SoilOption = None,
     law: LawOption = "turn_slip",
     model: ModelOption = None,
-    dt: Annotated[float, typer.Option("--dt", help="Step of the discrete model and the filter (s).")] = 0.012,
+    dt: Annotated[float, typer.Option("--dt", help="Nominal step of the model and the filter (s).")] = STEP,
+    out: OutOption = None,
 ) -> None:
-    """Write a model and its filter as C (ode, step, predict, update), with a README and an example.
+    """Write a model and its filter as a C library: header, sources, README, example, CMake and formulation.json.
+
+    The vehicle's declared effects are in it; with effects one n stands for both axles, without them front and rear have their own.
 
     Example: softsoil generate build/clay --soil clay
     """
-    built = declaration(vehicle, soil, law, model).build()
-    augmented = terrain_model(built, tied=bool(built.effects))
-    scaling = UnscentedScaling()
-    step = discretize(augmented, dt)
-    functions = [
-        built.ode(),
-        step,
-        predict_function(step, augmented.x, scaling),
-        update_function(augmented.measurement(), augmented.x, augmented.y, scaling),
-    ]
-    target = output_folder(folder, "generate")
-    written = write_c(functions, target, name=STEM)
-    say_written([*written, *write_beside(target, STEM, built, augmented, dt)])
+    if folder is not None and out is not None:
+        raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
+    texts = texts_from_cache(declaration(vehicle, soil, law, model), dt)
+    say_written(write_library(output_folder(folder or out, "generate"), texts))

@@ -1,0 +1,131 @@
+"""CasADi SX functions as C functions, one scalar at a time or several points at once (`softsoil_lanes.h`).
+
+Every operation of the function becomes one C statement. In the lanes form an operation on what differs from point to
+point works on the vector type `ssv`, and on `double` where all points share the value; with one lane `ssv` is `double`
+and the text is plain C99.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import casadi as ca
+
+DIGITS = 13
+"""Significant digits of constants: quadrature nodes differ between processors in the last bit, written files must not."""
+
+_INFIX = MappingProxyType(
+    {
+        ca.OP_ASSIGN: "{a}", ca.OP_ADD: "{a} + {b}", ca.OP_SUB: "{a} - {b}", ca.OP_MUL: "{a} * {b}",
+        ca.OP_NEG: "-{a}", ca.OP_SQ: "{a} * {a}", ca.OP_TWICE: "2.0 * {a}",
+    }
+)  # fmt: skip
+"""Operators: the same text for scalars and vectors, mixed ones included."""
+_DIVISIONS = MappingProxyType({ca.OP_DIV: "{a}", ca.OP_INV: "1.0"})
+_CALLS = MappingProxyType(
+    {
+        **{getattr(ca, f"OP_{name.upper()}"): name for name in (
+            "exp", "log", "sqrt", "fabs", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "floor",
+            "ceil", "atan2", "fmin", "fmax", "pow", "log1p", "expm1", "hypot", "lt", "le", "eq", "ne", "not", "and",
+            "or", "sign", "if_else_zero",
+        )},
+        ca.OP_CONSTPOW: "pow",
+    }
+)  # fmt: skip
+"""Functions: ssv_<name> for vectors; for scalars C's own, or ss_<name> of softsoil_lanes.h where C has none."""
+_OWN = frozenset({"lt", "le", "eq", "ne", "not", "and", "or", "sign", "if_else_zero", "fmin", "fmax"})
+
+
+def number(value: float) -> str:
+    """A C literal of `value`, the same on every machine."""
+    if math.isinf(value):
+        return "HUGE_VAL" if value > 0 else "-HUGE_VAL"
+    text = repr(float(f"{value:.{DIGITS}g}"))
+    return text if any(c in text for c in ".en") else f"{text}.0"
+
+
+@dataclass
+class _Writer:
+    """Statements of one function, in the order of its instructions."""
+
+    function: ca.Function
+    varies_in: Sequence[bool]
+    lines: list[str] = field(default_factory=list)
+    value: dict[int, str] = field(default_factory=dict)
+    varies: dict[int, bool] = field(default_factory=dict)
+
+    def write(self) -> list[str]:
+        f = self.function
+        for k in range(f.n_instructions()):
+            op, into, out = f.instruction_id(k), f.instruction_input(k), f.instruction_output(k)
+            if op == ca.OP_OUTPUT:
+                self.lines.append(f"r{out[0]}[{out[1]}] = {self._as(into[0], any(self.varies_in))};")
+            elif op == ca.OP_CONST:
+                literal = number(f.instruction_constant(k))
+                self.value[out[0]], self.varies[out[0]] = f"({literal})" if literal[0] == "-" else literal, False
+            elif op == ca.OP_INPUT:
+                self.value[out[0]], self.varies[out[0]] = f"a{into[0]}[{into[1]}]", self.varies_in[into[0]]
+            else:
+                expression, varies = self._operation(op, into)
+                self.lines.append(f"const {'ssv' if varies else 'double'} t{k} = {expression};")
+                self.value[out[0]], self.varies[out[0]] = f"t{k}", varies
+        return self.lines
+
+    def _as(self, slot: int, vector: bool) -> str:
+        return f"ssv_all({self.value[slot]})" if vector and not self.varies[slot] else self.value[slot]
+
+    def _operation(self, op: int, slots: Sequence[int]) -> tuple[str, bool]:
+        varies = any(self.varies[s] for s in slots)
+        names = dict(zip("ab", (self.value[s] for s in slots), strict=False))
+        if op in _INFIX:
+            return _INFIX[op].format(**names), varies
+        if op in _DIVISIONS:
+            return self._quotient(_DIVISIONS[op].format(**names), slots, varies), varies
+        if op not in _CALLS:
+            raise ValueError(f"C library: expected operations that C has, found CasADi operation {op}")
+        name = _CALLS[op]
+        arguments = ", ".join(self._as(s, varies) for s in slots[: 1 if name in _ONE else 2])
+        prefix = "ssv_" if varies else "ss_" if name in _OWN else ""
+        return f"{prefix}{name}({arguments})", varies
+
+    def _quotient(self, numerator: str, slots: Sequence[int], varies: bool) -> str:
+        below = slots[-1]
+        if not varies:
+            return f"{numerator} / {self.value[below]}"
+        if not self.varies[below]:
+            return f"{numerator} * (1.0 / {self.value[below]})"
+        over = numerator if len(slots) == 2 and self.varies[slots[0]] else f"ssv_all({numerator})"
+        return f"ssv_div({over}, {self.value[below]})"
+
+
+_ONE = frozenset(
+    {"exp", "log", "sqrt", "fabs", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "floor", "ceil",
+     "log1p", "expm1", "not", "sign"}
+)  # fmt: skip
+"""Functions of one argument."""
+
+
+def write_kernel(function: ca.Function, name: str, varies: Sequence[bool] | None = None) -> str:
+    """C text of `static void name(inputs ..., outputs ...)`: pointers to vectors, in CasADi's order.
+
+    function: SX, dense vectors; varies: which inputs differ from point to point (ssv), None for plain scalars.
+    Raises ValueError for sparse results, matrices, or an operation that C does not have.
+    """
+    lanes = varies is not None and any(varies)
+    flags = tuple(varies) if varies is not None and lanes else (False,) * function.n_in()
+    dense = all(function.sparsity_out(i).is_dense() for i in range(function.n_out()))
+    columns = [function.size2_in(i) for i in range(function.n_in())]
+    if not dense or len(flags) != function.n_in() or any(c > 1 for c in columns):
+        raise ValueError(f"C library: expected dense vectors and a flag for each input, found {function}")
+    kind = ["ssv" if flag else "double" for flag in flags]
+    result = "ssv" if lanes else "double"
+    inputs = [f"const {kind[i]} *a{i}" for i in range(function.n_in())]
+    outputs = [f"{result} *r{i}" for i in range(function.n_out())]
+    unused = "".join(f" (void)a{i};" for i in range(function.n_in())) + "".join(
+        f" (void)r{i};" for i in range(function.n_out())
+    )
+    body = "\n  ".join([unused.strip(), *_Writer(function, flags).write()])
+    return f"static void {name}({', '.join([*inputs, *outputs])}) {{\n  {body}\n}}\n"

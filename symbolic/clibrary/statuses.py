@@ -1,0 +1,42 @@
+"""What a call of the C library may return, the graver the later, each with its plain sentence."""
+
+from __future__ import annotations
+
+STATUSES = (
+    ("OK", "done"),
+    ("STANDSTILL", "the vehicle stands, crawls or reverses: the soil's parameters are held"),
+    ("NO_MEASUREMENT", "no measurement could be used: the estimate is the prediction"),
+    ("MEASUREMENT_REPEATED", "a measurement with a time stamp that it had before, or an older one, was left out"),
+    ("MEASUREMENT_GATED", "a measurement too far from its prediction was left out"),
+    ("MEASUREMENT_OUT_OF_RANGE", "a measurement beyond reason was left out"),
+    ("MEASUREMENT_NOT_FINITE", "a measurement that is not a finite number was left out"),
+    ("NEGATIVE_SPEED", "the measured speed is negative: the model does not reverse, the soil's parameters are held"),
+    ("INPUT_OUT_OF_RANGE", "an input beyond reason was replaced by its last good value"),
+    ("INPUT_NOT_FINITE", "an input that is not a finite number was replaced by its last good value"),
+    ("GATE_REOPENED", "a measurement was outside the gate for so long that the motion was made uncertain and it was used"),
+    ("INCONSISTENT", "measurements have been further from their predictions than the filter can explain: wrong soil, vehicle or noise"),
+    ("NUMERICAL", "the model had no finite answer: the last estimate was kept"),
+    ("MEASUREMENT_LATE", "the measurement is older than one step and was not used"),
+    ("MEASUREMENT_EARLY", "the measurement is later than the estimate by more than one step: predict first"),
+    ("TIME_NOT_FINITE", "the time stamp is not a finite number: nothing was done"),
+    ("DT_ZERO", "the time step is zero: nothing was done"),
+    ("DT_NEGATIVE", "the time step is negative: nothing was done"),
+    ("DT_NOT_FINITE", "the time step is not a finite number: nothing was done"),
+    ("DT_TOO_LONG", "the time step is longer than the library takes: nothing was done"),
+    ("BAD_ARGUMENT", "an argument is not a finite number or out of its range: nothing was done"),
+    ("NOT_INITIALISED", "softsoil_init has not been called for this structure, or another version of it was"),
+    ("NULL_POINTER", "a pointer is null: nothing was done"),
+)  # fmt: skip
+"""(name, sentence); the C name is SOFTSOIL_<name>, its value the place in this table."""
+REFUSED = "MEASUREMENT_LATE"
+"""From this one on the call did nothing."""
+
+
+def status_enum() -> str:
+    """The lines of enum softsoil_status."""
+    return "\n".join(f"  SOFTSOIL_{name}, /* {text} */" for name, text in STATUSES)
+
+
+def status_texts() -> str:
+    """The C strings of softsoil_status_text."""
+    return "\n".join(f'    "{text}",' for _, text in STATUSES)
