@@ -13,7 +13,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -72,7 +71,7 @@ def c_library_texts(declared: Declaration, dt: float = STEP) -> dict[str, str]:
         "soil": {"name": declared.soil.name, **{s.name: getattr(declared.soil, s.name) for s in SOIL_SIGNALS}},
         "law": declared.law,
         "declared_effects": declared.vehicle.effects,
-        "versions": {"softsoil": version("softsoil"), "casadi": ca.__version__},
+        "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
     return library_files(parts, filter_numbers(parts.model), dt, about)
 
@@ -110,7 +109,7 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
     class Options(ctypes.Structure):
         """softsoil_options_t."""
 
-        _fields_ = [  # noqa: RUF012
+        _fields_ = [
             ("p", real * p), ("q_std", real * x), ("r_std", real * y), ("gate", real), ("standstill_speed", real),
             ("max_std", real * x), ("gate_patience", whole), ("reserved", whole),
         ]  # fmt: skip
@@ -118,7 +117,7 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
     class Filter(ctypes.Structure):
         """softsoil_t."""
 
-        _fields_ = [  # noqa: RUF012
+        _fields_ = [
             ("magic", natural), ("counts", natural * len(STATUSES)), ("predictions", natural), ("updates", natural),
             ("standstill", whole), ("reversing", whole), ("started", whole), ("gated_run", whole * y), ("t", real),
             ("last_dt", real), ("x", real * x), ("std", real * x), ("innovation", real * y), ("innovation_std", real * y),
@@ -204,7 +203,12 @@ class CFilter:
     """
 
     def __init__(
-        self, library: CLibrary, x0: ArrayLike | None = None, std0: ArrayLike | None = None, options: Any = None, t: float = 0.0
+        self,
+        library: CLibrary,
+        x0: ArrayLike | None = None,
+        std0: ArrayLike | None = None,
+        options: Any = None,
+        t: float = 0.0,
     ) -> None:
         self.library, self.state = library, library.Filter()
         self.u, self.y = np.zeros(library.sizes["u"]), np.zeros(library.sizes["y"])
@@ -246,7 +250,7 @@ class CFilter:
         x, std, nis, dof = np.empty((rows, n_x)), np.empty((rows, n_x)), np.empty(rows), np.empty(rows, dtype=np.int32)
         size = ctypes.c_size_t
         inputs = (size(rows), _pointer(t), _pointer(u), _pointer(y), size(every))
-        status = self.library.c.softsoil_replay(self._self, *inputs, *map(_pointer, (x, std, nis, dof)))
+        status = self.library.c.softsoil_replay(self._self, *inputs, *[_pointer(a) for a in (x, std, nis, dof)])
         return {"x": x, "std": std, "nis": nis, "dof": dof, "status": status}
 
     @property

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+from importlib.metadata import version
 from pathlib import Path
-
-import casadi as ca
 
 import symbolic
 from estimator.compiled import cache_folder
@@ -29,7 +28,7 @@ def texts_from_cache(declared: Declaration, dt: float) -> dict[str, str]:
 
 
 def _key(declared: Declaration, dt: float) -> str:
-    found = hashlib.sha256(f"{declaration_toml(declared)}{dt!r}{ca.__version__}".encode())
+    found = hashlib.sha256(f"{declaration_toml(declared)}{dt!r}{version('casadi')}".encode())
     package = Path(symbolic.__path__[0])
     sources = [path for path in sorted(package.rglob("*")) if path.suffix in (".py", ".in", ".toml")]
     for path in [*sources, Path(c_library.__file__), package.parent / "estimator" / "terrain.py"]:

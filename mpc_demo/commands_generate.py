@@ -27,7 +27,8 @@ def generate(
 ) -> None:
     """Write a model and its filter as a C library: header, sources, README, example, CMake and formulation.json.
 
-    The vehicle's declared effects are in it; with effects one n stands for both axles, without them front and rear have their own.
+    The vehicle's declared effects are in it; with effects one n stands for both axles, without them
+    front and rear have their own.
 
     Example: softsoil generate build/clay --soil clay
     """

@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from symbolic.model import Memory, Model
+from symbolic.model import Memory, Model, Quantities
 from symbolic.signals import Layout
 from symbolic.soil import SOIL_SIGNALS, Soil
 from symbolic.wheel import Contact, ForceLaw, Wheel, WheelForce
@@ -45,7 +45,8 @@ class Parts:
     """The functions that the C library is made of; x, u (full input), p, m, dt as in `symbolic.model`.
 
     model; active: states that some wheel depends on; calls: wheels (law evaluations) per point; before: [x, u, p] ->
-    [what differs between wheels and points (calls * n_arguments)]; law: [arguments, p] -> [outputs]; after: [x, u, p, F] -> [xdot];
+    [what differs between wheels and points (calls * n_arguments)]; law: [arguments, p] -> [outputs];
+    after: [x, u, p, F] -> [xdot];
     measure: [x, u, p, F] -> [y]; read: [x, u_external, p, m] -> [provided]; advance: [x, u, p, m, dt, F] -> [m_next];
     start: [x, u, p, F] -> [m]; force: [soil, contact] -> [WheelForce]; outputs: names of the law's outputs in F
     (calls * n_outputs); measures_forces: whether the measurement depends on them.
@@ -152,7 +153,7 @@ def _call(law: ForceLaw, wheel: Wheel, values: list[Any]) -> list[Any]:
 
 def _provided(model: Model, x: ca.SX, external: ca.SX, p: ca.SX, m: ca.SX) -> ca.SX:
     """What memories provide; see `symbolic.discretize.read_memory`."""
-    q = {name: x[i] for i, name in enumerate(model.x.names)}
+    q: Quantities = {name: x[i] for i, name in enumerate(model.x.names)}
     q |= {name: external[i] for i, name in enumerate(model.external.names)}
     q |= {name: p[i] for i, name in enumerate(model.p.names)}
     q["memory"] = {name: m[i] for i, name in enumerate(model.cells.names)}

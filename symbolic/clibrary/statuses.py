@@ -14,7 +14,7 @@ STATUSES = (
     ("INPUT_OUT_OF_RANGE", "an input beyond reason was replaced by its last good value"),
     ("INPUT_NOT_FINITE", "an input that is not a finite number was replaced by its last good value"),
     ("GATE_REOPENED", "a measurement was outside the gate for so long that the motion was made uncertain and it was used"),
-    ("INCONSISTENT", "measurements have been further from their predictions than the filter can explain: wrong soil, vehicle or noise"),
+    ("INCONSISTENT", "measurements are further from their predictions than noise explains: wrong soil, vehicle or noise"),
     ("NUMERICAL", "the model had no finite answer: the last estimate was kept"),
     ("MEASUREMENT_LATE", "the measurement is older than one step and was not used"),
     ("MEASUREMENT_EARLY", "the measurement is later than the estimate by more than one step: predict first"),
@@ -37,6 +37,6 @@ def status_enum() -> str:
     return "\n".join(f"  SOFTSOIL_{name}, /* {text} */" for name, text in STATUSES)
 
 
-def status_texts() -> str:
-    """The C strings of softsoil_status_text."""
-    return "\n".join(f'    "{text}",' for _, text in STATUSES)
+def status_cases() -> str:
+    """The cases of softsoil_status_text: a table of pointers would have to be relocated, which some linkers write to."""
+    return "\n".join(f'    case SOFTSOIL_{name}:\n      return "{text}";' for name, text in STATUSES)

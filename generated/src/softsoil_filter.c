@@ -1,0 +1,597 @@
+/* The filter: a square-root unscented Kalman filter.
+ *
+ * The covariance is P = L L', and only L is kept. Both steps put weighted deviations of the sigma points and the noise
+ * into the rows of a matrix A, P = A'A, and triangularise A by Householder reflections: whatever the numbers, P is
+ * symmetric and positive, for ever. The update is Joseph's form over sigma points: deviations dx - K dy and K sqrt(R). */
+#include <math.h>
+#include <string.h>
+
+#include "softsoil_model.h"
+
+#define N SOFTSOIL_N_X
+#define NY SOFTSOIL_N_Y
+#define MAGIC 0x0eeae700u
+
+/* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
+static const double spread = 8.0; /* L + lambda */
+static const double mean_centre = 0.0, mean_other = 0.0625;
+static const double root_centre = 1.414213562373, root_other = 0.25; /* roots of the covariance weights */
+
+static const double lower[N] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.2, 0.2};
+static const double upper[N] = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, 1.6, 1.6};
+static const int32_t is_soil[N] = {0, 0, 0, 0, 0, 0, 1, 1}; /* held at standstill */
+static const int32_t y_wraps[NY] = {0, 0, 1, 0, 0, 0};
+static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0, 1000.0, 1000.0}; /* beyond reason */
+static const double y_limit[NY] = {100000000.0, 100000000.0, 100000.0, 150.0, 150.0, 50.0};
+
+const char *softsoil_status_text(int status) {
+  switch (status) {
+    case SOFTSOIL_OK:
+      return "done";
+    case SOFTSOIL_STANDSTILL:
+      return "the vehicle stands, crawls or reverses: the soil's parameters are held";
+    case SOFTSOIL_NO_MEASUREMENT:
+      return "no measurement could be used: the estimate is the prediction";
+    case SOFTSOIL_MEASUREMENT_REPEATED:
+      return "a measurement with a time stamp that it had before, or an older one, was left out";
+    case SOFTSOIL_MEASUREMENT_GATED:
+      return "a measurement too far from its prediction was left out";
+    case SOFTSOIL_MEASUREMENT_OUT_OF_RANGE:
+      return "a measurement beyond reason was left out";
+    case SOFTSOIL_MEASUREMENT_NOT_FINITE:
+      return "a measurement that is not a finite number was left out";
+    case SOFTSOIL_NEGATIVE_SPEED:
+      return "the measured speed is negative: the model does not reverse, the soil's parameters are held";
+    case SOFTSOIL_INPUT_OUT_OF_RANGE:
+      return "an input beyond reason was replaced by its last good value";
+    case SOFTSOIL_INPUT_NOT_FINITE:
+      return "an input that is not a finite number was replaced by its last good value";
+    case SOFTSOIL_GATE_REOPENED:
+      return "a measurement was outside the gate for so long that the motion was made uncertain and it was used";
+    case SOFTSOIL_INCONSISTENT:
+      return "measurements are further from their predictions than noise explains: wrong soil, vehicle or noise";
+    case SOFTSOIL_NUMERICAL:
+      return "the model had no finite answer: the last estimate was kept";
+    case SOFTSOIL_MEASUREMENT_LATE:
+      return "the measurement is older than one step and was not used";
+    case SOFTSOIL_MEASUREMENT_EARLY:
+      return "the measurement is later than the estimate by more than one step: predict first";
+    case SOFTSOIL_TIME_NOT_FINITE:
+      return "the time stamp is not a finite number: nothing was done";
+    case SOFTSOIL_DT_ZERO:
+      return "the time step is zero: nothing was done";
+    case SOFTSOIL_DT_NEGATIVE:
+      return "the time step is negative: nothing was done";
+    case SOFTSOIL_DT_NOT_FINITE:
+      return "the time step is not a finite number: nothing was done";
+    case SOFTSOIL_DT_TOO_LONG:
+      return "the time step is longer than the library takes: nothing was done";
+    case SOFTSOIL_BAD_ARGUMENT:
+      return "an argument is not a finite number or out of its range: nothing was done";
+    case SOFTSOIL_NOT_INITIALISED:
+      return "softsoil_init has not been called for this structure, or another version of it was";
+    case SOFTSOIL_NULL_POINTER:
+      return "a pointer is null: nothing was done";
+    default:
+      return "not a status of this library";
+  }
+}
+
+size_t softsoil_size(void) { return sizeof(softsoil_t); }
+
+static int count(softsoil_t *s, int status) {
+  if (s->counts[status] < UINT32_MAX) ++s->counts[status];
+  return status;
+}
+
+static int graver(int a, int b) { return a > b ? a : b; }
+
+static double wrapped(double angle) {
+  if (angle > -3.14159265358979 && angle <= 3.14159265358979) return angle;
+  return angle - 6.283185307179586 * floor(angle / 6.283185307179586 + 0.5);
+}
+
+static double clipped(double value, int i) {
+  return value < lower[i] ? lower[i] : value > upper[i] ? upper[i] : value;
+}
+
+/* A (rows x N) to upper triangular, L = its transpose: L L' = A'A, the diagonal not negative. */
+static void triangularise(double (*a)[N], int rows, double (*root)[N]) {
+  for (int k = 0; k < N; ++k) {
+    double w[N] = {0.0}, below = 0.0;
+    for (int r = k + 1; r < rows; ++r) below += a[r][k] * a[r][k];
+    if (!(below > 0.0)) continue;
+    const double pivot = a[k][k], length = sqrt(pivot * pivot + below);
+    const double v = pivot < 0.0 ? pivot - length : pivot + length;
+    const double beta = 1.0 / (length * fabs(v));
+    for (int c = 0; c < N; ++c) w[c] = v * a[k][c];
+    for (int r = k + 1; r < rows; ++r)
+      for (int c = 0; c < N; ++c) w[c] += a[r][k] * a[r][c];
+    for (int c = 0; c < N; ++c) {
+      w[c] *= beta;
+      a[k][c] -= v * w[c];
+    }
+    /* Columns up to k are finished: zero, and not read again. */
+    for (int r = k + 1; r < rows; ++r) {
+      const double factor = a[r][k];
+      for (int c = k + 1; c < N; ++c) a[r][c] -= factor * w[c];
+    }
+  }
+  for (int i = 0; i < N; ++i)
+    for (int j = 0; j < N; ++j) root[i][j] = j > i ? 0.0 : a[j][j] < 0.0 ? -a[j][i] : a[j][i];
+}
+
+/* Standard deviations from the factor; rows above their ceiling are scaled down, which keeps correlations. */
+static void settle(softsoil_t *s) {
+  for (int i = 0; i < N; ++i) {
+    double sum = 0.0;
+    for (int j = 0; j <= i; ++j) sum += s->root[i][j] * s->root[i][j];
+    const int at = softsoil_order[i];
+    const double most = s->options.max_std[at];
+    s->std[at] = sqrt(sum);
+    if (s->std[at] > most) {
+      const double scale = most / s->std[at];
+      for (int j = 0; j <= i; ++j) s->root[i][j] *= scale;
+      s->std[at] = most;
+    }
+  }
+}
+
+/* Sigma points (paper, eq. (sigma_pts)), inside the bounds where `inside`. Columns: centre, active pairs, other pairs. */
+static void sigma_points(const softsoil_t *s, int inside, softsoil_points_t *x) {
+  const double step = sqrt(spread);
+  for (int i = 0; i < N; ++i) {
+    const int at = softsoil_order[i];
+    const double centre = s->x[at];
+    for (int k = 0; k < SOFTSOIL_ROW; ++k) x[at][k] = centre;
+    for (int j = 0; j <= i; ++j) {
+      const double away = step * s->root[i][j];
+      x[at][1 + 2 * j] = inside ? clipped(centre + away, at) : centre + away;
+      x[at][2 + 2 * j] = inside ? clipped(centre - away, at) : centre - away;
+    }
+  }
+}
+
+static double mean_of(const double *row) {
+  double sum = 0.0;
+  for (int k = 1; k < SOFTSOIL_POINTS; ++k) sum += row[k];
+  return mean_centre * row[0] + mean_other * sum;
+}
+
+int softsoil_defaults(softsoil_options_t *options) {
+  static const softsoil_options_t declared = {
+      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0}, {0.02, 0.02, 0.002, 0.1, 0.05, 0.02, 0.002, 0.002}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0, 1.0},
+      25, 0};
+  if (!options) return SOFTSOIL_NULL_POINTER;
+  *options = declared;
+  return SOFTSOIL_OK;
+}
+
+static int positive(const double *values, int n, double least) {
+  for (int i = 0; i < n; ++i)
+    if (!isfinite(values[i]) || !(values[i] >= least) || values[i] > 1e9) return 0;
+  return 1;
+}
+
+static int options_are_good(const softsoil_options_t *o) {
+  for (int i = 0; i < SOFTSOIL_N_P; ++i)
+    if (!isfinite(o->p[i])) return 0;
+  return positive(o->q_std, N, 0.0) && positive(o->r_std, NY, 1e-9) && positive(o->max_std, N, 1e-9) && o->gate > 0.0 &&
+         o->standstill_speed >= 0.0 && isfinite(o->standstill_speed) && o->gate_patience >= 0;
+}
+
+int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double x0[SOFTSOIL_N_X],
+                  const double std0[SOFTSOIL_N_X], double t) {
+  static const double first[N] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5, 0.5}, first_std[N] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005, 0.2, 0.2};
+  static const double first_u[SOFTSOIL_N_U] = {0.0, 0.0, 0.0, 15.0, 15.0, 15.0, 15.0};
+  softsoil_options_t chosen;
+  if (!s) return SOFTSOIL_NULL_POINTER;
+  softsoil_defaults(&chosen);
+  if (options) chosen = *options;
+  memset(s, 0, sizeof *s);
+  if (!options_are_good(&chosen)) return SOFTSOIL_BAD_ARGUMENT;
+  if (!isfinite(t)) return SOFTSOIL_TIME_NOT_FINITE;
+  s->options = chosen;
+  s->t = t;
+  s->last_dt = SOFTSOIL_STEP;
+  s->consistency = 1.0;
+  for (int i = 0; i < N; ++i) {
+    const double at = x0 ? x0[i] : first[i], std = std0 ? std0[i] : first_std[i];
+    if (!isfinite(at) || fabs(at) > 1e9 || !isfinite(std) || !(std > 0.0) || std > 1e9) return SOFTSOIL_BAD_ARGUMENT;
+    s->x[i] = clipped(at, i);
+    s->std[i] = std;
+  }
+  s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
+  for (int i = 0; i < N; ++i) s->root[i][i] = s->std[softsoil_order[i]];
+  for (int i = 0; i < SOFTSOIL_N_U; ++i) s->u[i] = s->u_full[i] = first_u[i];
+  for (int i = 0; i < NY; ++i) s->t_y[i] = -HUGE_VAL;
+  settle(s);
+  s->magic = MAGIC;
+  return SOFTSOIL_OK;
+}
+
+/* Inputs that can be used, in place of those that cannot; a status. */
+static int take_inputs(softsoil_t *s, const double *u) {
+  int status = SOFTSOIL_OK;
+  for (int i = 0; i < SOFTSOIL_N_U; ++i) {
+    if (!isfinite(u[i])) {
+      status = graver(status, count(s, SOFTSOIL_INPUT_NOT_FINITE));
+    } else if (fabs(u[i]) > u_limit[i]) {
+      status = graver(status, count(s, SOFTSOIL_INPUT_OUT_OF_RANGE));
+    } else {
+      s->u[i] = u[i];
+    }
+  }
+  return status;
+}
+
+/* Noise of the process over dt, into the rows of A from `row` on; the soil rests where it is held. */
+static int add_noise(const softsoil_t *s, double dt, int hold, double (*a)[N], int row) {
+  const double root_dt = sqrt(dt);
+  for (int i = 0; i < N; ++i) {
+    const int at = softsoil_order[i];
+    if (hold && is_soil[at]) continue;
+    for (int j = 0; j < N; ++j) a[row][j] = 0.0;
+    a[row++][i] = s->options.q_std[at] * root_dt;
+  }
+  return row;
+}
+
+static int all_finite(const double *values, int n) {
+  double sum = 0.0;
+  for (int i = 0; i < n; ++i) sum += 0.0 * values[i];
+  return sum >= 0.0; /* 0 times anything finite is 0, anything else is NaN */
+}
+
+/* The vehicle stands: position and soil are held, slip velocities fade, u follows the commanded acceleration where the
+ * wheels turn; no force is evaluated. */
+static void stand(softsoil_t *s, double dt) {
+  static const int32_t fades[N] = {0, 0, 0, 0, 1, 1, 0, 0};
+  double a[2 * N][N];
+  const double keep = exp(-dt / 0.1);
+  int rolling = 0;
+  rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_fl]) > 0.5;
+  rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_fr]) > 0.5;
+  rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_rl]) > 0.5;
+  rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_rr]) > 0.5;
+  for (int i = 0; i < N; ++i) {
+    const int at = softsoil_order[i];
+    const double share = fades[at] || (at == SOFTSOIL_X_u && !rolling) ? keep : 1.0;
+    if (fades[at] || at == SOFTSOIL_X_u) s->x[at] *= share;
+    for (int j = 0; j < N; ++j) a[j][i] = share * s->root[i][j];
+  }
+  if (rolling) s->x[SOFTSOIL_X_u] += dt * s->u[SOFTSOIL_U_a_x];
+  triangularise(a, add_noise(s, dt, 1, a, N), s->root);
+}
+
+/* One step of the model for all sigma points. 0 where the model has no finite answer; the filter is then unchanged. */
+static int move(softsoil_t *s, double dt) {
+  softsoil_points_t x[N], rates[N];
+  softsoil_forces_t forces;
+  double a[SOFTSOIL_POINTS + N][N], mean[N];
+  sigma_points(s, 1, x);
+  if (SOFTSOIL_N_M > 0) {
+    softsoil_model_read(s->x, s->u, s->options.p, s->m, s->u_full);
+  } else {
+    memcpy(s->u_full, s->u, sizeof s->u);
+  }
+  softsoil_model_forces((const softsoil_points_t *)x, s->u_full, s->options.p, &forces);
+  softsoil_model_rates((const softsoil_points_t *)x, s->u_full, s->options.p, &forces, rates);
+  for (int i = 0; i < N; ++i) {
+    const int at = softsoil_order[i];
+    for (int k = 0; k < SOFTSOIL_ROW; ++k) x[at][k] += dt * rates[at][k];
+    mean[i] = mean_of(x[at]);
+    a[0][i] = root_centre * (x[at][0] - mean[i]);
+    for (int k = 1; k < SOFTSOIL_POINTS; ++k) a[k][i] = root_other * (x[at][k] - mean[i]);
+  }
+  if (!all_finite(&a[0][0], SOFTSOIL_POINTS * N) || !all_finite(mean, N)) return 0;
+  if (SOFTSOIL_N_M > 0) softsoil_model_advance(s->x, s->u_full, s->options.p, s->m, dt, &forces);
+  for (int i = 0; i < N; ++i) s->x[softsoil_order[i]] = clipped(mean[i], softsoil_order[i]);
+  triangularise(a, add_noise(s, dt, 0, a, SOFTSOIL_POINTS), s->root);
+  return 1;
+}
+
+static int check_dt(double dt) {
+  if (!isfinite(dt)) return SOFTSOIL_DT_NOT_FINITE;
+  if (dt < 0.0) return SOFTSOIL_DT_NEGATIVE;
+  if (!(dt > 0.0)) return SOFTSOIL_DT_ZERO;
+  return dt > SOFTSOIL_MAX_DT ? SOFTSOIL_DT_TOO_LONG : SOFTSOIL_OK;
+}
+
+int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
+  if (!s || !u) return SOFTSOIL_NULL_POINTER;
+  if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
+  const int bad = check_dt(dt);
+  if (bad) return count(s, bad);
+  int status = take_inputs(s, u);
+  if (!s->started) {
+    if (SOFTSOIL_N_M > 0) softsoil_model_start(s->x, s->u, s->options.p, s->m);
+    s->started = 1;
+  }
+  const int steps = dt > SOFTSOIL_MAX_STEP ? (int)ceil(dt / SOFTSOIL_MAX_STEP) : 1;
+  for (int k = 0; k < steps; ++k) {
+    s->standstill = s->reversing || s->x[SOFTSOIL_X_u] < s->options.standstill_speed;
+    if (s->standstill) {
+      stand(s, dt / steps);
+      status = graver(status, count(s, SOFTSOIL_STANDSTILL));
+    } else if (!move(s, dt / steps)) {
+      stand(s, dt / steps);
+      status = graver(status, count(s, SOFTSOIL_NUMERICAL));
+    }
+    for (int i = 0; i < N; ++i)
+      if (fabs(s->x[i]) > 1e9) s->x[i] = s->x[i] > 0.0 ? 1e9 : -1e9;
+    settle(s);
+  }
+  s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
+  s->t += dt;
+  s->last_dt = dt;
+  ++s->predictions;
+  return status;
+}
+
+/* Which measurements may be used, and what is wrong with the others. */
+static int screen(softsoil_t *s, const double *y, const unsigned char *valid, double t, int32_t *use) {
+  int status = SOFTSOIL_OK, some = 0;
+  for (int i = 0; i < NY; ++i) {
+    int found = SOFTSOIL_OK;
+    use[i] = 0;
+    if (valid && !valid[i]) continue;
+    if (!isfinite(y[i])) {
+      found = SOFTSOIL_MEASUREMENT_NOT_FINITE;
+    } else if (fabs(y[i]) > y_limit[i]) {
+      found = SOFTSOIL_MEASUREMENT_OUT_OF_RANGE;
+    } else if (t <= s->t_y[i]) {
+      found = SOFTSOIL_MEASUREMENT_REPEATED;
+    } else if (i == SOFTSOIL_Y_u && y[i] < -s->options.standstill_speed) {
+      found = SOFTSOIL_NEGATIVE_SPEED;
+    }
+    if (i == SOFTSOIL_Y_u && (found == SOFTSOIL_OK || found == SOFTSOIL_NEGATIVE_SPEED))
+      s->reversing = found == SOFTSOIL_NEGATIVE_SPEED;
+    if (found) {
+      status = graver(status, count(s, found));
+    } else {
+      use[i] = 1;
+      some = 1;
+    }
+  }
+  if (!some) status = graver(status, count(s, SOFTSOIL_NO_MEASUREMENT));
+  return status;
+}
+
+/* What the sigma points predict of the measurements. */
+typedef struct {
+  double dx[SOFTSOIL_POINTS][N]; /* weighted deviations, states in the library's order */
+  double dy[SOFTSOIL_POINTS][NY];
+  double s[NY][NY]; /* innovation covariance */
+} softsoil_prediction_t;
+
+static int predict_measurement(softsoil_t *s, const double *y, softsoil_prediction_t *out) {
+  softsoil_points_t x[N], seen[NY];
+  sigma_points(s, SOFTSOIL_MEASURES_FORCES, x);
+  const softsoil_forces_t *known = NULL;
+#if SOFTSOIL_MEASURES_FORCES
+  softsoil_forces_t forces;
+  softsoil_model_forces((const softsoil_points_t *)x, s->u_full, s->options.p, &forces);
+  known = &forces;
+#endif
+  softsoil_model_measure((const softsoil_points_t *)x, s->u_full, s->options.p, known, seen);
+  for (int i = 0; i < N; ++i) {
+    const double *row = x[softsoil_order[i]], mean = mean_of(row);
+    out->dx[0][i] = root_centre * (row[0] - mean);
+    for (int k = 1; k < SOFTSOIL_POINTS; ++k) out->dx[k][i] = root_other * (row[k] - mean);
+  }
+  for (int i = 0; i < NY; ++i) {
+    const double mean = mean_of(seen[i]), away = y[i] - mean;
+    s->innovation[i] = y_wraps[i] ? wrapped(away) : away;
+    out->dy[0][i] = root_centre * (seen[i][0] - mean);
+    for (int k = 1; k < SOFTSOIL_POINTS; ++k) out->dy[k][i] = root_other * (seen[i][k] - mean);
+  }
+  memset(out->s, 0, sizeof out->s);
+  for (int k = 0; k < SOFTSOIL_POINTS; ++k)
+    for (int i = 0; i < NY; ++i)
+      for (int j = 0; j < NY; ++j) out->s[i][j] += out->dy[k][i] * out->dy[k][j];
+  for (int i = 0; i < NY; ++i) {
+    out->s[i][i] += s->options.r_std[i] * s->options.r_std[i];
+    s->innovation_std[i] = sqrt(out->s[i][i]);
+  }
+  return all_finite(&out->s[0][0], NY * NY) && all_finite(&out->dx[0][0], SOFTSOIL_POINTS * N);
+}
+
+/* Each measurement against the gate. A run of rejections longer than the patience means that the estimate is wrong, not
+ * the sensor: the motion is made as uncertain as it takes (returns 1: predict the measurement again). */
+static int gate(softsoil_t *s, int32_t *use, int *status) {
+  double most = 1.0;
+  for (int i = 0; i < NY; ++i) {
+    if (!use[i]) continue;
+    const double ratio = fabs(s->innovation[i]) / (s->options.gate * s->innovation_std[i]);
+    if (ratio <= 1.0) {
+      s->gated_run[i] = 0;
+      continue;
+    }
+    if (s->options.gate_patience > 0 && ++s->gated_run[i] > s->options.gate_patience) {
+      most = ratio > most ? ratio : most;
+      s->gated_run[i] = 0;
+      *status = graver(*status, count(s, SOFTSOIL_GATE_REOPENED));
+    } else {
+      use[i] = 0;
+      *status = graver(*status, count(s, SOFTSOIL_MEASUREMENT_GATED));
+    }
+  }
+  if (!(most > 1.0)) return 0;
+  const double scale = most < 1e3 ? 2.0 * most : 2e3;
+  for (int i = 0; i < N; ++i)
+    if (!is_soil[softsoil_order[i]])
+      for (int j = 0; j <= i; ++j) s->root[i][j] *= scale;
+  settle(s);
+  return 1;
+}
+
+/* Gain, estimate and factor from the measurements in use; the soil is not touched where `hold`. */
+static void correct(softsoil_t *s, const softsoil_prediction_t *z, const int32_t *use, int hold) {
+  double chol[NY][NY], gain[N][NY] = {{0.0}}, a[SOFTSOIL_POINTS + NY][N], scaled[NY];
+  int at[NY], n = 0;
+  for (int i = 0; i < NY; ++i)
+    if (use[i]) at[n++] = i;
+  s->nis = 0.0;
+  for (int j = 0; j < n; ++j) {
+    for (int i = j; i < n; ++i) {
+      double sum = z->s[at[i]][at[j]];
+      for (int k = 0; k < j; ++k) sum -= chol[i][k] * chol[j][k];
+      /* S >= R > 0: only rounding can take a pivot below its measurement noise. */
+      const double least = 1e-14 * z->s[at[j]][at[j]];
+      chol[i][j] = i > j ? sum / chol[j][j] : sqrt(sum > least ? sum : least);
+    }
+    double sum = s->innovation[at[j]];
+    for (int k = 0; k < j; ++k) sum -= chol[j][k] * scaled[k];
+    scaled[j] = sum / chol[j][j];
+    s->nis += scaled[j] * scaled[j];
+  }
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < SOFTSOIL_POINTS; ++k)
+      for (int j = 0; j < N; ++j) gain[j][i] += z->dx[k][j] * z->dy[k][at[i]];
+  for (int j = 0; j < N; ++j) {
+    if (hold && is_soil[softsoil_order[j]]) {
+      for (int i = 0; i < n; ++i) gain[j][i] = 0.0;
+      continue;
+    }
+    for (int i = 0; i < n; ++i) {
+      for (int k = 0; k < i; ++k) gain[j][i] -= gain[j][k] * chol[i][k];
+      gain[j][i] /= chol[i][i];
+    }
+    for (int i = n - 1; i >= 0; --i) {
+      for (int k = i + 1; k < n; ++k) gain[j][i] -= gain[j][k] * chol[k][i];
+      gain[j][i] /= chol[i][i];
+    }
+  }
+  for (int k = 0; k < SOFTSOIL_POINTS; ++k) {
+    double row[N];
+    for (int j = 0; j < N; ++j) row[j] = z->dx[k][j];
+    for (int j = 0; j < N; ++j)
+      for (int i = 0; i < n; ++i) row[j] -= gain[j][i] * z->dy[k][at[i]];
+    for (int j = 0; j < N; ++j) a[k][j] = row[j];
+  }
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < N; ++j) a[SOFTSOIL_POINTS + i][j] = gain[j][i] * s->options.r_std[at[i]];
+  for (int j = 0; j < N; ++j) {
+    const int state = softsoil_order[j];
+    double step = 0.0;
+    for (int i = 0; i < n; ++i) step += gain[j][i] * s->innovation[at[i]];
+    s->x[state] = clipped(s->x[state] + step, state);
+  }
+  triangularise(a, SOFTSOIL_POINTS + n, s->root);
+  s->dof = n;
+}
+
+static int check_time(const softsoil_t *s, double t) {
+  if (!isfinite(t)) return SOFTSOIL_TIME_NOT_FINITE;
+  /* Clocks that count in steps differ by rounding. */
+  const double slack = 1e-6 + 1e-12 * fabs(t);
+  if (t < s->t - s->last_dt - slack) return SOFTSOIL_MEASUREMENT_LATE;
+  return t > s->t + s->last_dt + slack ? SOFTSOIL_MEASUREMENT_EARLY : SOFTSOIL_OK;
+}
+
+int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t) {
+  softsoil_prediction_t z;
+  int32_t use[NY];
+  double safe[NY];
+  int32_t some = 0;
+  if (!s || !y) return SOFTSOIL_NULL_POINTER;
+  if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
+  const int bad = check_time(s, t);
+  if (bad) return count(s, bad);
+  int status = screen(s, y, valid, t, use);
+  s->dof = 0;
+  s->nis = 0.0;
+  for (int i = 0; i < NY; ++i) {
+    s->used[i] = 0;
+    s->innovation[i] = 0.0;
+    safe[i] = use[i] ? y[i] : 0.0;
+    some |= use[i];
+  }
+  if (!some) return status;
+  if (!predict_measurement(s, safe, &z)) return graver(status, count(s, SOFTSOIL_NUMERICAL));
+  if (gate(s, use, &status) && !predict_measurement(s, safe, &z)) return graver(status, count(s, SOFTSOIL_NUMERICAL));
+  const int hold = s->standstill || s->reversing;
+  correct(s, &z, use, hold);
+  s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
+  settle(s);
+  for (int i = 0; i < NY; ++i) {
+    s->used[i] = use[i];
+    if (use[i]) s->t_y[i] = t;
+    if (!use[i]) s->innovation[i] = 0.0;
+  }
+  if (s->dof > 0) {
+    s->since += s->since < 80;
+    s->consistency += (s->nis / s->dof - s->consistency) / s->since;
+    if (s->since == 80 && s->consistency > 1.5) status = graver(status, count(s, SOFTSOIL_INCONSISTENT));
+  }
+  ++s->updates;
+  return status;
+}
+
+int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t) {
+  static const double first_std[N] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005, 0.2, 0.2};
+  static const int32_t measured[NY] = {0, 1, 2, 3, 4, 5}; /* state that each measurement is, or -1 */
+  int32_t use[NY];
+  if (!s || !y) return SOFTSOIL_NULL_POINTER;
+  if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
+  if (!isfinite(t)) return count(s, SOFTSOIL_TIME_NOT_FINITE);
+  for (int i = 0; i < NY; ++i) s->t_y[i] = -HUGE_VAL;
+  const int status = screen(s, y, valid, t, use);
+  for (int i = 0; i < N; ++i) {
+    const int at = softsoil_order[i];
+    double std = s->std[at];
+    if (!is_soil[at]) std = s->options.max_std[at] < first_std[at] ? s->options.max_std[at] : first_std[at];
+    for (int k = 0; k < NY; ++k)
+      if (use[k] && measured[k] == at) {
+        s->x[at] = clipped(y[k], at);
+        std = s->options.r_std[k];
+      }
+    for (int j = 0; j < N; ++j) s->root[i][j] = i == j ? std : 0.0;
+  }
+  for (int i = 0; i < NY; ++i) {
+    if (use[i]) s->t_y[i] = t;
+    s->gated_run[i] = 0;
+  }
+  s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
+  s->t = t;
+  s->started = 0;
+  s->since = 0;
+  s->consistency = 1.0;
+  settle(s);
+  return status;
+}
+
+int softsoil_replay(softsoil_t *s, size_t rows, const double *t, const double *u, const double *y, size_t every, double *x,
+                    double *std, double *nis, int32_t *dof) {
+  if (!s || !t || !u || !y) return SOFTSOIL_NULL_POINTER;
+  if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
+  if (rows == 0 || every == 0) return SOFTSOIL_BAD_ARGUMENT;
+  int status = SOFTSOIL_OK;
+  for (size_t k = 0; k < rows; ++k) {
+    if (k > 0) status = graver(status, softsoil_predict(s, u + (k - 1) * SOFTSOIL_N_U, t[k] - s->t));
+    if (k > 0 && k % every == 0) {
+      status = graver(status, softsoil_update(s, y + k * NY, NULL, t[k]));
+    } else {
+      s->dof = 0;
+    }
+    if (x) memcpy(x + k * N, s->x, sizeof s->x);
+    if (std) memcpy(std + k * N, s->std, sizeof s->std);
+    if (nis) nis[k] = s->dof > 0 ? s->nis : 0.0;
+    if (dof) dof[k] = s->dof;
+  }
+  return status;
+}
+
+int softsoil_covariance(const softsoil_t *s, double *covariance) {
+  if (!s || !covariance) return SOFTSOIL_NULL_POINTER;
+  if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
+  for (int i = 0; i < N; ++i)
+    for (int j = 0; j <= i; ++j) {
+      double sum = 0.0;
+      for (int k = 0; k <= j; ++k) sum += s->root[i][k] * s->root[j][k];
+      covariance[softsoil_order[i] * N + softsoil_order[j]] = sum;
+      covariance[softsoil_order[j] * N + softsoil_order[i]] = sum;
+    }
+  return SOFTSOIL_OK;
+}

@@ -1,0 +1,44 @@
+/* Between the library's two halves; nothing here is for callers. */
+#ifndef SOFTSOIL_MODEL_H
+#define SOFTSOIL_MODEL_H
+
+#include "softsoil.h"
+
+#define SOFTSOIL_POINTS (2 * SOFTSOIL_N_X + 1)
+/* Points per row: a multiple of the widest vector. */
+#define SOFTSOIL_ROW (((SOFTSOIL_POINTS + 7) / 8) * 8)
+/* States on which the force of some wheel depends; the first in softsoil_order. */
+#define SOFTSOIL_ACTIVE 5
+#define SOFTSOIL_ACTIVE_POINTS (2 * SOFTSOIL_ACTIVE + 1)
+#define SOFTSOIL_CALLS 2
+#define SOFTSOIL_ARGUMENTS 6
+#define SOFTSOIL_OUTPUTS 2
+#define SOFTSOIL_FORCES (SOFTSOIL_CALLS * SOFTSOIL_OUTPUTS)
+#define SOFTSOIL_MEASURES_FORCES 0
+#define SOFTSOIL_N_PROVIDED 0
+/* Arrays in C have at least one entry. */
+#define SOFTSOIL_SOME(n) ((n) > 0 ? (n) : 1)
+
+#define SOFTSOIL_CELLS SOFTSOIL_SOME(SOFTSOIL_N_M)
+
+/* The order of the factor's rows: active states first, so that the others share the centre's forces. */
+static const int softsoil_order[SOFTSOIL_N_X] = {3, 4, 5, 6, 7, 0, 1, 2};
+
+/* Points are columns: 0 the centre, then the active pairs, then the rest. F: forces of all wheels at all points. */
+typedef double softsoil_points_t[SOFTSOIL_ROW];
+typedef struct {
+  softsoil_points_t f[SOFTSOIL_SOME(SOFTSOIL_FORCES)];
+} softsoil_forces_t;
+
+void softsoil_model_forces(const softsoil_points_t *x, const double *u, const double *p, softsoil_forces_t *out);
+void softsoil_model_rates(const softsoil_points_t *x, const double *u, const double *p, const softsoil_forces_t *forces,
+                          softsoil_points_t *rates);
+void softsoil_model_measure(const softsoil_points_t *x, const double *u, const double *p,
+                            const softsoil_forces_t *forces, softsoil_points_t *y);
+/* Histories: full input, the next cells (force at the centre in `forces`), the first cells. */
+void softsoil_model_read(const double *x, const double *u_external, const double *p, const double *m, double *u);
+void softsoil_model_advance(const double *x, const double *u, const double *p, double *m, double dt,
+                            const softsoil_forces_t *forces);
+void softsoil_model_start(const double *x, const double *u_external, const double *p, double *m);
+
+#endif

@@ -1,0 +1,36 @@
+"""Generated folders that several tests compile: the reference vehicle without effects and with two that keep histories."""
+
+from functools import lru_cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+from drives import reference_vehicle
+from mpc_demo.c_library import CLibrary, c_library_texts
+from symbolic.clibrary.library import write_library
+from symbolic.declaration import Declaration
+from symbolic.soil import CLAY
+
+TRACKS = {"multipass": {"kappa": 0.7}, "load_transfer": {"transfer_height": 0.63, "roll_sweep": 0.008}}
+NAMES = ("plain", "tracks")
+SCALAR = ("-O2", "-DSOFTSOIL_SCALAR")
+
+
+@lru_cache(maxsize=2)
+def declared(name: str) -> Declaration:
+    """The reference vehicle on clay: plain, or on two tracks in its own ruts."""
+    plain = Declaration(reference_vehicle().with_(effects={}), CLAY)
+    return plain if name == "plain" else plain.with_effects(TRACKS)
+
+
+@lru_cache(maxsize=4)
+def folder(name: str) -> Path:
+    """The generated library of `declared(name)`."""
+    path = Path(mkdtemp(prefix="softsoil_c_"))
+    write_library(path, c_library_texts(declared(name)))
+    return path
+
+
+@lru_cache(maxsize=8)
+def library(name: str, flags: tuple[str, ...] = SCALAR) -> CLibrary:
+    """It, compiled."""
+    return CLibrary(folder(name), flags)
