@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 
 RATE_WINDOW = 5
 """Samples of the straight line whose slope is the steering rate: two to each side, so that a step stays a step."""
+MOST_ACCELERATION = 12.0
+"""m/s^2: more than tyres can do on any soil; an accelerometer that says more has been hit, and its sample is left out."""
 REVERSING = -0.2
 """m/s: below this, for longer than noise does, the vehicle reverses."""
 REVERSING_SAMPLES = 25
@@ -76,6 +78,8 @@ def _filled(recording: Recording) -> tuple[dict[str, Array], dict[str, int]]:
     filled, count = {}, {}
     for name, values in recording.channels.items():
         bad = ~np.isfinite(values)
+        if name in ("a_x_imu", "a_y_imu"):
+            bad |= np.abs(values) > MOST_ACCELERATION
         if bad.all():
             continue
         if bad.any():

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from refinement.fit import Free
+from refinement.fit import Fit
 from refinement.trace import Bench, Candidate, fit_base, held_cost, rank
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
@@ -49,32 +49,48 @@ def select(bench: Bench, declaration: Declaration, workers: int, progress: Calla
     known = catalogue(declaration.vehicle)
     open_effects = {name: effect for name, effect in known.items() if name not in declaration.vehicle.effects}
     first = rank(bench, open_effects, workers, progress)
-    ranking = first
-    accepted: list[Candidate] = []
-    groups: list[tuple[str, ...]] = []
+    ranking: list[Candidate] = first
+    accepted: dict[str, Candidate] = {}
+    groups: dict[str, tuple[str, ...]] = {}
+    seen: set[frozenset[str]] = set()
     while len(accepted) < MOST_EFFECTS:
         best = next((c for c in ranking if supported(c, open_effects[c.name])), None)
         if best is None:
             break
-        groups.append((best.name, *like(best, ranking, bench)))
-        accepted.append(best)
-        bench = accept(bench, best, open_effects[best.name])
-        again = [c.name for c in first if c.name not in {a.name for a in accepted}][:SECOND_LOOK]
+        groups[best.name] = (best.name, *like(best, ranking, bench))
+        accepted[best.name] = best
+        bench, dropped = accept(bench, best, {name: open_effects[name] for name in accepted})
+        for name in dropped:
+            del accepted[name], groups[name]
+        if frozenset(accepted) in seen:  # the same set again: no more to gain by exchange
+            break
+        seen.add(frozenset(accepted))
+        again = [c.name for c in first if c.name not in accepted and c.name not in dropped][:SECOND_LOOK]
         ranking = rank(bench, {name: open_effects[name] for name in again}, workers, lambda share: None)
-    return Selection(tuple(accepted), bench, tuple(first), tuple(groups))
+    return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()))
 
 
 def supported(candidate: Candidate, effect: Effect) -> bool:
-    """Whether held-out data support the effect: gain, its significance, and parameters that are identified."""
-    if candidate.gain < LEAST_GAIN or candidate.gain < LEAST_SIGMAS * candidate.std or candidate.fit.at_bound:
+    """Whether held-out data support the effect: gain, its significance, and a leading parameter that is identified."""
+    if candidate.gain < LEAST_GAIN or candidate.gain < LEAST_SIGMAS * candidate.std:
         return False
-    values = candidate.fit.named()
-    strengths = [
-        abs(value - effect.parameters[name].nominal) / max(std, 1e-12)
-        for name, (value, std) in values.items()
-        if name in effect.parameters
-    ]
-    return max(strengths) >= LEAST_PARAMETER_SIGMAS
+    lead = effect.parameters[0].name
+    if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
+        return False
+    return strength(candidate.fit, effect) >= LEAST_PARAMETER_SIGMAS
+
+
+def strength(fit: Fit, effect: Effect) -> float:
+    """How many standard errors the effect's best determined parameter stands from absence; 0 where none is free."""
+    values = fit.named()
+    return max(
+        (
+            abs(values[s.name][0] - s.nominal) / max(values[s.name][1], 1e-12)
+            for s in effect.parameters
+            if s.name in values
+        ),
+        default=0.0,
+    )
 
 
 def like(best: Candidate, ranking: list[Candidate], bench: Bench) -> tuple[str, ...]:
@@ -91,9 +107,26 @@ def like(best: Candidate, ranking: list[Candidate], bench: Bench) -> tuple[str, 
     return tuple(names)
 
 
-def accept(bench: Bench, candidate: Candidate, effect: Effect) -> Bench:
-    """The bench with the effect in the model at its fitted parameters, which stay free beside the next candidate."""
-    own = {f.name for f in candidate.fit.free if f.name in effect.parameters}
-    free: list[Free] = [f for f in candidate.fit.free if f.name in own]
-    grown = replace(bench, absent=candidate.fit.p, accepted=(*bench.accepted, *free))
-    return replace(grown, absent=fit_base(grown).p)
+def accept(bench: Bench, candidate: Candidate, effects: Mapping[str, Effect]) -> tuple[Bench, tuple[str, ...]]:
+    """The bench with the candidate in the model, and the names of earlier effects that it has made superfluous.
+
+    effects: all accepted ones, the candidate's among them. Their parameters stay free; an effect that no longer stands off
+    its absence was in the place of this one, and goes.
+    """
+    own = [f for f in candidate.fit.free if f.name in effects[candidate.name].parameters]
+    grown = replace(bench, absent=candidate.fit.p, accepted=(*bench.accepted, *own))
+    refit = fit_base(grown)
+    grown = replace(grown, absent=refit.p)
+    dropped = tuple(
+        name
+        for name, effect in effects.items()
+        if name != candidate.name and strength(refit, effect) < LEAST_PARAMETER_SIGMAS
+    )
+    if not dropped:
+        return grown, ()
+    p, gone = grown.absent.copy(), {s.name for name in dropped for s in effects[name].parameters}
+    for name in dropped:
+        for signal in effects[name].parameters:
+            p[:, grown.model.p.index(signal.name)] = signal.nominal
+    grown = replace(grown, absent=p, accepted=tuple(f for f in grown.accepted if f.name not in gone))
+    return replace(grown, absent=fit_base(grown).p), dropped
