@@ -1,0 +1,217 @@
+"""Parts of the closed loop: noisy sensors, the estimator on them, the plan that is followed, and the pedals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from estimator.compiled import CompiledFunction
+from estimator.terrain import Tuning, terrain_model
+from estimator.ukf import UnscentedKalmanFilter
+from mpc_demo.ocp import Ocp
+from plant.world import Sample
+from recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
+from recording.noise import TABLE5
+from symbolic.discretize import advance_memory, read_memory
+from symbolic.model import Model
+
+Array = NDArray[np.float64]
+
+TICK = 0.012
+"""s: the estimator's prediction step."""
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What goes wrong with the sensors: `dropout` (from, to) s without any of the six states; `burst` (from, to) s in which
+    every third measurement of each state jumps by 12 standard deviations.
+    """
+
+    dropout: tuple[float, float] | None = None
+    burst: tuple[float, float] | None = None
+
+
+@dataclass
+class NoisySensors:
+    """The six measured states with Table-5 noise; wheel speeds, steering and accelerometer are taken as read.
+
+    seed: of the noise; faults: see Faults. `read` gives (6,) values, NaN where there is none.
+    """
+
+    seed: int
+    faults: Faults = field(default_factory=Faults)
+
+    def __post_init__(self) -> None:
+        self._rng = np.random.default_rng(self.seed)
+        self.std = np.array([TABLE5[name] for name in STATE_CHANNELS])
+
+    def read(self, t: float, sample: Sample) -> Array:
+        """(6,) x, y, psi, u, v, omega_z as measured at t (s)."""
+        y = np.array([sample[name] for name in STATE_CHANNELS]) + self.std * self._rng.standard_normal(6)
+        jump = self._rng.random(6) < 1.0 / 3.0
+        sign = self._rng.choice([-1.0, 1.0], 6)
+        if self.faults.burst and self.faults.burst[0] <= t < self.faults.burst[1]:
+            y = np.where(jump, y + 12.0 * sign * self.std, y)
+        if self.faults.dropout and self.faults.dropout[0] <= t < self.faults.dropout[1]:
+            y[:] = np.nan
+        return y
+
+
+class LoopEstimator:
+    """The terrain filter on live measurements, with one n for both axles.
+
+    model: bicycle with its effects; n0: first guess; learn: whether n is estimated or stays what `set_n` says;
+    x0 (6,): where the vehicle starts; std (6,): of the sensors.
+    """
+
+    def __init__(self, model: Model, n0: float, learn: bool, x0: ArrayLike, std: Array, tuning: Tuning | None = None) -> None:
+        tuning = tuning or Tuning()
+        self.learn = learn
+        self.augmented = terrain_model(model, tied=True)
+        extra = len(self.augmented.x) - 6
+        first = np.concatenate([np.asarray(x0, dtype=float), self.augmented.x.nominal[6:]])
+        is_n = np.array([name == "n" for name in self.augmented.x.names[6:]])
+        first[6:][is_n] = n0
+        spread = np.where(is_n, tuning.n_std if learn else 0.0, 1e-2)
+        walk = np.where(is_n, tuning.n_walk if learn else 0.0, 1e-4) if extra else np.zeros(0)
+        start = np.array([0.3, 0.3, 0.01, 0.1, 0.1, 0.02])
+        q = np.concatenate([tuning.model_error, walk]) ** 2 * TICK
+        self.filter = UnscentedKalmanFilter(
+            self.augmented, TICK, q=q, r=std**2, x0=first, p0=np.concatenate([start, spread]) ** 2, gate=tuning.gate
+        )
+        self._every, self._count = tuning.update_every, 0
+        self._n_at = self.augmented.x.index("n")
+        self._psi = float(first[2])
+        self._u = np.zeros(len(self.augmented.external))
+
+    def set_n(self, n: float) -> None:
+        """Tell a filter that does not learn what n is."""
+        if not self.learn:
+            x = self.filter.x
+            x[self._n_at] = n
+            self.filter.x = x
+
+    def tick(self, inputs: dict[str, float], y: Array) -> None:
+        """Predict over one tick with the inputs by name, update with y (6,) every second one."""
+        self._u = np.array([inputs[name] for name in self.augmented.external.names])
+        self.filter.predict(self._u)
+        self._count += 1
+        if self._count % self._every == 0:
+            y = y.copy()
+            y[2] += 2 * np.pi * np.round((self.filter["psi"] - y[2]) / (2 * np.pi))
+            self.filter.update(y)
+
+    @property
+    def n(self) -> float:
+        """Estimate of n."""
+        return self.filter["n"]
+
+    @property
+    def n_std(self) -> float:
+        """Its standard deviation."""
+        return self.filter.std("n")
+
+    @property
+    def states(self) -> Array:
+        """(n_x,) states of the model, n left out."""
+        return np.delete(self.filter.x, self._n_at)
+
+    @property
+    def gated(self) -> int:
+        """Measurements left out because they were outside the gate."""
+        return sum(self.filter.counts.gated.values())
+
+
+class Histories:
+    """The stage parameters r over a horizon: the model's histories rolled along the planned states."""
+
+    def __init__(self, ocp: Ocp) -> None:
+        self.ocp = ocp
+        self._roll: CompiledFunction | None = None
+        if not ocp.model.memories:
+            return
+        z, w, _, s = ocp.symbols()
+        m = ca.SX.sym("m", len(ocp.model.cells))
+        x, p = z[: len(ocp.model.x)], s[: len(ocp.model.p)]
+        full = read_memory(ocp.model)(x, ocp.external(z, w, s), p, m)
+        after = advance_memory(ocp.model, ocp.settings.dt)(x, full, p, m)
+        one = ca.Function("roll", [m, z, w, s], [after, full[len(ocp.model.external) :]])
+        self._roll = CompiledFunction(one)
+
+    def along(self, m: Array | None, z: Array, w: Array, s: Array) -> Array:
+        """(N, n_r) from the present memory m (n_m,) along z (N + 1, n_z), w (N, n_w) with parameters s (n_s,)."""
+        r = np.zeros((len(w), len(self.ocp.r)))
+        if self._roll is None or m is None:
+            return r
+        into, out = self._roll.inputs, self._roll.outputs
+        into[0][:, 0], into[3][:, 0] = m, s
+        for k in range(len(w)):
+            into[1][:, 0], into[2][:, 0] = z[k], w[k]
+            self._roll.run()
+            r[k] = out[1][:, 0]
+            into[0][:] = out[0]
+        return r
+
+
+@dataclass
+class PlanFollower:
+    """Follows the last good plan; without a new one for `patience` s it straightens and slows down.
+
+    dt: step of the plan (s). steer(t), speed(t), a_x(t) from the plan's own time.
+    """
+
+    dt: float
+    patience: float = 1.0
+    steer_rate: float = 0.3
+    slowing: float = -1.5
+
+    def __post_init__(self) -> None:
+        self._t0, self._steer, self._u, self._a = 0.0, np.zeros(2), np.full(2, 5.0), np.zeros(2)
+
+    def take(self, t0: float, steer: Array, u: Array, a_x: Array) -> None:
+        """A plan whose first state stands at t0 (s): steering angles and speeds (N + 1,), accelerations (N,)."""
+        self._t0, self._steer, self._u, self._a = t0, steer.copy(), u.copy(), a_x.copy()
+
+    def lost(self, t: float) -> bool:
+        """Whether the plan is too old to be followed."""
+        return t - self._t0 > self.patience
+
+    def command(self, t: float, steer_now: float) -> tuple[float, float, float]:
+        """(steering angle at t, speed, acceleration): of the plan, or the safe ones where it is lost."""
+        if self.lost(t):
+            away = TICK * self.steer_rate
+            return steer_now - float(np.clip(steer_now, -away, away)), 0.0, self.slowing
+        age = (t - self._t0) / self.dt
+        k = min(int(age), len(self._a) - 1)
+        places = np.arange(len(self._steer))
+        return float(np.interp(age, places, self._steer)), float(np.interp(age, places, self._u)), float(self._a[k])
+
+
+@dataclass
+class Pedals:
+    """Throttle and brake for an acceleration and a speed: feed-forward, proportional and integral."""
+
+    base: float = 0.15
+    gain: float = 0.12
+    proportional: float = 0.35
+    integral: float = 0.15
+    brake: float = 0.12
+    _sum: float = 0.0
+
+    def __call__(self, a_x: float, wanted: float, u: float) -> tuple[float, float]:
+        """(throttle, brake) in [0, 1] for a_x (m/s^2) now and the speeds wanted and present (m/s)."""
+        error = wanted - u
+        asked = self.base + self.gain * a_x + self.proportional * error + self._sum
+        if 0.0 < asked < 1.0:
+            self._sum = float(np.clip(self._sum + self.integral * error * TICK, -0.3, 0.5))
+        braking = float(np.clip(-self.brake * (a_x + 1.0) if a_x < -1.0 else 0.0, 0.0, 1.0))
+        return float(np.clip(asked, 0.0, 1.0)) if braking == 0.0 else 0.0, braking
+
+
+def wheel_slip(sample: Sample, u: float, radius: float) -> float:
+    """Mean slip 1 - u/(r omega) of the measured wheel speeds (rad/s) at the speed u (m/s), within [-0.3, 0.6]."""
+    spin = float(np.mean([sample[name] for name in WHEEL_CHANNELS]))
+    return float(np.clip(1.0 - u / max(radius * spin, 0.1), -0.3, 0.6))
