@@ -8,6 +8,7 @@ from mpc_demo.commands_bench import bench
 from mpc_demo.commands_blind import blind_test
 from mpc_demo.commands_calibrate import calibrate
 from mpc_demo.commands_case import case_app
+from mpc_demo.commands_drive import drive
 from mpc_demo.commands_estimate import estimate
 from mpc_demo.commands_generate import generate
 from mpc_demo.commands_refine import refine_command
@@ -25,7 +26,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (study, estimate, residual, generate, calibrate, sweep, bench):
+for command in (study, estimate, residual, generate, calibrate, sweep, bench, drive):
     app.command()(command)
 app.command("refine")(refine_command)
 app.command("blind-test")(blind_test)

@@ -122,7 +122,9 @@ class ClosedLoop:
 class _Run:
     """One drive."""
 
-    def __init__(self, loop: ClosedLoop, scenario: Scenario, controller: str, seed: int, faults: Faults, disturb) -> None:
+    def __init__(
+        self, loop: ClosedLoop, scenario: Scenario, controller: str, seed: int, faults: Faults, disturb
+    ) -> None:
         self.ocp, self.solver, self.histories = loop.ocp, loop.solver, loop.histories
         self.scenario, self.controller, self.disturb = scenario, controller, disturb
         self.sensors = NoisySensors(seed, faults)
@@ -169,7 +171,9 @@ class _Run:
 
     def _estimate(self, t: float, sample: Sample, steer_rate: float) -> None:
         states = self.estimator.states
-        self.estimator.set_n(self.scenario.n_true(sample["x"]) if self.controller == "n_true" else self.scenario.n_guess)
+        self.estimator.set_n(
+            self.scenario.n_true(sample["x"]) if self.controller == "n_true" else self.scenario.n_guess
+        )
         inputs = {name: sample[name] for name in ("omega_fl", "omega_fr", "omega_rl", "omega_rr")}
         a_x = sample["a_x_imu"] + states[4] * states[5]
         self.estimator.tick(

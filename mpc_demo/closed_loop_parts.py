@@ -67,7 +67,9 @@ class LoopEstimator:
     x0 (6,): where the vehicle starts; std (6,): of the sensors.
     """
 
-    def __init__(self, model: Model, n0: float, learn: bool, x0: ArrayLike, std: Array, tuning: Tuning | None = None) -> None:
+    def __init__(
+        self, model: Model, n0: float, learn: bool, x0: ArrayLike, std: Array, tuning: Tuning | None = None
+    ) -> None:
         tuning = tuning or Tuning()
         self.learn = learn
         self.augmented = terrain_model(model, tied=True)
