@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -136,15 +136,25 @@ OUTSIDE: Mapping[str, Callable[[Generator], dict[str, Any]]] = {
 """Effects of the plant that the catalogue lacks."""
 
 
-def draw_cases(drives: int, seed: int, duration: float = DURATION) -> list[Case]:
-    """Cases as JSON values: drives of `duration` (s), the kinds in turns, each effect drawn before one comes again."""
+def draw_cases(
+    drives: int, seed: int, duration: float = DURATION, candidates: Sequence[str] | None = None
+) -> list[Case]:
+    """Cases as JSON values: drives of `duration` (s), the kinds in turns, each effect drawn before one comes again.
+
+    seed: of all that is drawn; candidates: a coarse test draws from these effects and tries no others.
+    Raises ValueError for a candidate that no drive can have.
+    """
+    for name in candidates or ():
+        if name not in INSIDE:
+            raise ValueError(f"candidates: expected names of {', '.join(INSIDE)}; found {name!r}")
     rng = np.random.default_rng([seed, 2])
-    inside, outside = _in_turns(rng, list(INSIDE)), _in_turns(rng, list(OUTSIDE))
+    inside, outside = _in_turns(rng, list(candidates or INSIDE)), _in_turns(rng, list(OUTSIDE))
+    more = {} if candidates is None else {"candidates": list(candidates)}
     cases = []
     for index in range(drives):
         kind = KINDS[index % len(KINDS)]
         soil = str(rng.choice(list(N_RANGES)))
-        case: Case = {"seed": seed, "index": index, "kind": kind, "soil": soil, "duration": duration}
+        case: Case = {"seed": seed, "index": index, "kind": kind, "soil": soil, "duration": duration, **more}
         case["n"] = float(rng.uniform(*N_RANGES[soil]))
         names = ("speed", "wave", "period")
         spans = ((4.5, 6.5), (1.0, 1.8), (9.0, 13.0))

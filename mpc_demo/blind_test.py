@@ -42,7 +42,7 @@ def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:
     began = time.perf_counter()
     recording = drive_case(case)
     drove = time.perf_counter() - began
-    found = refine([recording], declared_for(case["soil"]), workers=1)
+    found = refine([recording], declared_for(case["soil"]), workers=1, candidates=case.get("candidates"))
     right, why = score(case, found)
     ranking = [{"name": c.name, "gain": c.gain, "std": c.std, "values": c.fit.named()} for c in found.ranking[:6]]
     content = {
@@ -104,16 +104,20 @@ def relative_error(name: str, true: float, effect: str, found: Refinement) -> fl
 
 
 def run_blind(
-    cases: Sequence[Case], out: Path, workers: int, progress: Callable[[float], None]
+    cases: Sequence[Case], out: Path, workers: int, progress: Callable[[int, dict[str, Any] | None], None]
 ) -> tuple[list[dict[str, Any] | None], dict[int, str]]:
-    """Results of all cases, and the reasons of those that failed; written as they come, resumed where it stopped."""
+    """Results of all cases, and the reasons of those that failed; written as they come, resumed where it stopped.
+
+    out: folder of the results; workers: drives at a time; progress: told each case's place and result.
+    """
     results: list[dict[str, Any] | None] = []
     failures: dict[int, str] = {}
     for start in range(0, len(cases), workers):
         done = run_sweep(trace_case, cases[start : start + workers], out, workers)
-        results += done.results
+        for i, result in enumerate(done.results, start):
+            results.append(result)
+            progress(i, result)
         failures |= {start + i: reason for i, reason in done.failures.items()}
-        progress(len(results) / len(cases))
     return results, failures
 
 

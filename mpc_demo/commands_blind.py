@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -33,7 +33,7 @@ def blind_test(
     folder = output_folder(out, "blind-test")
     cases = draw_cases(drives, seed, duration)
     with progress(f"{drives} drives of the plant") as told:
-        results, failures = run_blind(cases, folder, workers, told)
+        results, failures = run_blind(cases, folder, workers, lambda i, result: _tell(cases[i], result, drives, told))
     console.print(result_table(cases, results))
     for index, reason in failures.items():
         console.print(f"drive {index} failed: {reason}", highlight=False)
@@ -43,6 +43,13 @@ def blind_test(
     rows = [{"case": case, "result": result} for case, result in zip(cases, results, strict=True)]
     content = {"totals": counts, "drives": rows, "failures": {str(i): reason for i, reason in failures.items()}}
     say_written([write_json(folder / "blind.json", content), folder / RESULTS])
+
+
+def _tell(case: Case, result: dict[str, Any] | None, drives: int, told: Callable[[float], None]) -> None:
+    told((case["index"] + 1) / drives)
+    if not console.is_terminal:
+        found = "failed" if result is None else ("right" if result["right"] else "wrong") + f": {result['why']}"
+        console.print(f"{case['index']} {case['name'] or 'nothing'}: {found}", highlight=False)
 
 
 def result_table(cases: Sequence[Case], results: Sequence[dict[str, Any] | None]) -> Table:
