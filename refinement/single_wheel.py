@@ -15,6 +15,7 @@ from recording.rig import MOTION, SOIL_KEYS, WheelRun
 from symbolic.bekker import Bekker
 from symbolic.dallas import Dallas
 from symbolic.dallas_refit import DallasRefit, soil_class
+from symbolic.domain import check_contact
 from symbolic.soil import SOILS, Soil
 from symbolic.turn_slip import TurnSlip
 from symbolic.turn_slip_calibrated import TurnSlipCalibrated
@@ -86,7 +87,8 @@ def soil_column(run: WheelRun) -> Array:
 def predict(law: ForceLaw, runs: Sequence[WheelRun], load: str = "moment") -> list[Array]:
     """(4, N) f_x, f_y, m_y, sinkage per run (N, N, N m, m), in the wheel frame.
 
-    load: "moment" for the load measured at each sample, "mean" for its mean over the run. ValueError for another word.
+    load: "moment" for the load measured at each sample, "mean" for its mean over the run. ValueError for another word,
+    or a run outside the domain of the laws.
     """
     if load not in ("moment", "mean"):
         raise ValueError(f"load: expected moment or mean, found {load!r}")
@@ -98,9 +100,19 @@ def predict(law: ForceLaw, runs: Sequence[WheelRun], load: str = "moment") -> li
         if key not in functions:
             function = force_function(law, soil, Wheel(run.radius, run.width))
             functions[key] = compile_function(function) if len(runs) >= WORTH_COMPILING else function
+        _check_domain(run)
         given = run if load == "moment" else replace(run, load=np.full(len(run), run.load.mean()))
         predicted.append(np.array(functions[key](given.motion(), soil_column(run))))
     return predicted
+
+
+def _check_domain(run: WheelRun) -> None:
+    """Raise ValueError, naming the run, where its motion or load leaves the domain of the force laws."""
+    try:
+        # v_x may be a rounding below zero at 90 deg of slip angle; a wheel that bounces may leave the soil for a moment.
+        check_contact(Contact(max(float(run.v_x.min()), 0.0), 0.0, float(run.omega.min()), float(run.load.mean())))
+    except ValueError as error:
+        raise ValueError(f"{run.name}: {error}") from None
 
 
 @dataclass(frozen=True)

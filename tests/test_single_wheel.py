@@ -158,6 +158,13 @@ def test_a_law_has_no_error_on_its_own_data(tmp_path):
     assert draw_force_against_slip(mine, tmp_path / "f.png").stat().st_size > 1000
 
 
+def test_a_run_outside_the_domain_is_named():
+    law = law_for("turn_slip", [sine_run()])
+    for change in ({"omega": np.full(300, -1.0)}, {"load": np.full(300, -5.0)}):
+        with pytest.raises(ValueError, match=f"sine: contact: expected {next(iter(change))} >= 0"):
+            predict(law, [replace(sine_run(), **change)])
+
+
 def test_quantiles_of_nothing():
     assert quantiles([float("nan")]) == {"median": None, "p95": None}
 
