@@ -43,8 +43,9 @@ INFO = 17
 """Columns per wheel of what a step reports: soil force (3), its moment (3), wheel centre (3), its velocity (3), axle
 (3), all
 in world axes; greatest sinkage (m); drive torque (N m)."""
-EXTRA = 7
-"""And of the vehicle: force without gravity (3, world), gravity (3, world), engine torque at the axle (N m)."""
+EXTRA = 8
+"""And of the vehicle: force without gravity (3, world), gravity (3, world), engine torque at the axle (N m), mass with
+payload (kg)."""
 
 
 @inner
@@ -203,6 +204,7 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
     state[GEAR] = gear
     drive = axle_drive_torque(machine, gear, command[1], shaft)
     extra[6] = drive
+    extra[7] = machine.total_mass + world.payload[0]
     rhs[3] -= machine.torque_reaction * drive / machine.final_drive
     rates = np.empty(4)
     spin_rates(machine, world.locked, drive, torque, state[SPIN : SPIN + 4], dt, rates)

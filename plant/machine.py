@@ -69,6 +69,11 @@ class PlantVehicle:
     l_r: float
     max_steer: float
 
+    @property
+    def half_track(self) -> float:
+        """Half the front track as designed (m)."""
+        return float(self.machine.paths[0, 1, 0, 0])
+
 
 @lru_cache(maxsize=8)
 def load_plant_vehicle(path: Path = REFERENCE) -> PlantVehicle:

@@ -30,7 +30,7 @@ def ruts(plant: Plant, axis: Axes) -> PathCollection:
 
 def outline(vehicle: PlantVehicle, x: float, y: float, psi: float, delta: float) -> list[Array]:
     """Corners (4, 2) of body and wheels, given the point on the front axle (m), heading and road-wheel angle (rad)."""
-    base, half = vehicle.l_f + vehicle.l_r, 0.616
+    base, half = vehicle.l_f + vehicle.l_r, vehicle.half_track
     radius, width = float(vehicle.machine.radius[0]), float(vehicle.machine.width[0])
     boxes = [(-0.5 * base, 0.0, 0.5 * base + 0.45, 0.45, 0.0)]
     for ahead, angle in ((0.0, delta), (-base, 0.0)):
@@ -68,15 +68,22 @@ def picture(recording: Recording, plant: Plant, path: str | Path) -> Path:
     return Path(path)
 
 
-def animation(recording: Recording, path: str | Path, frames_per_second: int = 10, window: float = 12.0) -> Path:
+def animation(
+    recording: Recording,
+    path: str | Path,
+    frames_per_second: int = 10,
+    window: float = 12.0,
+    vehicle: PlantVehicle | None = None,
+) -> Path:
     """Write a GIF of the drive in real time, the view following the vehicle, the ruts appearing behind its wheels.
 
-    recording: with its truth (rut depth from the wheels' sinkage); window: width of the view (m).
+    recording: with its truth (rut depth from the wheels' sinkage); window: width of the view (m);
+    vehicle: whose outline is drawn (default: the reference vehicle).
     ValueError where the recording has no `true_sinkage_*`.
     """
     if "true_sinkage_rl" not in recording.truth:
         raise ValueError(f"{recording.name}: expected truth columns true_sinkage_*, found {', '.join(recording.truth)}")
-    vehicle = load_plant_vehicle()
+    vehicle = vehicle or load_plant_vehicle()
     stride = max(1, round(1.0 / frames_per_second / recording.dt))
     rows = np.arange(0, len(recording), stride)
     figure, axis = plt.subplots(figsize=(6, 4))
@@ -108,7 +115,7 @@ def animation(recording: Recording, path: str | Path, frames_per_second: int = 1
 
 def _wheel_tracks(recording: Recording, vehicle: PlantVehicle) -> tuple[Array, Array]:
     """Places of the wheels (N, 4, 2) and their sinkage (N, 4)."""
-    base, half = vehicle.l_f + vehicle.l_r, 0.616
+    base, half = vehicle.l_f + vehicle.l_r, vehicle.half_track
     c, s = np.cos(recording["psi"]), np.sin(recording["psi"])
     places = []
     for ahead, aside in ((0.0, half), (0.0, -half), (-base, half), (-base, -half)):

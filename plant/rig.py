@@ -30,8 +30,7 @@ class Rig:
 
     radius, width: of the wheel (m); arm: wheel centre to the left of the yaw axis (m); extra_mass: rides with the load
     (kg); gravity: m/s^2; step: s; spacing: of the soil's grid (m); drop: height that the wheel falls from (m); delay,
-    ramp: when and for how long speed and spin come up (s); zero: height of the yaw frame's origin above the soil less
-    that of `wheel_z` (m).
+    ramp: when and for how long speed and spin come up (s).
     """
 
     radius: float = 0.330229
