@@ -17,9 +17,11 @@ from refinement.fit import N_NAMES
 from refinement.selection import Selection, select
 from refinement.shooting import Shooting
 from refinement.structure import Structure, structure
-from refinement.trace import Bench, Candidate, make_bench
+from refinement.trace import Bench, Candidate, make_bench, open_effects
+from refinement.wheel_speeds import all_open, locked_axles
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
+from symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -98,11 +100,12 @@ def refine(
     """Find what the declared model lacks on one or more drives of one soil class, from sensor channels only.
 
     The first two thirds of each drive are fitted, the rest judges. start: seconds left out at the beginning of each;
-    candidates: names of the effects that are tried, default all that are not declared;
+    candidates: names of the effects that are tried, default all that are not declared, without those that a measurement
+    excludes;
     workers: effects tried at once. Raises ValueError for drives that cannot be used.
     """
     began = time.perf_counter()
-    bench = make_bench(recordings, declaration, start, names=candidates)
+    bench = make_bench(recordings, declaration, start, names=_possible(recordings, declaration, candidates))
     selection = select(bench, declaration, workers, progress)
     final = selection.bench
     refined_p = final.absent
@@ -113,7 +116,7 @@ def refine(
         structure(r, final.model, declaration.vehicle, p, start) for r, p in zip(recordings, refined_p, strict=True)
     )
     groups = tuple(group for group in selection.groups if len(group) > 1)
-    notes = _notes(recordings, bench, selection)
+    notes = _notes(recordings, declaration.vehicle, bench, selection)
     verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
     return Refinement(
         verdict=verdict,
@@ -189,14 +192,23 @@ def _would_separate(declaration: Declaration, groups: Sequence[Sequence[str]], v
     return ""
 
 
-def _notes(recordings: Sequence[Recording], bench: Bench, selection: Selection) -> tuple[str, ...]:
+def _possible(
+    recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None
+) -> Sequence[str] | None:
+    """Names of the effects to try, without those that a measurement excludes: wheels that turn apart are not locked."""
+    if not all(all_open(recording, declaration.vehicle) for recording in recordings):
+        return names
+    return [name for name in open_effects(declaration, names) if name != "locked_differential"]
+
+
+def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, selection: Selection) -> tuple[str, ...]:
     notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
     for recording in recordings:
-        ratio = _wheels_together(recording)
-        if ratio is not None:
+        locked = locked_axles(recording, vehicle)
+        if locked:
             notes.append(
-                f"{recording.name}: the {ratio} wheels turn together in turns: a locked axle differential; the measured wheel "
-                "speeds carry it, so the model needs no effect for it"
+                f"{recording.name}: the {' and '.join(locked)} wheels turn together in turns: a locked axle differential; the "
+                "measured wheel speeds carry it, so the model needs no effect for it"
             )
     accepted = {c.name for c in selection.accepted}
     for candidate in selection.ranking:
@@ -207,20 +219,3 @@ def _notes(recordings: Sequence[Recording], bench: Bench, selection: Selection) 
         if not n.lower + 1e-3 < value < n.upper - 1e-3:
             notes.append(f"{shooting.drive.name}: with the declared model n ends at its bound, {value:.2f}")
     return tuple(notes)
-
-
-def _wheels_together(recording: Recording) -> str | None:
-    """Which axles' wheels turn together although the vehicle turns: rear, front, or front and rear; None for neither."""
-    turning = np.abs(recording["omega_z"]) > 0.1
-    if turning.sum() < 50:
-        return None
-    locked = []
-    for axle, left, right in (("front", "omega_fl", "omega_fr"), ("rear", "omega_rl", "omega_rr")):
-        apart = (recording[right] - recording[left])[turning]
-        # Rolling freely the difference follows the yaw rate; locked it is noise around nothing.
-        share = np.nansum(apart * np.sign(recording["omega_z"][turning])) / np.nansum(
-            np.abs(recording["omega_z"][turning])
-        )
-        if abs(share) < 0.15:
-            locked.append(axle)
-    return " and ".join(locked) or None

@@ -176,9 +176,13 @@ def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> 
 
 
 def gain_of(before: Array, after: Array) -> tuple[float, float]:
-    """Share of the held-out cost that is gone, and its standard error over windows; before, after: cost of each window."""
-    total, saved = float(before.mean()), before - after
-    return float(saved.mean()) / total, float(saved.std(ddof=1) / np.sqrt(len(saved))) / total
+    """Share of the held-out cost that is gone, and its standard error over windows: that of a ratio of two means.
+
+    before, after (H,): cost of each window. Windows that differ in cost alone do not make the share uncertain.
+    """
+    gain = float((before - after).sum() / before.sum())
+    apart = before - after - gain * before
+    return gain, float(apart.std(ddof=1) / np.sqrt(len(apart)) / before.mean())
 
 
 def _free(effect: Effect, name: str) -> Free:

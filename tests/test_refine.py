@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from drives import reference_vehicle
+from drives import MULTI_LOG, reference_vehicle
 from estimator.synthetic import synthetic_drive
 from mpc_demo.cli import app
 from mpc_demo.commands_refine import write_all
 from mpc_demo.refine_report import write_report
 from plant.manoeuvres import MultiSine
 from recording.noise import add_noise
-from recording.read import write_drive
+from recording.read import read_drive, write_drive
 from refinement.refine import refine
+from refinement.trace import gain_of
+from refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from symbolic.catalogue import declared_model
 from symbolic.declaration import Declaration, load_declaration
 from symbolic.soil import CLAY
@@ -133,3 +135,32 @@ def test_numbers_carry_the_digits_of_their_error():
     assert with_error(912.4, 31.0) == "912 ± 31"
     assert with_error(0.7, 0.0) == "0.7"
     assert with_error(0.7, math.nan) == "0.7"
+
+
+def test_gain_is_as_sure_as_its_share_is_steady():
+    before = np.array([1.0, 10.0, 2.0, 30.0, 5.0])
+    gain, std = gain_of(before, 0.2 * before)
+    assert gain == pytest.approx(0.8)
+    assert std < 1e-12
+    gain, std = gain_of(before, before * [0.2, 0.9, 0.1, 0.9, 0.2])
+    assert gain == pytest.approx(1 - (0.2 + 9 + 0.2 + 27 + 1) / 48)
+    assert std > 0.03
+
+
+def test_wheel_speeds_tell_a_locked_differential_from_an_open_one(declared):
+    """Rigid kinematics: freely rolling wheels differ by track omega_z/radius, locked ones by nothing."""
+    vehicle, plain = declared.vehicle, drive({})
+    half = vehicle.track / 2 * plain["omega_z"] / vehicle.radius
+    apart = {f"omega_{axle}{side}": plain[f"omega_{axle}{side}"] + sign * half
+             for axle in "fr" for side, sign in (("l", -1), ("r", 1))}  # fmt: skip
+    rolling = plain.with_channels(**apart)
+    assert differential_shares(rolling, vehicle) == pytest.approx({"front": 1.0, "rear": 1.0}, abs=0.05)
+    assert all_open(rolling, vehicle) and not locked_axles(rolling, vehicle)
+    rear_locked = rolling.with_channels(omega_rl=plain["omega_rl"], omega_rr=plain["omega_rl"])
+    assert locked_axles(rear_locked, vehicle) == ("rear",) and not all_open(rear_locked, vehicle)
+
+
+def test_what_the_wheel_speeds_exclude_is_not_tried():
+    log = read_drive(MULTI_LOG).between(0.0, 14.0)
+    found = refine([log], Declaration(reference_vehicle(), CLAY), workers=1, candidates=["locked_differential", "bank"])
+    assert [candidate.name for candidate in found.ranking] == ["bank"]
