@@ -26,10 +26,10 @@ LENGTH, BACK, HALF = 3.4, 2.95, 0.7
 def draw_drive(scenario: Scenario, logs: Sequence[LoopLog], path: Path) -> Path:
     """One page for one course: paths, error along the way, n, steering, speed, solve times."""
     with page(path, f"{scenario.name.replace('_', ' ')}: {scenario.why}", 12, 9, 3, 2) as axes:
-        grid = axes[0, 0].get_gridspec()
+        figure, grid = axes[0, 0].figure, axes[0, 0].get_gridspec()
         for axis in axes[0]:
             axis.remove()
-        top = axes[0, 0].figure.add_subplot(grid[0, :])
+        top = figure.add_subplot(grid[0, :])
         _map(top, scenario)
         for log in logs:
             first = log is next(other for other in logs if other.controller == log.controller)

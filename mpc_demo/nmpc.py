@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mpc_demo.nmpc_status import Stats, Status
 from mpc_demo.ocp import Ocp
-from mpc_demo.ocp_riccati import BROKEN, NOT_CONVEX, solve_qp
+from mpc_demo.ocp_riccati import BROKEN, NOT_CONVEX, margins, penalised, solve_qp
 from mpc_demo.ocp_stage import Stages
 
 Array = NDArray[np.float64]
@@ -45,6 +45,8 @@ class Nmpc:
         self._on = np.ones((n + 1, rows), dtype=np.bool_)
         self._on[0, : 2 * (nb - 2)] = self._on[0, 2 * nb :] = False
         self._on[n, 2 * (nb - 2) : 2 * nb] = self._on[n, -2:] = False
+        if not ocp.bears:
+            self._on[:, -2:] = False
         self._no_obstacles()
         self._c, self._v = np.zeros((n + 1, rows)), np.zeros((n + 1, nv))
         self._hessian, self.pi = np.zeros((n + 1, nv, nv)), np.zeros((n + 1, nz))
@@ -155,12 +157,8 @@ class Nmpc:
         return Status.OUT_OF_ITERATIONS, self.most, total, step
 
     def _subproblem(self, z0: Array) -> tuple[int, int]:
-        st, nz, nb = self.stages, self.stages.nz, len(self._box)
-        now = np.zeros_like(self._v)
-        now[:, :nz], now[:-1, nz:] = self.z, self.w
-        self._c[:, 0 : 2 * nb : 2] = now[:, self._box] - self._limits[:, 0]
-        self._c[:, 1 : 2 * nb : 2] = self._limits[:, 1] - now[:, self._box]
-        self._c[:, 2 * nb :] = st.value
+        st = self.stages
+        margins(self.z, self.w, self._box, self._limits, st.value, self._c)
         defect, away = st.end - self.z[1:], z0 - self.z[0]
         start = 1e-3 if self._warm else 1e-1
         outcome, used = NOT_CONVEX, 0
@@ -197,15 +195,8 @@ class Nmpc:
 
     def _objective(self) -> float:
         """Cost with slacks at the last linearisation."""
-        nb = len(self._box)
-        now = np.concatenate([self.z, np.vstack([self.w, np.zeros((1, self.w.shape[1]))])], axis=1)[:, self._box]
-        low, high = self._limits.T
-        short = np.concatenate(
-            [np.maximum(low - now, 0.0), np.maximum(now - high, 0.0), np.maximum(-self.stages.value, 0.0)], axis=1
-        )
-        on = np.concatenate([self._on[:, 0 : 2 * nb : 2], self._on[:, 1 : 2 * nb : 2], self._on[:, 2 * nb :]], axis=1)
-        short *= on
-        return float(self.stages.cost.sum() + self._rho[0] * short.sum() + 0.5 * self._rho[1] * (short**2).sum())
+        st = self.stages
+        return float(penalised(self.z, self.w, self._box, self._limits, st.value, self._on, self._rho, st.cost))
 
     def _defect(self) -> float:
         return float(np.abs(self.stages.end - self.z[1:]).max())

@@ -127,7 +127,7 @@ class programme:
             if k == 0:
                 continue
             rows = [clear(z[k], places[3 * i : 3 * i + 3, k]) for i in range(settings.obstacles)]
-            if k < n:
+            if k < n and ocp.bears:
                 use = rates(z[k], w[k], r[:, k], s)[1]
                 rows.append(1.0 - settings.reserve - ca.sqrt(use**2 + 1e-4))
             count = sum(row.numel() for row in rows)

@@ -115,6 +115,12 @@ class Ocp:
         self.state_box = {"steer": (-lock, lock), "u": (low, high)}
         """Soft limits of states by name."""
 
+    @property
+    def bears(self) -> bool:
+        """Whether the model has wheels on soil, so that a lateral-force reserve can be kept."""
+        x, u, p = self.model.symbols()
+        return "wheels" in self.model.quantities(x, u, p)
+
     def external(self, z: ca.SX, w: ca.SX, s: ca.SX) -> ca.SX:
         """(n_external,) inputs of the model, its wheel speeds following from the motion: with a locked centre differential
         the axles turn alike, omega = (v_xf + v_xr)/(2 r (1 - slip)), and each wheel by its own way more or less.
@@ -137,7 +143,9 @@ class Ocp:
         x, p = z[: len(self.model.x)], s[: len(self.model.p)]
         q = self.model.quantities(x, ca.vertcat(self.external(z, w, s), r), p)
         rates = ca.vertcat(*[q[f"d_{name}"] for name in self.model.x.names], w[0])
-        use = ca.vertcat(*[q[f"force_{axle}"] / _bearing(q, axle) for axle in ("f", "r")])
+        use = ca.SX.zeros(2)
+        if self.bears:
+            use = ca.vertcat(*[q[f"force_{axle}"] / _bearing(q, axle) for axle in ("f", "r")])
         return ca.Function(
             "dynamics", [z, w, r, s], [ca.densify(rates), ca.densify(use)], ["z", "w", "r", "s"], ["d", "use"]
         )

@@ -257,10 +257,6 @@ def solve_qp(H, g, AB, b, z0, box, general, c, on, soft, rho, v, pi, lam, t, s, 
         if not _factor(H, AB, b, box, general, stiff, 1e-10, P, K, R, Pb, M, PAB):
             return NOT_CONVEX, iteration
         cross[:] = 0.0
-        for k in range(n_stage + 1):
-            for i in range(rows):
-                if on[k, i]:
-                    cross[k, i, 0] = 0.0
         _targets(grad, g, box, general, lam, t, s, mu, stiff, e, y, c, on, 0.0, cross, rho, base, a_over_e)
         _sweep(AB, b, z0, P, K, R, Pb, grad, v_new, pi_new, q, f)
         rows_of(v_new, box, general, y_new)
@@ -303,3 +299,36 @@ def solve_qp(H, g, AB, b, z0, box, general, c, on, soft, rho, v, pi, lam, t, s, 
         if after < tolerance and step > 0.9:
             return SOLVED, iteration + 1
     return SHORT, most
+
+
+@njit(cache=True)
+def penalised(z, w, box, limits, value, on, rho, cost):
+    """Cost with what soft limits cost: sum of cost (N + 1,), and rho_1 s + rho_2/2 s^2 of each row that is violated."""
+    total, n, nz, nb = 0.0, w.shape[0], z.shape[1], len(box)
+    for k in range(n + 1):
+        total += cost[k]
+        for j in range(nb):
+            if k == n and box[j] >= nz:
+                continue
+            now = z[k, box[j]] if box[j] < nz else w[k, box[j] - nz]
+            for side in range(2):
+                short = limits[j, 0] - now if side == 0 else now - limits[j, 1]
+                if on[k, 2 * j + side] and short > 0.0:
+                    total += short * (rho[0] + 0.5 * rho[1] * short)
+        for i in range(value.shape[1]):
+            if on[k, 2 * nb + i] and value[k, i] < 0.0:
+                total -= value[k, i] * (rho[0] - 0.5 * rho[1] * value[k, i])
+    return total
+
+
+@njit(cache=True)
+def margins(z, w, box, limits, value, c):
+    """c (N + 1, rows): how far every row is from its limit at z, w."""
+    n, nz, nb = w.shape[0], z.shape[1], len(box)
+    for k in range(n + 1):
+        for j in range(nb):
+            if k < n or box[j] < nz:
+                now = z[k, box[j]] if box[j] < nz else w[k, box[j] - nz]
+                c[k, 2 * j], c[k, 2 * j + 1] = now - limits[j, 0], limits[j, 1] - now
+        for i in range(value.shape[1]):
+            c[k, 2 * nb + i] = value[k, i]

@@ -8,15 +8,16 @@ exact and its convergence fast.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from estimator.compiled import at_points
 from mpc_demo.ocp import OBSTACLE, REFERENCE, Ocp
+from mpc_demo.ocp_chain import absorb, contract, perturb, reserve_rows, spread
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -50,9 +51,12 @@ class Stages:
         self.ocp, n = ocp, ocp.settings.steps
         self.nz, self.nw = len(ocp.z), len(ocp.w)
         self.nv, self.n = self.nz + self.nw, n
-        self._rates, self._rows, self._columns, self._directions = _rates(ocp)
-        self.dynamics = Points(self._rates, n)
-        self.gradient = Points(_gradient(ocp, self._directions), n * len(self._directions))
+        rates, self._rows, self._columns = _rates(ocp)
+        use, self._use_rows, self._use_columns = _use(ocp)
+        self._curvature = _curvature(ocp)
+        self.dynamics, self.force_use = Points(rates, n), Points(use, n)
+        self.gradient = Points(self._curvature.gradient, n * max(len(self._curvature.directions), 1))
+        self.rest = Points(self._curvature.rest, n)
         stage, self._cost_cells, self._gap_cells = _stage(ocp)
         self.stage = Points(stage, n + 1)
         nv, ng = self.nv, self.n_general
@@ -73,11 +77,9 @@ class Stages:
     def set_parameters(self, s: Array, r: Array, ref: Array, obstacles: Array) -> None:
         """s (n_s,), r (N, n_r), ref (N + 1, 4), obstacles (N + 1, n_obs, 3)."""
         nv, h, w = self.nv, self.ocp.settings.dt, self.ocp.settings.weights
-        self.dynamics.shared[: len(s)] = s
-        self.gradient.shared[: len(s)] = s
-        self.dynamics.into[:, nv:] = r
-        directions = len(self._directions)
-        self.gradient.into.reshape(self.n, directions, -1)[:, :, nv : nv + r.shape[1]] = r[:, None]
+        for points in (self.dynamics, self.force_use, self.gradient, self.rest):
+            points.shared[: len(s)] = s
+            points.into.reshape(self.n, -1, points.into.shape[1])[:, :, nv : nv + r.shape[1]] = r[:, None]
         self.stage.into[:, nv : nv + 4] = ref
         self.stage.into[:-1, nv + 4] = h
         self.stage.into[-1, nv + 4] = h * w.terminal
@@ -86,13 +88,18 @@ class Stages:
     def linearise(self, z: Array, w: Array) -> None:
         """Fill everything at z, w."""
         h, into, out = self.ocp.settings.dt, self.dynamics.into, self.dynamics.out
-        into[:, : self.nz], into[:, self.nz : self.nv] = z[:-1], w
+        for points in (self.dynamics, self.force_use):
+            points.into[:, : self.nz], points.into[:, self.nz : self.nv] = z[:-1], w
+        self.force_use.run()
+        reserve_rows(
+            self.force_use.out, self._use_rows, self._use_columns, self.ocp.settings.reserve, self.use, self.general,
+            self.value,
+        )  # fmt: skip
         for number in range(4):
             self.dynamics.run()
-            _absorb(
+            absorb(
                 number, h, z, into, out, self._rows, self._columns, self._s, self._sum, self._sum_t, self._middle_s,
-                self._middle_z, self._middle_j, self.end, self.AB, self.use, self.general, self.value,
-                self.ocp.settings.reserve,
+                self._middle_z, self._middle_j, self.end, self.AB,
             )  # fmt: skip
         self._stage_terms(z, w)
 
@@ -101,7 +108,7 @@ class Stages:
         into[:, : self.nz] = z
         into[:-1, self.nz : self.nv] = w
         self.stage.run()
-        _spread(
+        spread(
             self.stage.out, self.nv, self._cost_cells, self._gap_cells, 2 * self.ocp.settings.obstacles, self.cost,
             self.g, self.cost_hessian, self.general, self.value,
         )  # fmt: skip
@@ -112,11 +119,13 @@ class Stages:
 
     def lagrangian_hessian(self, z: Array, w: Array, pi: Array, hessian: Array) -> None:
         """hessian (N + 1, n_v, n_v): cost plus the dynamics' curvature under the multipliers pi (N + 1, n_z)."""
-        _perturb(self.gradient.into, self._middle_z, w, pi, self._directions, DIFFERENCE, len(self.ocp.r))
+        c = self._curvature
+        perturb(self.gradient.into, self.rest.into, self._middle_z, w, pi, c.directions, DIFFERENCE, len(self.ocp.r))
         self.gradient.run()
-        _contract(
-            self.gradient.out, self._middle_j, self._rows, self._columns, self._directions, self._middle_s, pi,
-            self.ocp.settings.dt, DIFFERENCE, self.cost_hessian, hessian,
+        self.rest.run()
+        contract(
+            self.gradient.out, self.rest.out, self._middle_j, self._rows, self._columns, c.costly, c.wanted, c.directions,
+            c.cells, self._middle_s, pi, self.ocp.settings.dt, DIFFERENCE, self.cost_hessian, hessian,
         )  # fmt: skip
 
 
@@ -125,30 +134,77 @@ def _memory(array: Any) -> memoryview:
     return memoryview(array.reshape(-1))
 
 
-def _rates(ocp: Ocp) -> tuple[ca.Function, Whole, Whole, Whole]:
-    """[(z, w, r), s] -> [(rates, force use, nonzeros of the Jacobian)], its rows and columns, the curved variables."""
-    z, w, r, s = ocp.symbols()
-    v = ca.vertcat(z, w)
-    rates, use = ocp.dynamics()(z, w, r, s)
-    both = ca.vertcat(rates, use)
-    jacobian = ca.jacobian(both, v)
-    rows, columns = (np.array(part, dtype=np.int64) for part in jacobian.sparsity().get_triplet())
-    nonzeros = ca.vertcat(*[jacobian.nz[i] for i in range(jacobian.nnz())])
-    weights = ca.SX.sym("weights", rates.numel())
-    pattern = ca.hessian(ca.dot(weights, rates), v)[0].sparsity()
-    curved = np.unique(np.array(pattern.get_triplet()[1], dtype=np.int64))
-    function = ca.Function("ocp_rates", [ca.vertcat(v, r), s], [ca.densify(ca.vertcat(both, nonzeros))])
-    return function, rows, columns, curved
+def _derivatives(rows: ca.SX, v: ca.SX) -> tuple[list[Any], Whole, Whole]:
+    """Nonzeros of d rows/dv, row by row in reverse mode (few rows are costly, and they share their sweep), and their places."""
+    nonzeros, places = [], []
+    for i in range(rows.numel()):
+        row = ca.jacobian(rows[i], v)
+        columns = row.sparsity().get_triplet()[1]
+        nonzeros += [row.nz[j] for j in range(row.nnz())]
+        places += [(i, column) for column in columns]
+    table = np.array(places, dtype=np.int64).reshape(-1, 2)
+    return nonzeros, table[:, 0].copy(), table[:, 1].copy()
 
 
-def _gradient(ocp: Ocp, directions: Whole) -> ca.Function:
-    """[(z, w, r, pi), s] -> [gradient of pi' rates with respect to the curved variables]."""
+def _rates(ocp: Ocp) -> tuple[ca.Function, Whole, Whole]:
+    """[(z, w, r), s] -> [(rates, nonzeros of their Jacobian)], and its rows and columns."""
     z, w, r, s = ocp.symbols()
-    pi = ca.SX.sym("pi", len(ocp.z))
     v = ca.vertcat(z, w)
-    gradient = ca.gradient(ca.dot(pi, ocp.dynamics()(z, w, r, s)[0]), v)
-    wanted = ca.vertcat(*[gradient[int(i)] for i in directions])
-    return ca.Function("ocp_gradient", [ca.vertcat(v, r, pi), s], [ca.densify(wanted)])
+    rates = ocp.dynamics()(z, w, r, s)[0]
+    nonzeros, rows, columns = _derivatives(rates, v)
+    return ca.Function("ocp_rates", [ca.vertcat(v, r), s], [ca.densify(ca.vertcat(rates, *nonzeros))]), rows, columns
+
+
+def _use(ocp: Ocp) -> tuple[ca.Function, Whole, Whole]:
+    """The same for the use of the soil's lateral force, front and rear."""
+    z, w, r, s = ocp.symbols()
+    v = ca.vertcat(z, w)
+    use = ocp.dynamics()(z, w, r, s)[1]
+    nonzeros, rows, columns = _derivatives(use, v)
+    return ca.Function("ocp_use", [ca.vertcat(v, r), s], [ca.densify(ca.vertcat(use, *nonzeros))]), rows, columns
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """How the Hessian of pi' rates is found.
+
+    gradient: [(z, w, r, pi), s] -> gradient of the costly rows' share in the `wanted` variables, to be differenced along
+    `directions` (the states among them; the inputs' own 2 x 2 block is small beside their weights and left out);
+    rest: the same point -> the cheap rows' exact Hessian, lower `cells`.
+    """
+
+    gradient: ca.Function
+    costly: Whole
+    wanted: Whole
+    directions: Whole
+    rest: ca.Function
+    cells: Whole
+
+
+COSTLY = 300
+"""Operations from which on a row of the rates counts as costly: those with soil forces in them."""
+
+
+def _curvature(ocp: Ocp) -> Curvature:
+    z, w, r, s = ocp.symbols()
+    v, pi = ca.vertcat(z, w), ca.SX.sym("pi", len(ocp.z))
+    rates = ocp.dynamics()(z, w, r, s)[0]
+    sizes = [ca.Function("row", [v, r, s], [rates[i]]).n_instructions() for i in range(rates.numel())]
+    costly = np.array([i for i, size in enumerate(sizes) if size > COSTLY], dtype=np.int64)
+    cheap = [i for i in range(rates.numel()) if i not in costly]
+    share: Any = sum((pi[int(i)] * rates[int(i)] for i in costly), ca.SX(0))
+    gradient = ca.gradient(share, v)
+    wanted = np.array([i for i in range(v.numel()) if ca.which_depends(gradient[i], v, 1, True)[0]], dtype=np.int64)
+    directions = np.array([i for i in wanted if i < len(ocp.z)], dtype=np.int64)
+    point = ca.vertcat(v, r, pi)
+    slopes = ca.vertcat(*[gradient[int(i)] for i in wanted]) if len(wanted) else ca.SX(1, 1)
+    rest = ca.tril(ca.hessian(sum((pi[i] * rates[i] for i in cheap), ca.SX(0)), v)[0])
+    cells = np.array(rest.sparsity().get_triplet(), dtype=np.int64).reshape(2, -1)
+    entries = ca.vertcat(*[rest.nz[i] for i in range(rest.nnz())]) if rest.nnz() else ca.SX(1, 1)
+    return Curvature(
+        ca.Function("ocp_gradient", [point, s], [ca.densify(slopes)]), costly, wanted, directions,
+        ca.Function("ocp_rest", [point, s], [ca.densify(entries)]), cells,
+    )  # fmt: skip
 
 
 def _stage(ocp: Ocp) -> tuple[ca.Function, Whole, Whole]:
@@ -172,131 +228,3 @@ def _stage(ocp: Ocp) -> tuple[ca.Function, Whole, Whole]:
     point = ca.vertcat(v, ref, scale, ca.vec(places))
     nothing = ca.SX.sym("nothing", 1)
     return ca.Function("ocp_stage", [point, nothing], [ca.densify(ca.vertcat(*parts))]), cells, gap_cells
-
-
-@njit(cache=True)
-def _absorb(
-    number, h, z, into, out, rows, columns, s, total, total_t, middle_s, middle_z, middle_j, end, AB, use, general, value,
-    reserve,
-):  # fmt: skip
-    """Take in Runge-Kutta point `number` (0 to 3) of all intervals and place the next one in `into`."""
-    count, nz, nv = AB.shape
-    t = np.empty((nz, nv))
-    weight = h / 6.0 if number in (0, 3) else h / 3.0
-    ahead = h if number == 2 else 0.5 * h
-    first = general.shape[1] - 2
-    for k in range(count):
-        t[:] = 0.0
-        for i in range(len(rows)):
-            row, column, entry = rows[i], columns[i], out[k, nz + 2 + i]
-            if row >= nz:
-                continue
-            if number == 0 or column >= nz:
-                t[row, column] += entry
-            if number > 0 and column < nz:
-                for j in range(nv):
-                    t[row, j] += entry * s[k, column, j]
-        if number == 0:
-            for a in range(2):
-                size = np.sqrt(out[k, nz + a] ** 2 + 1e-4)
-                use[k, a] = out[k, nz + a]
-                value[k, first + a] = 1.0 - reserve - size
-                general[k, first + a, :] = 0.0
-            for i in range(len(rows)):
-                a = rows[i] - nz
-                if a >= 0:
-                    sign = out[k, nz + a] / np.sqrt(out[k, nz + a] ** 2 + 1e-4)
-                    general[k, first + a, columns[i]] = -sign * out[k, nz + 2 + i]
-        for i in range(nz):
-            total[k, i] = weight * out[k, i] + (0.0 if number == 0 else total[k, i])
-            for j in range(nv):
-                total_t[k, i, j] = weight * t[i, j] + (0.0 if number == 0 else total_t[k, i, j])
-                s[k, i, j] = ahead * t[i, j] + (1.0 if i == j else 0.0)
-        if number < 3:
-            for i in range(nz):
-                into[k, i] = z[k, i] + ahead * out[k, i]
-        else:
-            for i in range(nz):
-                end[k, i] = z[k, i] + total[k, i]
-                for j in range(nv):
-                    AB[k, i, j] = total_t[k, i, j] + (1.0 if i == j else 0.0)
-        if number == 0:
-            for i in range(nz):
-                middle_z[k, i] = into[k, i]
-                for j in range(nv):
-                    middle_s[k, i, j] = s[k, i, j]
-        if number == 1:
-            for i in range(len(rows)):
-                middle_j[k, i] = out[k, nz + 2 + i]
-
-
-@njit(cache=True)
-def _spread(out, nv, cost_cells, gap_cells, gaps, cost, g, hessian, general, value):
-    """Stage terms from their packed form."""
-    for k in range(out.shape[0]):
-        cost[k] = out[k, 0]
-        for j in range(nv):
-            g[k, j] = out[k, 1 + j]
-        at = 1 + nv
-        for i in range(cost_cells.shape[1]):
-            a, b = cost_cells[0, i], cost_cells[1, i]
-            hessian[k, a, b] = out[k, at + i]
-            hessian[k, b, a] = out[k, at + i]
-        at += cost_cells.shape[1]
-        for i in range(gaps):
-            value[k, i] = out[k, at + i]
-        at += gaps
-        for i in range(gap_cells.shape[1]):
-            general[k, gap_cells[0, i], gap_cells[1, i]] = out[k, at + i]
-
-
-@njit(cache=True)
-def _perturb(into, z, w, pi, directions, eps, n_r):
-    """Points of the gradient: each curved variable of each interval moved by eps; pi of the interval's end."""
-    nz, nw = z.shape[1], w.shape[1]
-    count = len(directions)
-    for k in range(z.shape[0]):
-        for d in range(count):
-            row = k * count + d
-            for i in range(nz):
-                into[row, i] = z[k, i]
-                into[row, nz + nw + n_r + i] = pi[k + 1, i]
-            for i in range(nw):
-                into[row, nz + i] = w[k, i]
-            into[row, directions[d]] += eps
-
-
-@njit(cache=True)
-def _contract(out, middle_j, rows, columns, directions, s, pi, h, eps, cost, hessian):
-    """Hessian = cost + h T' (differences) T, T the variables at the middle of the interval over those at its start."""
-    count, nz, nv = s.shape
-    nd = len(directions)
-    curve, half, t = np.empty((nd, nd)), np.empty((nd, nv)), np.zeros((nd, nv))
-    base = np.empty(nv)
-    for k in range(count):
-        base[:] = 0.0
-        for i in range(len(rows)):
-            if rows[i] < nz:
-                base[columns[i]] += pi[k + 1, rows[i]] * middle_j[k, i]
-        for a in range(nd):
-            for b in range(nd):
-                curve[a, b] = h * (out[k * nd + a, b] - base[directions[b]]) / eps
-            if directions[a] < nz:
-                for j in range(nv):
-                    t[a, j] = s[k, directions[a], j]
-            else:
-                t[a, directions[a]] = 1.0
-        for a in range(nd):
-            for j in range(nv):
-                value = 0.0
-                for b in range(nd):
-                    value += 0.5 * (curve[a, b] + curve[b, a]) * t[b, j]
-                half[a, j] = value
-        for i in range(nv):
-            for j in range(i + 1):
-                value = cost[k, i, j]
-                for a in range(nd):
-                    value += t[a, i] * half[a, j]
-                hessian[k, i, j] = value
-                hessian[k, j, i] = value
-    hessian[count] = cost[count]
