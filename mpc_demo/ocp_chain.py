@@ -148,23 +148,23 @@ def contract(
             curve[a, b] += h * rest[k, i]
             if a != b:
                 curve[b, a] += h * rest[k, i]
-        for a in used:  # half = C T with T = (s; 0 I)
+        for one in used:  # half = C T with T = (s; 0 I)
             for j in range(nv):
-                half[a, j] = curve[a, j] if j >= nz else 0.0
-            for b in used:
-                if b < nz and curve[a, b] != 0.0:
+                half[one, j] = curve[one, j] if j >= nz else 0.0
+            for two in used:
+                if two < nz and curve[one, two] != 0.0:
                     for j in range(nv):
-                        half[a, j] += curve[a, b] * s[k, b, j]
+                        half[one, j] += curve[one, two] * s[k, two, j]
         for i in range(nv):
             for j in range(i + 1):
                 hessian[k, i, j] = cost[k, i, j] + (half[i, j] if i >= nz and touched[i] else 0.0)
-        for a in used:
-            if a < nz:
+        for one in used:
+            if one < nz:
                 for i in range(nv):
-                    scaled = s[k, a, i]
+                    scaled = s[k, one, i]
                     if scaled != 0.0:
                         for j in range(i + 1):
-                            hessian[k, i, j] += scaled * half[a, j]
+                            hessian[k, i, j] += scaled * half[one, j]
         for i in range(nv):
             for j in range(i):
                 hessian[k, j, i] = hessian[k, i, j]
