@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.table import Table
 
 from mpc_demo.bench_filter import filter_rows
+from mpc_demo.bench_nmpc import nmpc_rows
 from mpc_demo.bench_rows import Row
 from mpc_demo.commands_study import own_logs
 from mpc_demo.logs import named_soil
@@ -44,6 +45,7 @@ def bench(
 def rows(declared, drive) -> Iterator[Row]:
     """All rows there are, from what each subject measures."""
     yield from filter_rows(declared, drive)
+    yield from nmpc_rows(declared)
 
 
 def _cells(row: Row) -> tuple[str, ...]:

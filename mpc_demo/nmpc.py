@@ -1,8 +1,9 @@
 """NMPC in real time: sequential quadratic programming with exact derivatives on a structure-exploiting interior point.
 
-Two modes. `rti`: one iteration per step; `prepare()` may run before the state is known, `feedback(z0)` after. `converged`:
-iterations until the step is small, with a line search on the exact L1 merit function. The Hessian is the Lagrangian's;
-where a subproblem's reduced Hessian is not positive, each stage's eigenvalues are clipped and it is solved again.
+Two modes. `rti`: one iteration per step, repeated only where it changed the plan much; `prepare()` may run before the
+state is known, `make_step(z0)` does the rest. `converged`: iterations until the step is small, with a line search on the
+exact L1 merit function. The Hessian is the Lagrangian's; where a subproblem's reduced Hessian is not positive, each
+stage's eigenvalues are clipped and it is solved again.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from mpc_demo.ocp_riccati import BROKEN, NOT_CONVEX, margins, penalised, solve_q
 from mpc_demo.ocp_stage import Stages
 
 Array = NDArray[np.float64]
+RESTLESS, RTI_MOST = 0.3, 3
+"""A real-time iteration that moves any variable by more than this is repeated, so many iterations at most."""
 LEAST_CURVATURE = 1e-4
 """Eigenvalues of a clipped stage Hessian are at least this."""
 
@@ -101,8 +104,10 @@ class Nmpc:
     def shift(self, seconds: float) -> None:
         """Move the last solution on by `seconds`, so that it starts the next solve."""
         share = seconds / self.ocp.settings.dt
+        ahead = self.z[-1] + share * (self.z[-1] - self.z[-2])
         for array in (self.z, self.w, self.pi, self._lam):
             _shift(array, share)
+        self.z[-1] = ahead
         self._prepared = False
 
     def prepare(self) -> None:
@@ -139,18 +144,23 @@ class Nmpc:
 
     def _iterate(self, z0: Array) -> tuple[Status, int, int, float]:
         total, step = 0, np.inf
-        for iteration in range(1, 2 if self.mode == "rti" else self.most + 1):
+        rti = self.mode == "rti"
+        for iteration in range(1, RTI_MOST + 1 if rti else self.most + 1):
             if iteration > 1:
+                if rti:
+                    self.stages.linearise(self.z, self.w)
                 self.stages.lagrangian_hessian(self.z, self.w, self.pi, self._hessian)
             outcome, inner = self._subproblem(z0)
             total += inner
             if outcome in (NOT_CONVEX, BROKEN):
                 return (Status.NOT_CONVEX if outcome == NOT_CONVEX else Status.NOT_FINITE), iteration, total, step
             step = float(np.abs(self._v).max())
-            if self.mode == "rti":
+            if rti:
                 self.z += self._v[:, : self.stages.nz]
                 self.w += self._v[:-1, self.stages.nz :]
-                return Status.ITERATED, 1, total, step
+                if step < RESTLESS or iteration == RTI_MOST:
+                    return Status.ITERATED, iteration, total, step
+                continue
             self._search(z0)
             if step < self.tolerance:
                 return Status.CONVERGED, iteration, total, step

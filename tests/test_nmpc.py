@@ -11,6 +11,7 @@ from mpc_demo.nmpc import Nmpc, clip
 from mpc_demo.nmpc_casadi import CasadiNmpc
 from mpc_demo.nmpc_status import Status
 from mpc_demo.ocp import Ocp, OcpSettings
+from mpc_demo.ocp_examples import closed_loop_cost, tanh_bicycle
 from mpc_demo.ocp_riccati import NOT_CONVEX, SOLVED, solve_qp
 from mpc_demo.ocp_stage import Stages
 
@@ -151,3 +152,35 @@ def test_inputs_keep_their_limits_where_the_path_asks_for_more():
     solver.make_step(z[0])
     assert np.all(solver.w <= ocp.w.upper + 1e-9) and np.all(solver.w >= ocp.w.lower - 1e-9)
     assert np.abs(solver.w[:, 0]).max() > 0.9 * ocp.w.upper[0]
+
+
+@lru_cache(maxsize=1)
+def plain_ocp() -> Ocp:
+    return Ocp(tanh_bicycle(reference_vehicle()), reference_vehicle(), OcpSettings(obstacles=0))
+
+
+def test_closed_loop_cost_is_that_of_the_converged_solutions_and_of_ipopt():
+    steps, costs = 70, {}
+    for name, solver in (
+        ("rti", Nmpc(plain_ocp(), "rti")), ("converged", Nmpc(plain_ocp(), "converged")),
+        ("ipopt", CasadiNmpc(plain_ocp(), "ipopt")),
+    ):  # fmt: skip
+        costs[name], _ = closed_loop_cost(plain_ocp(), solver, steps)
+    assert costs["converged"] == pytest.approx(costs["ipopt"], rel=1e-3)
+    assert costs["rti"] == pytest.approx(costs["ipopt"], rel=1e-2)
+
+
+def test_a_plan_moves_on_in_time():
+    solver = Nmpc(plain_ocp())
+    z = np.stack([plain_ocp().z.pack(u=5.0, x=5.0 * plain_ocp().settings.dt * k) for k in range(41)])
+    solver.set_initial_guess(z, np.zeros((40, 2)))
+    solver.shift(0.4 * plain_ocp().settings.dt)
+    np.testing.assert_allclose(solver.z[:, 0], z[:, 0] + 0.4 * 5.0 * plain_ocp().settings.dt, atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", ({"ref": np.zeros((3, 4))}, {"s": np.zeros(1)}, {"obstacles": np.zeros((3, 3))}))
+def test_parameters_of_another_shape_are_refused(wrong):
+    ocp = plain_ocp()
+    given = {"s": ocp.s.nominal, "r": np.zeros((40, 0)), "ref": np.zeros((41, 4)), "obstacles": None, **wrong}
+    with pytest.raises(ValueError, match="expected"):
+        Nmpc(ocp).set_parameters(**given)
