@@ -121,7 +121,7 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
             ("magic", natural), ("counts", natural * len(STATUSES)), ("predictions", natural), ("updates", natural),
             ("standstill", whole), ("reversing", whole), ("started", whole), ("gated_run", whole * y), ("t", real),
             ("last_dt", real), ("x", real * x), ("std", real * x), ("innovation", real * y), ("innovation_std", real * y),
-            ("nis", real), ("consistency", real), ("used", whole * y), ("dof", whole), ("since", whole),
+            ("nis", real), ("consistency", real), ("soil_consistency", real), ("used", whole * y), ("dof", whole), ("since", whole),
             ("root", real * (x * x)), ("m", real * max(m, 1)), ("u", real * u), ("u_full", real * full), ("t_y", real * y),
             ("options", Options),
         ]  # fmt: skip
@@ -240,8 +240,13 @@ class CFilter:
         flags = None
         if valid is not None:
             flags = np.ascontiguousarray(valid, dtype=np.uint8)
-        where = None if flags is None else ctypes.c_void_p(flags.ctypes.data)
+        where = None if flags is None else _pointer(flags)
         return self._update(self._self, self._y, where, ctypes.c_double(t))
+
+    def restart(self, y: ArrayLike, t: float) -> int:
+        """Motion again from y (n_y,) at t (s), what is known of the soil kept; returns the status."""
+        self.y[:] = y
+        return self.library.c.softsoil_restart(self._self, self._y, None, ctypes.c_double(t))
 
     def replay(self, t: ArrayLike, u: ArrayLike, y: ArrayLike, every: int) -> dict[str, Array]:
         """A whole log: t (N,), u (N, n_u), y (N, n_y); results after each row, and the gravest status."""
@@ -272,7 +277,8 @@ def _array(value: ArrayLike) -> Array:
 
 
 def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data)
+    # data_as, unlike data, keeps the array alive for as long as the pointer.
+    return array.ctypes.data_as(ctypes.c_void_p)
 
 
 def _check(library: CLibrary, status: int) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from mpc_demo.bench_c_library import c_library_rows
 from mpc_demo.bench_filter import filter_rows
 from mpc_demo.bench_nmpc import nmpc_rows
 from mpc_demo.bench_rows import Row
@@ -46,6 +47,7 @@ def rows(declared, drive) -> Iterator[Row]:
     """All rows there are, from what each subject measures."""
     yield from filter_rows(declared, drive)
     yield from nmpc_rows(declared)
+    yield from c_library_rows(declared)
 
 
 def _cells(row: Row) -> tuple[str, ...]:

@@ -84,10 +84,11 @@ typedef struct {
   double innovation[SOFTSOIL_N_Y];        /* of the last update */
   double innovation_std[SOFTSOIL_N_Y];
   double nis;                             /* normalised innovation squared of the last update */
-  double consistency;                     /* mean of nis per used measurement over about two seconds of updates; 1 if all is well */
+  double consistency;                     /* mean of nis per used measurement over about two seconds of updates: about 1 */
+  double soil_consistency;                /* the same of the measurements that the soil's forces drive, each by itself */
   int32_t used[SOFTSOIL_N_Y];             /* measurements that the last update used: 1 or 0 */
   int32_t dof;                            /* how many those are */
-  int32_t since;                          /* updates that `consistency` has seen */
+  int32_t since;                          /* updates that `consistency` has seen, up to its window */
   double root[SOFTSOIL_N_X][SOFTSOIL_N_X]; /* lower factor of the covariance, rows in the library's own order */
   double m[SOFTSOIL_N_M > 0 ? SOFTSOIL_N_M : 1]; /* histories */
   double u[SOFTSOIL_N_U];                 /* last good inputs */

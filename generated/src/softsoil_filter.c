@@ -11,6 +11,7 @@
 #define N SOFTSOIL_N_X
 #define NY SOFTSOIL_N_Y
 #define MAGIC 0x0eeae700u
+#define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
 static const double spread = 8.0; /* L + lambda */
@@ -20,6 +21,7 @@ static const double root_centre = 1.414213562373, root_other = 0.25; /* roots of
 static const double lower[N] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.2, 0.2};
 static const double upper[N] = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, 1.6, 1.6};
 static const int32_t is_soil[N] = {0, 0, 0, 0, 0, 0, 1, 1}; /* held at standstill */
+static const int32_t y_driven[NY] = {0, 0, 0, 0, 1, 1}; /* moved by the soil's forces first of all */
 static const int32_t y_wraps[NY] = {0, 0, 1, 0, 0, 0};
 static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0, 1000.0, 1000.0}; /* beyond reason */
 static const double y_limit[NY] = {100000000.0, 100000000.0, 100000.0, 150.0, 150.0, 50.0};
@@ -194,7 +196,7 @@ int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double
   s->options = chosen;
   s->t = t;
   s->last_dt = SOFTSOIL_STEP;
-  s->consistency = 1.0;
+  s->consistency = s->soil_consistency = 1.0;
   for (int i = 0; i < N; ++i) {
     const double at = x0 ? x0[i] : first[i], std = std0 ? std0[i] : first_std[i];
     if (!isfinite(at) || fabs(at) > 1e9 || !isfinite(std) || !(std > 0.0) || std > 1e9) return SOFTSOIL_BAD_ARGUMENT;
@@ -482,6 +484,21 @@ static void correct(softsoil_t *s, const softsoil_prediction_t *z, const int32_t
   s->dof = n;
 }
 
+/* Running means of the normalised innovations: over all measurements, and over those that tell of the soil. */
+static void watch(softsoil_t *s) {
+  double sum = 0.0;
+  int driven = 0;
+  s->since += s->since < WINDOW;
+  s->consistency += (s->nis / s->dof - s->consistency) / s->since;
+  for (int i = 0; i < NY; ++i) {
+    if (!s->used[i] || !y_driven[i]) continue;
+    const double ratio = s->innovation[i] / s->innovation_std[i];
+    sum += ratio * ratio;
+    ++driven;
+  }
+  if (driven > 0) s->soil_consistency += (sum / driven - s->soil_consistency) / s->since;
+}
+
 static int check_time(const softsoil_t *s, double t) {
   if (!isfinite(t)) return SOFTSOIL_TIME_NOT_FINITE;
   /* Clocks that count in steps differ by rounding. */
@@ -521,9 +538,9 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
     if (!use[i]) s->innovation[i] = 0.0;
   }
   if (s->dof > 0) {
-    s->since += s->since < 80;
-    s->consistency += (s->nis / s->dof - s->consistency) / s->since;
-    if (s->since == 80 && s->consistency > 1.5) status = graver(status, count(s, SOFTSOIL_INCONSISTENT));
+    watch(s);
+    if (s->since == WINDOW && (s->consistency > 1.3 || s->soil_consistency > 1.4))
+      status = graver(status, count(s, SOFTSOIL_INCONSISTENT));
   }
   ++s->updates;
   return status;
@@ -557,7 +574,7 @@ int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned
   s->t = t;
   s->started = 0;
   s->since = 0;
-  s->consistency = 1.0;
+  s->consistency = s->soil_consistency = 1.0;
   settle(s);
   return status;
 }

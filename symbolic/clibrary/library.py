@@ -32,8 +32,8 @@ TEMPLATES = {
 ALPHA, KAPPA, ZETA = 1.0, 0.0, 2.0
 """Scaling of the unscented transform (paper, eqs. (lambda), (W_0c)): no weight is negative."""
 STANDSTILL_SPEED, GATE_PATIENCE = 0.5, 25
-CONSISTENCY_WINDOW, INCONSISTENT = 80, 1.5
-"""Updates over which the mean of nis per measurement runs, and above which it is called inconsistent."""
+CONSISTENCY_WINDOW, INCONSISTENT, INCONSISTENT_SOIL = 80, 1.3, 1.4
+"""Updates over which means of normalised innovations run, and five to six standard deviations of such a mean above 1."""
 INPUT_LIMIT = {"rad": 1.6, "rad/s": 1e3, "m/s^2": 200.0}
 OUTPUT_LIMIT = {"m": 1e8, "rad": 1e5, "m/s": 150.0, "rad/s": 50.0}
 """Beyond these a value is no measurement of a vehicle."""
@@ -168,7 +168,8 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "default_max_std": _list([CEILING.get(s.unit, 1e5) for s in model.x]), "default_patience": str(GATE_PATIENCE),
         "default_x0": _list(model.x.nominal), "default_std0": _list(numbers.std0), "default_u": _list(model.external.nominal),
         **_names(model, soil_names), "active_names": ", ".join(parts.active), "bytes": str(structure_bytes(parts)),
-        "window": str(CONSISTENCY_WINDOW), "inconsistent": number(INCONSISTENT),
+        "window": str(CONSISTENCY_WINDOW), "inconsistent": number(INCONSISTENT), "inconsistent_soil": number(INCONSISTENT_SOIL),
+        "driven": ", ".join(parts.driven), "y_driven": _list([int(name in parts.driven) for name in model.y.names]),
     }  # fmt: skip
 
 
@@ -191,7 +192,7 @@ def structure_bytes(parts: Parts) -> int:
     x, u, p, y, full = len(model.x), len(model.external), len(model.p), len(model.y), len(model.u)
     head = 4 * (1 + len(STATUSES) + 2 + 3 + y)
     middle = 4 * (y + 2)
-    doubles = 2 + 2 * x + 2 * y + 2 + x * x + max(len(model.cells), 1) + u + full + y + p + 2 * x + y + 2
+    doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 2 * x + y + 2
     return -(-head // 8) * 8 + -(-middle // 8) * 8 + 8 * doubles + 8
 
 

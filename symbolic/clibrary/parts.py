@@ -49,7 +49,8 @@ class Parts:
     after: [x, u, p, F] -> [xdot];
     measure: [x, u, p, F] -> [y]; read: [x, u_external, p, m] -> [provided]; advance: [x, u, p, m, dt, F] -> [m_next];
     start: [x, u, p, F] -> [m]; force: [soil, contact] -> [WheelForce]; outputs: names of the law's outputs in F
-    (calls * n_outputs); measures_forces: whether the measurement depends on them.
+    (calls * n_outputs); measures_forces: whether the measurement depends on them; driven: measurements of states whose rate
+    depends on them.
     """
 
     model: Model
@@ -58,6 +59,7 @@ class Parts:
     arguments: tuple[str, ...]
     outputs: tuple[str, ...]
     measures_forces: bool
+    driven: tuple[str, ...]
     before: ca.Function
     law: ca.Function
     after: ca.Function
@@ -101,6 +103,8 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     q_memory = {**q, "memory": {n: m[i] for i, n in enumerate(model.cells.names)}, "dt": dt}
     xdot = ca.vertcat(*[q[f"d_{n}"] for n in model.x.names])
     y = ca.vertcat(*[q[f"y_{n}"] for n in model.y.names])
+    moved = ca.vertcat(*[x[i] for i in range(len(model.x)) if ca.depends_on(ca.SX(xdot[i]), every)])
+    driven = tuple(n for i, n in enumerate(model.y.names) if ca.depends_on(ca.SX(y[i]), moved))
     m_next = _of_memories(model, lambda memory: (memory.advance(q_memory), memory.cells))
     m_first = _of_memories(model, lambda memory: (memory.start(q), memory.cells))
     provided = _provided(model, x, external, p, m)
@@ -119,7 +123,7 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     answer = _call(law, wheel, filled)
     return Parts(
         model=build(law), active=active, calls=calls, arguments=arguments, outputs=tuple(FORCE[j] for j in used),
-        measures_forces=bool(ca.depends_on(y, every)),
+        measures_forces=bool(ca.depends_on(y, every)), driven=driven,
         before=ca.Function("before", [x, u, p], [ca.cse(ca.densify(before))]),
         law=ca.Function("law", [argument, p], [ca.cse(ca.densify(ca.vertcat(*[answer[j] for j in used])))]),
         after=after("after", [x, u, p], xdot),

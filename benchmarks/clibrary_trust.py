@@ -1,0 +1,93 @@
+"""What the C library must stand, at length: python benchmarks/clibrary_trust.py storm|fuzz|arm [--amount N] [--folder DIR].
+
+storm: ten million steps of random driving with everything that can go wrong, under address and undefined sanitizers;
+fuzz: libFuzzer (clang) for ten minutes from the corpus in tests/clibrary_corpus; arm: the library on 32-bit ARM under
+emulation against this machine, and the instructions of a step.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import tempfile
+from pathlib import Path
+
+PROJECT = Path(__file__).resolve().parents[1]
+HERE = Path(__file__).resolve().parent
+SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
+CORPUS = PROJECT / "tests" / "clibrary_corpus"
+ARM = ("arm-linux-gnueabihf-gcc", "-static", "-O2", "-mcpu=cortex-a9", "-mfpu=neon")
+STEPS, SECONDS = 10_000_000, 600
+
+
+def build(compiler: list[str], folder: Path, source: str, target: Path) -> Path:
+    """The program `source` of this folder with the library, at `target`; CalledProcessError where it does not build."""
+    sources = [str(HERE / source), *map(str, sorted((folder / "src").glob("*.c")))]
+    subprocess.run([*compiler, f"-I{folder / 'include'}", *sources, "-lm", "-o", str(target)], check=True)
+    return target
+
+
+def storm(folder: Path, scratch: Path, steps: int) -> None:
+    """Ten million steps in the vector form."""
+    program = build(["gcc", "-O2", "-march=native", *SANITIZERS], folder, "clibrary_storm.c", scratch / "storm")
+    subprocess.run([str(program), str(steps), "1"], check=True)
+
+
+def fuzz(folder: Path, scratch: Path, seconds: int) -> None:
+    """libFuzzer from the committed corpus; what it finds stays in the scratch folder."""
+    compiler = ["clang", "-O1", "-fsanitize=fuzzer,address,undefined", *SANITIZERS[1:]]
+    program = build(compiler, folder, "clibrary_fuzz.c", scratch / "fuzz")
+    found = scratch / "corpus"
+    found.mkdir()
+    limits = [f"-max_total_time={seconds}", "-max_len=2000", "-print_final_stats=1"]
+    subprocess.run([str(program), *limits, str(found), str(CORPUS)], check=True, cwd=scratch)
+
+
+def arm_numbers(folder: Path, scratch: Path) -> tuple[list[float], list[float]]:
+    """Numbers that clibrary_arm.c prints on this machine in the vector form, and on emulated 32-bit ARM."""
+    here = build(["gcc", "-O2", "-march=native"], folder, "clibrary_arm.c", scratch / "here")
+    there = build(list(ARM), folder, "clibrary_arm.c", scratch / "there")
+    printed = [
+        subprocess.run([*command, "200"], capture_output=True, text=True, check=True).stdout.split()
+        for command in ([str(here)], ["qemu-arm", str(there)])
+    ]
+    return tuple([float(word) for word in words] for words in printed)  # type: ignore[return-value]
+
+
+def arm_instructions(folder: Path, scratch: Path) -> float:
+    """ARM instructions of one prediction, update and model step (which makes the measurement), counted by single-stepping the emulator: the difference of two runs."""
+    there = build(list(ARM), folder, "clibrary_arm.c", scratch / "counted")
+    counts = []
+    for steps in ("2", "6"):
+        log = scratch / "trace"
+        # One line for each instruction: -singlestep makes translation blocks of one, nochain traces every pass.
+        command = ["qemu-arm", "-singlestep", "-d", "exec,nochain", "-D", str(log), str(there), steps]
+        subprocess.run(command, capture_output=True, check=True)
+        with log.open("rb") as lines:
+            counts.append(sum(line.startswith(b"Trace") for line in lines))
+        log.unlink()
+    return (counts[1] - counts[0]) / 4
+
+
+def arm(folder: Path, scratch: Path, amount: int) -> None:
+    """Numbers and instructions."""
+    here, there = arm_numbers(folder, scratch)
+    worst = max(abs(a - b) for a, b in zip(here, there, strict=True))
+    print(f"32-bit ARM against this machine after 200 steps: largest difference {worst:.3g}")
+    print(f"one prediction, update and model step on 32-bit ARM: {arm_instructions(folder, scratch):.0f} instructions")
+
+
+def main() -> None:
+    """Read the command line and run."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("storm", "fuzz", "arm"))
+    parser.add_argument("--amount", type=int, help="steps of the storm, seconds of fuzzing")
+    parser.add_argument("--folder", type=Path, default=PROJECT / "generated")
+    given = parser.parse_args()
+    run = {"storm": storm, "fuzz": fuzz, "arm": arm}[given.what]
+    with tempfile.TemporaryDirectory() as scratch:
+        run(given.folder, Path(scratch), given.amount or {"storm": STEPS, "fuzz": SECONDS, "arm": 0}[given.what])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""Speed of the generated C library: in a C loop, from Python, its forces alone, and rollouts for planners."""
+
+from __future__ import annotations
+
+import ctypes
+import tempfile
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from estimator.terrain import terrain_model
+from mpc_demo.bench_filter import DT, Q, R, U, Y, filterpy_filter
+from mpc_demo.bench_rows import Row, microseconds
+from mpc_demo.c_library import CFilter, CLibrary
+from mpc_demo.c_library_cache import texts_from_cache
+from symbolic.clibrary.library import write_library
+from symbolic.declaration import Declaration
+
+PAPER = "7.5-10.5 ms"
+AGAINST = "FilterPy with the same model as NumPy code"
+BATCH, HORIZON, ROWS = 200, 20, 50
+"""Trajectories and steps of a rollout call; steps of a C loop."""
+SIGMA_ROW = 24
+"""Sigma points in a row of the library's arrays: 17 and idle ones."""
+
+
+def c_library_rows(declared: Declaration) -> Iterator[Row]:
+    """The rows of the C library without the declared effects (the same model as FilterPy's), and with them if there are any."""
+    plain = Declaration(declared.vehicle.with_(effects={}), declared.soil, declared.law)
+    with tempfile.TemporaryDirectory() as folder:
+        write_library(folder, texts_from_cache(plain, DT))
+        library = CLibrary(folder)
+        yield from _plain_rows(library, plain)
+        yield from _more_rows(library)
+        if declared.vehicle.effects:
+            write_library(folder, texts_from_cache(declared, DT))
+            yield from _effect_rows(CLibrary(folder), library)
+
+
+def _filter(library: CLibrary) -> CFilter:
+    """A filter with Table-5 noise on its way."""
+    options = library.defaults()
+    options.r_std[:] = np.sqrt(R)
+    options.gate_patience = 0
+    extra = library.sizes["x"] - 6
+    x0 = np.concatenate([[0.0, 0.0, 0.0, 6.0, 0.1, 0.2], [0.5] * extra])
+    return CFilter(library, x0, [0.1, 0.1, 0.01, 0.1, 0.1, 0.01, *[0.05] * extra], options)
+
+
+def c_loop(library: CLibrary, every: int = 1) -> Callable[[], None]:
+    """ROWS predictions, and an update after every `every` of them, in one call of the C library."""
+    own = _filter(library)
+    t = DT * np.arange(ROWS + 1)
+    u, y = np.tile(U, (ROWS + 1, 1)), np.tile(Y, (ROWS + 1, 1))
+    start = bytes(own.state)
+
+    def run() -> None:
+        # The same stretch each time, from the same start: a kilobyte copied for ROWS steps.
+        ctypes.memmove(ctypes.byref(own.state), start, len(start))
+        own.replay(t, u, y, every)
+
+    return run
+
+
+def _plain_rows(library: CLibrary, declared: Declaration) -> Iterator[Row]:
+    model = terrain_model(declared.build(), tied=False)
+    x0 = model.x.pack(u=6.0, v=0.1, omega_z=0.2)
+    p0 = np.array([0.1, 0.1, 0.01, 0.1, 0.1, 0.01, 0.05, 0.05]) ** 2
+    theirs, own = filterpy_filter(model, DT, Q, R, x0, p0), _filter(library)
+    own.u[:], own.y[:] = U, Y
+    dt = ctypes.c_double(DT)
+
+    def their_step() -> None:
+        theirs.predict(u=U)
+        theirs.update(Y)
+
+    def step() -> None:
+        own.predict_held(dt)
+        own.update_held(ctypes.c_double(own.state.t))
+
+    half, whole, python, forces, other = microseconds(
+        c_loop(library, every=2), c_loop(library), step, _forces(library), their_step
+    )
+    yield Row("clibrary_step_c", whole / ROWS, "us", AGAINST, other, PAPER)
+    yield Row("clibrary_step_python", python, "us", AGAINST, other, PAPER)
+    yield Row("clibrary_replay_per_step", half / ROWS, "us", AGAINST, other, PAPER)
+    yield Row("clibrary_forces_alone", forces, "us", "prediction and update in a C loop", whole / ROWS)
+
+
+def _forces(library: CLibrary) -> Callable[[], None]:
+    """The force evaluations of one prediction: what any filter on this model must pay."""
+    own = _filter(library)
+    points = np.repeat(np.asarray(own.x)[:, None], SIGMA_ROW, axis=1)
+    out = np.empty(64 * SIGMA_ROW)
+    p = np.asarray(library.defaults().p)
+    arguments = [array.ctypes.data_as(ctypes.c_void_p) for array in (points, np.array(U), p, out)]
+    function = library.c.softsoil_model_forces
+    return lambda: function(*arguments)
+
+
+def _rollout(library: CLibrary) -> Callable[[], object]:
+    own = _filter(library)
+    x0 = np.repeat(np.asarray(own.x)[:, None], BATCH, axis=1)
+    u = np.repeat(np.tile(U, (HORIZON, 1))[:, :, None], BATCH, axis=2)
+    u[:, 0] += 0.1 * np.sin(np.arange(BATCH) + 0.1 * np.arange(HORIZON)[:, None])
+    p = np.asarray(library.defaults().p)
+    m = library.history(p, x0[:, 0], u[0, :, 0])
+    return lambda: library.rollout(p, DT, x0, u, m)
+
+
+def _one_step(library: CLibrary) -> Callable[[], object]:
+    own = _filter(library)
+    p, x = np.asarray(library.defaults().p), np.array(own.x)
+    m = library.history(p, x, U)
+    arguments = [a.ctypes.data_as(ctypes.c_void_p) for a in (p, x, m, np.array(U))]
+    function, dt = library.c.softsoil_step, ctypes.c_double(1e-9)
+    return lambda: function(arguments[0], dt, arguments[1], arguments[2], arguments[3])
+
+
+def _more_rows(library: CLibrary) -> Iterator[Row]:
+    batch, single = microseconds(_rollout(library), _one_step(library))
+    yield Row("rollout_step", batch / BATCH / HORIZON, "us", "softsoil_step, one at a time from Python", single)
+
+
+def _effect_rows(library: CLibrary, plain: CLibrary) -> Iterator[Row]:
+    with_effects, without, rollout, other = microseconds(
+        c_loop(library), c_loop(plain), _rollout(library), _rollout(plain)
+    )
+    against = "the same without effects"
+    yield Row("clibrary_step_c_effects", with_effects / ROWS, "us", against, without / ROWS)
+    each = BATCH * HORIZON
+    yield Row("rollout_step_effects", rollout / each, "us", against, other / each)
