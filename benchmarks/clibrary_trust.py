@@ -55,7 +55,10 @@ def arm_numbers(folder: Path, scratch: Path) -> tuple[list[float], list[float]]:
 
 
 def arm_instructions(folder: Path, scratch: Path) -> float:
-    """ARM instructions of one prediction, update and model step (which makes the measurement), counted by single-stepping the emulator: the difference of two runs."""
+    """ARM instructions of one prediction, update and model step (which makes the measurement).
+
+    Counted by single-stepping the emulator, as the difference of two runs.
+    """
     there = build(list(ARM), folder, "clibrary_arm.c", scratch / "counted")
     counts = []
     for steps in ("2", "6"):

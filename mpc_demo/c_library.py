@@ -121,9 +121,9 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
             ("magic", natural), ("counts", natural * len(STATUSES)), ("predictions", natural), ("updates", natural),
             ("standstill", whole), ("reversing", whole), ("started", whole), ("gated_run", whole * y), ("t", real),
             ("last_dt", real), ("x", real * x), ("std", real * x), ("innovation", real * y), ("innovation_std", real * y),
-            ("nis", real), ("consistency", real), ("soil_consistency", real), ("used", whole * y), ("dof", whole), ("since", whole),
-            ("root", real * (x * x)), ("m", real * max(m, 1)), ("u", real * u), ("u_full", real * full), ("t_y", real * y),
-            ("options", Options),
+            ("nis", real), ("consistency", real), ("soil_consistency", real), ("used", whole * y), ("dof", whole),
+            ("since", whole), ("root", real * (x * x)), ("m", real * max(m, 1)), ("u", real * u), ("u_full", real * full),
+            ("t_y", real * y), ("options", Options),
         ]  # fmt: skip
 
     return Options, Filter
