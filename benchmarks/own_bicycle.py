@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from estimator.synthetic import synthetic_drive
-from estimator.terrain import estimate_terrain
+from estimator.terrain import EXACT_MODEL, estimate_terrain
 from recording.noise import add_noise
 from symbolic.bicycle import bicycle
 from symbolic.soil import CLAY, SANDY_LOAM
@@ -20,10 +20,15 @@ def main() -> None:
     for soil in (CLAY, SANDY_LOAM):
         model = bicycle(vehicle, soil)
         drive = synthetic_drive(model, vehicle.radius)
-        found = [estimate_terrain(add_noise(drive, "table5", s), model, soil.n + GUESS_OFF) for s in range(SEEDS)]
+        found = [
+            estimate_terrain(add_noise(drive, "table5", s), model, soil.n + GUESS_OFF, tuning=EXACT_MODEL)
+            for s in range(SEEDS)
+        ]
         for axle in ("n_front", "n_rear"):
             errors = np.array([100 * abs(getattr(f, axle)[-1] / soil.n - 1) for f in found])
-            print(f"{soil.name} {axle}: error median {np.median(errors):.2f} %, worst {errors.max():.2f} % of {SEEDS} seeds")
+            print(
+                f"{soil.name} {axle}: error median {np.median(errors):.2f} %, worst {errors.max():.2f} % of {SEEDS} seeds"
+            )
         inside = np.array([100 * f.nis_inside_95 for f in found])
         print(f"{soil.name} NIS inside its 95 % band: {inside.min():.1f} to {inside.max():.1f} % of the time")
 

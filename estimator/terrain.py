@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from estimator.consistency import inside_band
 from estimator.inputs import measured_inputs, measured_states, sensor_std
 from estimator.predictor import substeps_for
-from estimator.ukf import Counts, UnscentedKalmanFilter
+from estimator.ukf import Counts, Innovation, UnscentedKalmanFilter
 from recording.clock import on_even_clock
 from recording.drive import STATE_CHANNELS, Recording
 from symbolic.model import Model, promote_parameters, tie_parameters
@@ -28,17 +28,26 @@ class Tuning:
     """Numbers of the filter that the paper leaves open; the same for every soil, vehicle and log.
 
     model_error: what the equations miss, as densities per state: standard deviation after one second of accumulation
-    (units of x, y, psi, u, v, omega_z); n_walk: of the sinkage exponent per square root of a second; n_std: of the first
+    (units of x, y, psi, u, v, omega_z); force_error: what they miss in proportion to the lateral acceleration |u omega_z|,
+    the same densities for v (m/s per m/s^2) and omega_z (rad/s per m/s^2): a force law errs by a share of the force;
+    n_walk: of the sinkage exponent per square root of a second; n_std: of the first
     guess; sensor_floor: least standard deviation that a sensor is believed to have; gate: innovation in standard
-    deviations; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
+    deviations; patience: updates in a row that a measurement may fail the gate before it is the state that is taken to have
+    jumped; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
     """
 
-    model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.05, 0.02)
+    model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.1, 0.05)
+    force_error: tuple[float, float] = (0.2, 0.1)
     n_walk: float = 0.002
     n_std: float = 0.2
     sensor_floor: tuple[float, ...] = (0.05, 0.05, 0.003, 0.05, 0.05, 0.005)
     gate: float = 6.0
+    patience: int = 2
     update_every: int = 2
+
+
+EXACT_MODEL = Tuning(model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), force_error=(0.0, 0.0))
+"""For drives of the model itself, whose equations miss nothing: what is left is rounding and the sampling of inputs."""
 
 
 @dataclass(frozen=True)
@@ -109,13 +118,17 @@ def estimate_terrain(
     ukf = _filter(log, augmented, n0, tuning, measured)
     where = [augmented.x.index(name) for name in (("n", "n") if tied else ("n_f", "n_r"))]
     every = tuning.update_every if log.dt < SLOW_ROWS else 1
+    noise, jumps = _ForceError(augmented, tuning, log.dt), _Jumps(tuning.patience)
     kept: list[tuple[float, float, int, Array, Array]] = []
     step_us = []
     for k in range(len(log) - 1):
         began = time.perf_counter()
+        noise.apply(ukf)
         ukf.predict(inputs[k])
         if (k + 1) % every == 0:
             seen = ukf.update(measured[k + 1])
+            if seen.dof < len(seen.used) or jumps.waiting:
+                jumps.see(ukf, seen, measured[k + 1])
             step_us.append((time.perf_counter() - began) * 1e6)
             kept.append((log.t[k + 1], seen.nis, seen.dof, ukf.x, ukf.variance))
             if progress is not None and len(kept) % 64 == 0:
@@ -144,6 +157,42 @@ def _filter(log: Recording, model: Model, n0: float, tuning: Tuning, measured: A
     return UnscentedKalmanFilter(
         model, log.dt, q=q, r=sensor**2, x0=x0, p0=p0, gate=tuning.gate, substeps=substeps_for(log.dt)
     )
+
+
+class _ForceError:
+    """Process noise of v and omega_z that grows with the lateral force."""
+
+    def __init__(self, model: Model, tuning: Tuning, dt: float) -> None:
+        self._rows = [model.x.index(name) for name in ("v", "omega_z")]
+        self._still = np.array([tuning.model_error[STATE_CHANNELS.index(name)] for name in ("v", "omega_z")]) ** 2 * dt
+        self._force = np.array(tuning.force_error) ** 2 * dt
+        self._u, self._omega_z = model.x.index("u"), model.x.index("omega_z")
+
+    def apply(self, ukf: UnscentedKalmanFilter) -> None:
+        if self._force.any():
+            a_y = ukf.at(self._u) * ukf.at(self._omega_z)
+            ukf.set_process_variance(self._rows, self._still + self._force * (a_y * a_y))
+
+
+class _Jumps:
+    """A measurement that fails the gate again and again is right: the state has jumped, and is opened for it."""
+
+    def __init__(self, patience: int) -> None:
+        self._patience = patience
+        self._run = np.zeros(len(STATE_CHANNELS), dtype=int)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a measurement failed the last time."""
+        return bool(self._run.any())
+
+    def see(self, ukf: UnscentedKalmanFilter, seen: Innovation, y: Array) -> None:
+        failed = ~seen.used & np.isfinite(y)
+        self._run = np.where(failed, self._run + 1, 0)
+        due = np.flatnonzero(self._run >= self._patience)
+        if len(due):
+            ukf.open(due, seen.value[due] ** 2)
+            self._run[due] = 0
 
 
 def _first(values: Array) -> float:

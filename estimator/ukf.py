@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -176,6 +177,21 @@ class UnscentedKalmanFilter:
         if dof < len(used):
             self._count(self._valid > 0.5, used)
         return Innovation(self._innovation.copy(), self._update.outputs[3].copy(), self._nis.item(), used, dof)
+
+    def set_process_variance(self, rows: Sequence[int], variance: ArrayLike) -> None:
+        """Variances added to the states `rows` (K,) at each prediction from now on, variance (K,)."""
+        noise = self._predict.inputs[4]
+        for row, value in zip(rows, np.atleast_1d(variance), strict=True):
+            noise[row, row] = value
+
+    def open(self, rows: ArrayLike, variance: ArrayLike) -> None:
+        """Add variance (K,) to the states `rows` (K,): they may have jumped; what they say of other states fades with it."""
+        cov = self._pairs[self._at][1]
+        cov[rows, rows] += variance
+
+    def at(self, row: int) -> float:
+        """Estimate of the state with index `row`."""
+        return float(self._pairs[self._at][0][row, 0])
 
     @property
     def variance(self) -> Array:

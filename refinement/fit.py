@@ -174,7 +174,8 @@ class _Problem:
         gradient = np.einsum("wmk,wm->k", weighted, z)
         scaled = hessian * np.outer(self.scale, self.scale)
         scaled += damping * np.diag(np.diag(scaled)) + 1e-12 * np.trace(scaled) * np.eye(len(scaled))
-        return -self.scale * np.linalg.solve(scaled, self.scale * gradient)
+        # A parameter that moves nothing leaves a zero row: least squares leaves it where it is.
+        return -self.scale * np.linalg.lstsq(scaled, self.scale * gradient, rcond=1e-12)[0]
 
     def std(self, jacobian: Array, residual: Array) -> Array:
         """Sandwich with windows as clusters: residuals inside a window are anything but independent."""

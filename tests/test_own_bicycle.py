@@ -7,7 +7,7 @@ import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from estimator.synthetic import synthetic_drive
-from estimator.terrain import estimate_terrain
+from estimator.terrain import EXACT_MODEL, estimate_terrain
 from recording.noise import add_noise
 from symbolic.bicycle import bicycle
 from symbolic.soil import CLAY
@@ -18,7 +18,8 @@ SEEDS = 20
 @pytest.fixture(scope="module")
 def estimates():
     return [
-        estimate_terrain(add_noise(clay_drive(), "table5", seed), clay_bicycle(), CLAY.n + 0.2) for seed in range(SEEDS)
+        estimate_terrain(add_noise(clay_drive(), "table5", seed), clay_bicycle(), CLAY.n + 0.2, tuning=EXACT_MODEL)
+        for seed in range(SEEDS)
     ]
 
 
@@ -43,7 +44,9 @@ def test_truth_lies_within_the_stated_uncertainty(estimates):
 def test_estimate_follows_the_soil_and_not_its_first_guess():
     model = clay_bicycle()
     drive = synthetic_drive(model, reference_vehicle().radius, p=model.p.pack(n_f=0.8, n_r=0.8))
-    from_below, from_above = (estimate_terrain(add_noise(drive, "table5", 5), model, n0) for n0 in (0.6, 1.0))
+    from_below, from_above = (
+        estimate_terrain(add_noise(drive, "table5", 5), model, n0, tuning=EXACT_MODEL) for n0 in (0.6, 1.0)
+    )
     assert from_below.n_front[-1] == pytest.approx(0.8, rel=0.05)
     assert from_above.n_front[-1] == pytest.approx(0.8, rel=0.05)
 
@@ -64,7 +67,7 @@ def test_another_vehicle_on_another_soil():
     soil = CLAY.with_(name="silt", k_phi=1.1e6, k_c=8e3, c=2500.0, phi=0.35, k=0.018, n=0.85)
     model = bicycle(vehicle, soil)
     drive = synthetic_drive(model, vehicle.radius, speed=4.0, swing=0.5)
-    found = estimate_terrain(add_noise(drive, "table5", 11), model, 0.65)
+    found = estimate_terrain(add_noise(drive, "table5", 11), model, 0.65, tuning=EXACT_MODEL)
     assert found.n_front[-1] == pytest.approx(0.85, rel=0.08)
     assert found.n_rear[-1] == pytest.approx(0.85, rel=0.08)
     assert 0.9 <= found.nis_inside_95 <= 0.99
@@ -75,7 +78,7 @@ def test_rows_may_be_finer_or_coarser_than_the_papers(dt):
     fine = synthetic_drive(clay_bicycle(), reference_vehicle().radius, dt=0.002)
     every = round(dt / 0.002)
     drive = replace(fine, channels={name: values[::every] for name, values in fine.channels.items()})
-    found = estimate_terrain(add_noise(drive, "table5", 8), clay_bicycle(), CLAY.n + 0.2)
+    found = estimate_terrain(add_noise(drive, "table5", 8), clay_bicycle(), CLAY.n + 0.2, tuning=EXACT_MODEL)
     assert found.n_front[-1] == pytest.approx(CLAY.n, rel=0.15)
 
 
@@ -84,7 +87,7 @@ def test_dropped_and_broken_measurements_are_left_out_and_counted():
     v, x = noisy["v"].copy(), noisy["x"].copy()
     v[500:700] = np.nan
     x[1000] = 1e6  # an even row: the filter updates with every second
-    found = estimate_terrain(noisy.with_channels(v=v, x=x), clay_bicycle(), 0.7)
+    found = estimate_terrain(noisy.with_channels(v=v, x=x), clay_bicycle(), 0.7, tuning=EXACT_MODEL)
     assert found.counts.invalid["v"] == 100
     assert found.counts.gated == {"x": 1}
     assert found.n_front[-1] == pytest.approx(CLAY.n, rel=0.05)
