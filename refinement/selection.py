@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from refinement.fit import Fit
-from refinement.trace import Bench, Candidate, fit_base, held_cost, rank
+from refinement.trace import Bench, Candidate, fit_base, held_cost, rank, reweighted
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
 from symbolic.effects import Effect
@@ -111,7 +111,8 @@ def accept(bench: Bench, candidate: Candidate, effects: Mapping[str, Effect]) ->
     """The bench with the candidate in the model, and the names of earlier effects that it has made superfluous.
 
     effects: all accepted ones, the candidate's among them. Their parameters stay free; an effect that no longer stands off
-    its absence was in the place of this one, and goes.
+    its absence was in the place of this one, and goes. Channels are weighted anew by what the grown model leaves of them:
+    against the first model's errors a second effect would hardly show.
     """
     own = [f for f in candidate.fit.free if f.name in effects[candidate.name].parameters]
     grown = replace(bench, absent=candidate.fit.p, accepted=(*bench.accepted, *own))
@@ -123,10 +124,10 @@ def accept(bench: Bench, candidate: Candidate, effects: Mapping[str, Effect]) ->
         if name != candidate.name and strength(refit, effect) < LEAST_PARAMETER_SIGMAS
     )
     if not dropped:
-        return grown, ()
+        return reweighted(grown), ()
     p, gone = grown.absent.copy(), {s.name for name in dropped for s in effects[name].parameters}
     for name in dropped:
         for signal in effects[name].parameters:
             p[:, grown.model.p.index(signal.name)] = signal.nominal
     grown = replace(grown, absent=p, accepted=tuple(f for f in grown.accepted if f.name not in gone))
-    return replace(grown, absent=fit_base(grown).p), dropped
+    return reweighted(replace(grown, absent=fit_base(grown).p)), dropped

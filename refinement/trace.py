@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -113,9 +113,14 @@ def make_bench(
     bench = Bench(model, p, shootings, fitted, held, Weights(np.maximum(_unexplained(shootings, p), sensor)), sensor)
     for _ in range(2):  # n moves the weights, the weights n: twice is enough
         base = fit_base(bench)
-        sigma = np.maximum(_unexplained(shootings, base.p), LEAST_SIGMA * sensor)
-        bench = Bench(model, base.p, shootings, fitted, held, Weights(sigma), sensor)
+        bench = reweighted(Bench(model, base.p, shootings, fitted, held, bench.weights, sensor))
     return bench
+
+
+def reweighted(bench: Bench) -> Bench:
+    """The bench with each channel measured against what the present model leaves of it, at least LEAST_SIGMA of its noise."""
+    left = _unexplained(bench.shootings, bench.absent)
+    return replace(bench, weights=Weights(np.maximum(left, LEAST_SIGMA * bench.sensor)))
 
 
 def _unexplained(shootings: Sequence[Shooting], p: Array) -> Array:
