@@ -430,7 +430,7 @@ static int gate(softsoil_t *s, int32_t *use, int *status) {
 
 /* Gain, estimate and factor from the measurements in use; the soil is not touched where `hold`. */
 static void correct(softsoil_t *s, const softsoil_prediction_t *z, const int32_t *use, int hold) {
-  double chol[NY][NY], gain[N][NY] = {{0.0}}, a[SOFTSOIL_POINTS + NY][N], scaled[NY];
+  double chol[NY][NY], gain[NY][N] = {{0.0}}, a[SOFTSOIL_POINTS + NY][N], scaled[NY], step[N] = {0.0};
   int at[NY], n = 0;
   for (int i = 0; i < NY; ++i)
     if (use[i]) at[n++] = i;
@@ -448,37 +448,43 @@ static void correct(softsoil_t *s, const softsoil_prediction_t *z, const int32_t
     scaled[j] = sum / chol[j][j];
     s->nis += scaled[j] * scaled[j];
   }
-  for (int i = 0; i < n; ++i)
-    for (int k = 0; k < SOFTSOIL_POINTS; ++k)
-      for (int j = 0; j < N; ++j) gain[j][i] += z->dx[k][j] * z->dy[k][at[i]];
-  for (int j = 0; j < N; ++j) {
-    if (hold && is_soil[softsoil_order[j]]) {
-      for (int i = 0; i < n; ++i) gain[j][i] = 0.0;
-      continue;
-    }
+  /* K S = P_xy, column after column of S's factor, all states side by side. */
+  for (int k = 0; k < SOFTSOIL_POINTS; ++k)
     for (int i = 0; i < n; ++i) {
-      for (int k = 0; k < i; ++k) gain[j][i] -= gain[j][k] * chol[i][k];
-      gain[j][i] /= chol[i][i];
+      const double dy = z->dy[k][at[i]];
+      for (int j = 0; j < N; ++j) gain[i][j] += z->dx[k][j] * dy;
     }
-    for (int i = n - 1; i >= 0; --i) {
-      for (int k = i + 1; k < n; ++k) gain[j][i] -= gain[j][k] * chol[k][i];
-      gain[j][i] /= chol[i][i];
-    }
+  for (int i = 0; i < n; ++i) {
+    const double inverse = 1.0 / chol[i][i];
+    for (int k = 0; k < i; ++k)
+      for (int j = 0; j < N; ++j) gain[i][j] -= gain[k][j] * chol[i][k];
+    for (int j = 0; j < N; ++j) gain[i][j] *= inverse;
   }
+  for (int i = n - 1; i >= 0; --i) {
+    const double inverse = 1.0 / chol[i][i];
+    for (int k = i + 1; k < n; ++k)
+      for (int j = 0; j < N; ++j) gain[i][j] -= gain[k][j] * chol[k][i];
+    for (int j = 0; j < N; ++j) gain[i][j] *= inverse;
+  }
+  for (int j = 0; hold && j < N; ++j)
+    for (int i = 0; i < n && is_soil[softsoil_order[j]]; ++i) gain[i][j] = 0.0;
   for (int k = 0; k < SOFTSOIL_POINTS; ++k) {
-    double row[N];
-    for (int j = 0; j < N; ++j) row[j] = z->dx[k][j];
-    for (int j = 0; j < N; ++j)
-      for (int i = 0; i < n; ++i) row[j] -= gain[j][i] * z->dy[k][at[i]];
-    for (int j = 0; j < N; ++j) a[k][j] = row[j];
+    for (int j = 0; j < N; ++j) a[k][j] = z->dx[k][j];
+    for (int i = 0; i < n; ++i) {
+      const double dy = z->dy[k][at[i]];
+      for (int j = 0; j < N; ++j) a[k][j] -= gain[i][j] * dy;
+    }
   }
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < N; ++j) a[SOFTSOIL_POINTS + i][j] = gain[j][i] * s->options.r_std[at[i]];
+  for (int i = 0; i < n; ++i) {
+    const double r = s->options.r_std[at[i]];
+    for (int j = 0; j < N; ++j) {
+      a[SOFTSOIL_POINTS + i][j] = gain[i][j] * r;
+      step[j] += gain[i][j] * s->innovation[at[i]];
+    }
+  }
   for (int j = 0; j < N; ++j) {
     const int state = softsoil_order[j];
-    double step = 0.0;
-    for (int i = 0; i < n; ++i) step += gain[j][i] * s->innovation[at[i]];
-    s->x[state] = clipped(s->x[state] + step, state);
+    s->x[state] = clipped(s->x[state] + step[j], state);
   }
   triangularise(a, SOFTSOIL_POINTS + n, s->root);
   s->dof = n;
