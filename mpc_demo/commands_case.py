@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table
 
-from mpc_demo.figures_case import draw_cmu
+from mpc_demo.figures_case import draw_cmu, draw_dart
 from mpc_demo.output import console, output_folder, progress, say_written, write_json
 from refinement.case_cmu import REFINED, CmuCase, run_cmu
+from refinement.case_dart import HORIZONS, DartLog, candidate_model, trace_log, transferred
 from refinement.ploughing_fit import rms
+from symbolic.model import Model
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "data" / "real"
 """Measured data, where they are."""
@@ -97,4 +99,83 @@ def _per_angle(found: CmuCase) -> Table:
     for base in found.judged:
         for name in ("as_declared", REFINED):
             table.add_row(f"{base} {name}", *(f"{found.error(base, name, 'angle', a):.1f}" for a in found.angles))
+    return table
+
+
+@case_app.command()
+def dart(
+    data: Annotated[Path, typer.Option(help="Folder with the car's logs (csv.gz).")] = REAL / "tudelft_dart_1to10",
+    out: Annotated[Path | None, typer.Option(help="Folder to write to.")] = None,
+) -> None:
+    """A 1:10 car on hard floor: what the model lacks between the steering command and the motion, log by log.
+
+    Example: softsoil case dart --data ../shared/data/real/tudelft_dart_1to10
+    """
+    folder = output_folder(out, "case_dart")
+    paths = sorted(data.glob("*.csv.gz"))
+    if not paths:
+        raise ValueError(f"--data: expected the car's logs (*.csv.gz), found none in {data}")
+    model, logs = candidate_model(), []
+    for path in paths:
+        with progress(f"tracing {path.name}") as told:
+            logs.append(trace_log(path, model, told))
+        _say_log(logs[-1])
+    carried = _carried_over(paths, logs, model)
+    console.print(_errors(logs))
+    written = [
+        write_json(folder / "dart.json", {"logs": [log.as_json() for log in logs], "carried_over": carried}),
+        draw_dart(logs, folder / "dart.png"),
+    ]
+    say_written(written)
+
+
+def _carried_over(paths: Sequence[Path], logs: Sequence[DartLog], model: Model) -> list[dict[str, Any]]:
+    """The effect found in most logs, with its mean parameter from the others, judged on each log: nothing of it is fitted there."""
+    names = [name for log in logs for name in log.parameters]
+    if not names:
+        return []
+    name, rows = max(set(names), key=names.count), []
+    for path, log in zip(paths, logs, strict=True):
+        others = [other.parameters[name][0] for other in logs if other is not log and name in other.parameters]
+        if not others:
+            continue
+        value = sum(others) / len(others)
+        gain, std, after = transferred(path, model, {name: value})
+        console.print(
+            f"{log.name} with {name} = {value:.3g} of the other logs: removes {100 * gain:.0f} +- {100 * std:.0f} % of the "
+            f"held-out cost; psi at 0.5 s {log.before['0.5']['psi']:.3f} -> {after['0.5']['psi']:.3f} rad"
+        )
+        rows.append({"log": log.name, "parameter": name, "value": value, "gain": gain, "std": std, "rms": after})
+    return rows
+
+
+def _say_log(log: DartLog) -> None:
+    first, last = log.ground
+    console.print(
+        f"{log.name}: {log.seconds:.0f} s of driving; phi {_pm(*first['phi'])}, refined {_pm(*last['phi'])} rad"
+    )
+    for candidate in log.ranking[:5]:
+        console.print(
+            f"  {candidate.name}: removes {100 * candidate.gain:.0f} +- {100 * candidate.std:.0f} % of the held-out cost"
+        )
+    found = ", ".join(f"{name} {_pm(value, std)} {unit}" for name, (value, std, unit) in log.parameters.items())
+    console.print(f"  accepted: {found or 'none'}")
+    for group in log.groups:
+        if len(group) > 1:
+            console.print(f"  cannot be told apart here: {', '.join(group)}")
+
+
+def _pm(value: float, std: float) -> str:
+    return f"{value:.3g} +- {std:.2g}"
+
+
+def _errors(logs: list[DartLog]) -> Table:
+    states = ("x", "y", "psi", "v", "omega_z")
+    table = Table(title="rms error on the held-out last third, declared / refined (m, rad, m/s, rad/s)")
+    for name in ("log", "horizon, s", *states):
+        table.add_column(name, justify="left" if name == "log" else "right")
+    for log in logs:
+        for horizon in (f"{h:g}" for h in HORIZONS):
+            row = (f"{log.before[horizon][s]:.3f} / {log.after[horizon][s]:.3f}" for s in states)
+            table.add_row(log.name, horizon, *row)
     return table

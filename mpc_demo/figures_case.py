@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from mpc_demo.style import ESTIMATED, INITIAL, REAR, SOFT, TRUE, page
 from refinement.case_cmu import REFINED, CmuCase
+from refinement.case_dart import DartLog
 
 SPEEDS = ((0, "locked wheel", TRUE), (10, "rim as fast as the carriage", ESTIMATED), (100, "ten times as fast", REAR))
 """Commanded rim speeds shown (mm/s), carriage at 10 mm/s."""
@@ -77,3 +79,52 @@ def _candidates(axis: Any, case: CmuCase, base: str) -> None:
     axis.axvline(0.5 * errors[0], color=TRUE, ls="--", lw=1)
     axis.invert_yaxis()
     axis.set(title="Candidates, held out by angle", xlabel="rms side force, N (dashed: half of the baseline)")
+
+
+SHOWN_SECONDS = 6.0
+"""s of the held-out part in the picture of the yaw rate."""
+
+
+def draw_dart(logs: Sequence[DartLog], path: Path) -> Path:
+    """Per log: the ranking with its standard errors, the yaw rate over held-out windows, errors before and after."""
+    title = "A 1:10 car on hard floor (TU Delft): what its model lacks, judged on the last third"
+    with page(path, title, 11, 2.9 * len(logs), len(logs), 3, squeeze=False, width_ratios=(1.1, 1.6, 1)) as axes:
+        for row, log in zip(axes, logs, strict=True):
+            _ranking(row[0], log)
+            _yaw_rate(row[1], log)
+            _before_after(row[2], log)
+    return path
+
+
+def _ranking(axis: Any, log: DartLog) -> None:
+    shown = log.ranking[:7]
+    accepted = {c.name for c in log.accepted}
+    axis.barh(
+        [c.name for c in shown], [100 * c.gain for c in shown], xerr=[100 * c.std for c in shown],
+        color=[ESTIMATED if c.name in accepted else SOFT for c in shown], ecolor=TRUE,
+    )  # fmt: skip
+    axis.invert_yaxis()
+    axis.set(title=f"{log.name}: ranking", xlabel="held-out cost removed, %")
+
+
+def _yaw_rate(axis: Any, log: DartLog) -> None:
+    t, recorded, before, after = log.yaw_rate
+    for k in range(len(t)):
+        if t[k, -1] > t[0, 0] + SHOWN_SECONDS:
+            break
+        for values, color, label in (
+            (recorded, TRUE, "recorded"), (before, INITIAL, "as declared"), (after, ESTIMATED, "refined"),
+        ):  # fmt: skip
+            axis.plot(t[k], values[k], color=color, lw=1.1, label=label if k == 0 else None)
+    axis.set(title="Yaw rate, windows of 1 s, held out", xlabel="time, s", ylabel="rad/s")
+    axis.legend(loc="best", ncols=3)
+
+
+def _before_after(axis: Any, log: DartLog) -> None:
+    states = ("y", "psi", "v", "omega_z")
+    place = np.arange(len(states))
+    ratio = [log.after["0.5"][name] / log.before["0.5"][name] for name in states]
+    axis.bar(place, ratio, 0.6, color=ESTIMATED)
+    axis.axhline(1.0, color=INITIAL, ls="--", lw=1)
+    axis.set_xticks(place, states)
+    axis.set(title="rms at 0.5 s, after / before", ylim=(0, 1.2))

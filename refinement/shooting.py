@@ -44,8 +44,9 @@ class Drive:
     first: int
 
 
-def shooting_drive(recording: Recording, model: Model, start: float) -> Drive:
-    """The drive on an even clock with smoothed states; `start` seconds at its beginning are left out of windows.
+def shooting_drive(recording: Recording, model: Model, start: float, smoothing: float = SMOOTHING) -> Drive:
+    """The drive on an even clock with smoothed states; `start` seconds at its beginning are left out of windows;
+    smoothing: length of the polynomial (s), to be shorter for a smaller and quicker vehicle.
 
     Raises ValueError for reversing, inputs that the drive cannot give, or a drive shorter than a few seconds.
     """
@@ -57,14 +58,14 @@ def shooting_drive(recording: Recording, model: Model, start: float) -> Drive:
         raise ValueError(
             f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s"
         )
-    return Drive(log.name, log.dt, log.t, measured, smoothed(measured, log.dt), inputs, first)
+    return Drive(log.name, log.dt, log.t, measured, smoothed(measured, log.dt, smoothing), inputs, first)
 
 
-def smoothed(states: Array, dt: float) -> Array:
-    """(N, n) states through a quadratic over SMOOTHING seconds, missing values interpolated first."""
+def smoothed(states: Array, dt: float, length: float = SMOOTHING) -> Array:
+    """(N, n) states through a quadratic over `length` seconds, dt apart, missing values interpolated first."""
     out = np.empty_like(states)
     rows = np.arange(len(states))
-    window = max(2 * round(SMOOTHING / dt / 2) + 1, 5)
+    window = max(2 * round(length / dt / 2) + 1, 5)
     for i in range(states.shape[1]):
         good = np.isfinite(states[:, i])
         if not good.any():

@@ -93,6 +93,7 @@ _LAWS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "dallas": ("symbolic.dallas", "Dallas"),
         "dallas_refit": ("symbolic.dallas_refit", "DallasRefit"),
         "turn_slip": ("symbolic.turn_slip", "TurnSlip"),
+        "hard_ground": ("symbolic.hard_ground", "HardGround"),
         "turn_slip_calibrated": ("symbolic.turn_slip_calibrated", "TurnSlipCalibrated"),
     }
 )
