@@ -130,7 +130,7 @@ def dart(
 
 
 def _carried_over(paths: Sequence[Path], logs: Sequence[DartLog], model: Model) -> list[dict[str, Any]]:
-    """The effect found in most logs, with its mean parameter from the others, judged on each log: nothing of it is fitted there."""
+    """The effect found in most logs, with its mean parameter from the others, judged on each log without a fit there."""
     names = [name for log in logs for name in log.parameters]
     if not names:
         return []

@@ -77,17 +77,18 @@ def smoothed(states: Array, dt: float, length: float = SMOOTHING) -> Array:
 class Shooting:
     """Predictions of one model over the windows of one drive.
 
-    model: bicycle with effects; drive; horizon (s): length of the windows, which stand side by side.
+    model: bicycle with effects; drive; horizon (s): length of the windows, which stand side by side;
+    substeps: Euler steps inside a step of the drive, for vehicles so quick that one would not be stable.
     """
 
-    def __init__(self, model: Model, drive: Drive, horizon: float) -> None:
+    def __init__(self, model: Model, drive: Drive, horizon: float, substeps: int = 1) -> None:
         self.model, self.drive = model, drive
         self.steps = max(round(horizon / drive.dt), 2)
         count = (len(drive.t) - drive.first - 1) // self.steps
         if count < 2:
             raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {count}")
         self.rows = drive.first + self.steps * np.arange(count)
-        self._loop = _loop(model, drive.dt)
+        self._loop = _loop(model, drive.dt, substeps)
         self._start = start_memory(model)
         self._extra = model.x.nominal[len(STATE_CHANNELS) :]
         take = self.rows[:, None] + np.arange(self.steps + 1)
@@ -135,11 +136,11 @@ class Shooting:
 _LOOPS: dict[tuple, StepLoop] = {}
 
 
-def _loop(model: Model, dt: float) -> StepLoop:
+def _loop(model: Model, dt: float, substeps: int) -> StepLoop:
     """The compiled loop of a model, kept for the other horizons and drives of the same step."""
-    key = (model.name, model.effects, model.p.names, model.stages, dt)
+    key = (model.name, model.effects, model.p.names, model.stages, dt, substeps)
     if key not in _LOOPS:
-        step = step_with_memory(model, dt)
+        step = step_with_memory(model, dt, substeps=substeps)
         x, _, p = model.symbols()
         m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
         # The outputs do not look at the histories: measured states are outputs of the states alone.
