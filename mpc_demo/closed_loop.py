@@ -104,6 +104,8 @@ class ClosedLoop:
     def __init__(self, ocp: Ocp, solver: Nmpc) -> None:
         self.ocp, self.solver = ocp, solver
         self.histories = Histories(ocp)
+        # The first solve builds machine code, which no vehicle should wait for.
+        solver.make_step(ocp.z.nominal)
 
     def run(
         self, scenario: Scenario, controller: str, seed: int = 0, faults: Faults | None = None,

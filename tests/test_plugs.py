@@ -1,10 +1,15 @@
 """The model in other tools' forms computes what the model computes."""
 
+import subprocess
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from drives import clay_bicycle, reference_vehicle
+from estimator.compiled import find_compiler
+from mpc_demo.nmpc import Nmpc
+from mpc_demo.nmpc_casadi import programme, write_solver
 from mpc_demo.ocp import REFERENCE, Ocp, OcpSettings
 from mpc_demo.plugs_acados import to_acados
 from mpc_demo.plugs_do_mpc import do_mpc_controller, to_do_mpc
@@ -79,3 +84,33 @@ def test_acados_fields_hold_the_same_rates(whole):
 def test_a_name_that_is_no_identifier_is_refused():
     with pytest.raises(ValueError, match="starts with a letter"):
         to_acados(ocp(), "1; rm")
+
+
+def test_the_whole_solver_as_one_c_file_finds_the_same_plan(tmp_path):
+    compiler = find_compiler()
+    if compiler is None:
+        pytest.skip("no C compiler")
+    problem = ocp(linear_bicycle(), steps=5)
+    source = write_solver(problem, tmp_path)[0]
+    library = tmp_path / "solver.so"
+    subprocess.run([compiler, "-O0", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
+    ref = np.column_stack([0.5 * np.arange(6), np.full(6, 0.4), np.zeros(6), np.full(6, 5.0)])
+    ours = Nmpc(problem, "converged", tolerance=1e-6)
+    ours.set_parameters(problem.s.nominal, np.zeros((5, 0)), ref)
+    z0 = problem.z.pack(u=5.0)
+    ours.set_initial_guess(np.tile(z0, (6, 1)), np.zeros((5, 2)))
+    ours.make_step(z0)
+    form = programme(problem)
+    lower, upper = form.lower.copy(), form.upper.copy()
+    lower[: len(z0)] = upper[: len(z0)] = z0
+    p = np.concatenate([problem.s.nominal, ref.ravel()])
+    found = ca.external("nmpc", str(library))(
+        x0=form.pack(np.tile(z0, (6, 1)), np.zeros((5, 2))),
+        p=p,
+        lbx=lower,
+        ubx=upper,
+        lbg=form.g_lower,
+        ubg=form.g_upper,
+    )
+    _, w = form.unpack(np.array(found["x"]).ravel())
+    np.testing.assert_allclose(w, ours.w, atol=2e-3)
