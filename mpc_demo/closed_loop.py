@@ -98,11 +98,13 @@ class LoopLog:
 class ClosedLoop:
     """NMPC and estimator on the plant.
 
-    ocp: the problem; solver: of it (shared between runs: it is told a new guess at each start).
+    ocp: the problem; solver: of it (shared between runs: it is told a new guess at each start); wall: a plan is
+    followed from as many ticks on as its solve took, at least one; else always from the next tick on, which makes runs
+    repeat to the bit.
     """
 
-    def __init__(self, ocp: Ocp, solver: Nmpc) -> None:
-        self.ocp, self.solver = ocp, solver
+    def __init__(self, ocp: Ocp, solver: Nmpc, wall: bool = True) -> None:
+        self.ocp, self.solver, self.wall = ocp, solver, wall
         self.histories = Histories(ocp)
         # The first solve builds machine code, which no vehicle should wait for.
         solver.make_step(ocp.z.nominal)
@@ -127,7 +129,7 @@ class _Run:
     def __init__(
         self, loop: ClosedLoop, scenario: Scenario, controller: str, seed: int, faults: Faults, disturb
     ) -> None:
-        self.ocp, self.solver, self.histories = loop.ocp, loop.solver, loop.histories
+        self.ocp, self.solver, self.histories, self.wall = loop.ocp, loop.solver, loop.histories, loop.wall
         self.scenario, self.controller, self.disturb = scenario, controller, disturb
         self.sensors = NoisySensors(seed, faults)
         x, y, psi = scenario.path.at(np.zeros(1))[0]
@@ -200,7 +202,7 @@ class _Run:
         stats = solver.stats
         if stats.status.usable:
             # A solution is there one tick later, or as many as it took.
-            ready = round(t / TICK) + max(1, int(np.ceil(stats.seconds / TICK)))
+            ready = round(t / TICK) + (max(1, int(np.ceil(stats.seconds / TICK))) if self.wall else 1)
             self.waiting = (ready, (t, solver.z[:, -1], solver.z[:, 3], solver.w[:, 1]))
         self._note(t, sample, dt)
 

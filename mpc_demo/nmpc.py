@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mpc_demo.nmpc_status import Stats, Status
-from mpc_demo.ocp import Ocp
+from mpc_demo.ocp import CIRCLES, Ocp
 from mpc_demo.ocp_riccati import BROKEN, NOT_CONVEX, margins, penalised, solve_qp
 from mpc_demo.ocp_stage import Stages
 
@@ -85,12 +85,12 @@ class Nmpc:
         self.stages.set_parameters(s, r, ref, placed)
         nb = len(self._box)
         far = placed[:, :, 0] > 9e2
-        self._on[1:, 2 * nb : 2 * nb + 2 * most] = np.repeat(~far[1:], 2, axis=1)
+        self._on[1:, 2 * nb : 2 * nb + CIRCLES * most] = np.repeat(~far[1:], CIRCLES, axis=1)
         self._prepared = False
 
     def _no_obstacles(self) -> None:
         nb = len(self._box)
-        self._on[:, 2 * nb : 2 * nb + 2 * self.ocp.settings.obstacles] = False
+        self._on[:, 2 * nb : 2 * nb + CIRCLES * self.ocp.settings.obstacles] = False
 
     def set_initial_guess(self, z: ArrayLike, w: ArrayLike) -> None:
         """z (N + 1, n_z), w (N, n_w): where the next solve starts; multipliers start again. ValueError for other shapes."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mpc_demo.nmpc_status import Stats, Status
-from mpc_demo.ocp import OBSTACLE, REFERENCE, Ocp
+from mpc_demo.ocp import CIRCLES, OBSTACLE, REFERENCE, Ocp
 from symbolic.codegen import write_c
 
 Array = NDArray[np.float64]
@@ -105,7 +105,7 @@ class programme:
         n, weights = settings.steps, settings.weights
         nz, nw = len(ocp.z), len(ocp.w)
         boxes = [ocp.z.index(name) for name in ocp.state_box]
-        self.slacks = 2 * settings.obstacles + 2 + len(boxes)
+        self.slacks = CIRCLES * settings.obstacles + 2 + len(boxes)
         s = ca.MX.sym("s", len(ocp.s))
         r, ref = ca.MX.sym("r", len(ocp.r), n), ca.MX.sym("ref", len(REFERENCE), n + 1)
         places = ca.MX.sym("obstacles", len(OBSTACLE) * settings.obstacles, n + 1)

@@ -22,6 +22,8 @@ from symbolic.signals import Layout, Signal
 from symbolic.smooth import smooth_norm
 from symbolic.vehicle import Vehicle
 
+CIRCLES = 3
+"""Circles that stand for the vehicle where obstacles are."""
 WHEELS = (("fl", 1, 1), ("fr", 1, -1), ("rl", 0, 1), ("rr", 0, -1))
 """Name, front (1) or rear (0), side."""
 
@@ -55,7 +57,7 @@ class OcpSettings:
     """Horizon, limits and weights.
 
     steps: N; dt: s; a_x: least and greatest acceleration (m/s^2); speed: least and greatest u (m/s); obstacles: how many
-    are watched; body: radius of the circles at both axles that must stay clear (m); reserve: share of the soil's lateral
+    are watched; body: radius of the circles along the vehicle that must stay clear (m); reserve: share of the soil's lateral
     force that is kept (softly); slip: of the wheels at constant speed; slip_gain: its growth with a_x (s^2/m); both are
     only the nominal values of run-time parameters. Raises ValueError for an empty range or a step <= 0.
     """
@@ -65,7 +67,7 @@ class OcpSettings:
     a_x: tuple[float, float] = (-3.0, 1.5)
     speed: tuple[float, float] = (0.5, 12.0)
     obstacles: int = 2
-    body: float = 0.9
+    body: float = 1.05
     reserve: float = 0.02
     slip: float = 0.04
     slip_gain: float = 0.02
@@ -182,12 +184,12 @@ class Ocp:
         return ca.Function("cost", [z, w, ref], [total], ["z", "w", "ref"], ["l"])
 
     def clearance(self) -> ca.Function:
-        """[z, obstacle] -> [(2,) distance of the circles at front and rear axle from the obstacle's, m]."""
+        """[z, obstacle] -> [(CIRCLES,) gaps between the obstacle and the circles from the front axle to the rear one, m]."""
         z, _, _, _ = self.symbols()
         obstacle = ca.SX.sym("obstacle", len(OBSTACLE))
         x, y, psi = (z[self.z.index(name)] for name in ("x", "y", "psi"))
         gaps = []
-        for back in (0.0, self.vehicle.wheelbase):
+        for back in (i * self.vehicle.wheelbase / (CIRCLES - 1) for i in range(CIRCLES)):
             dx, dy = x - back * ca.cos(psi) - obstacle[0], y - back * ca.sin(psi) - obstacle[1]
             gaps.append(smooth_norm(dx, dy, 0.05) - obstacle[2] - self.settings.body)
         return ca.Function("clearance", [z, obstacle], [ca.vertcat(*gaps)], ["z", "obstacle"], ["gap"])

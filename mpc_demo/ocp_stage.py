@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.compiled import at_points
-from mpc_demo.ocp import OBSTACLE, REFERENCE, Ocp
+from mpc_demo.ocp import CIRCLES, OBSTACLE, REFERENCE, Ocp
 from mpc_demo.ocp_chain import absorb, contract, perturb, reserve_rows, spread
 
 Array = NDArray[np.float64]
@@ -71,8 +71,8 @@ class Stages:
 
     @property
     def n_general(self) -> int:
-        """General rows per stage: two clearances per obstacle, two force reserves."""
-        return 2 * self.ocp.settings.obstacles + 2
+        """General rows per stage: clearances of each obstacle, two force reserves."""
+        return CIRCLES * self.ocp.settings.obstacles + 2
 
     def set_parameters(self, s: Array, r: Array, ref: Array, obstacles: Array) -> None:
         """s (n_s,), r (N, n_r), ref (N + 1, 4), obstacles (N + 1, n_obs, 3)."""
@@ -109,7 +109,7 @@ class Stages:
         into[:-1, self.nz : self.nv] = w
         self.stage.run()
         spread(
-            self.stage.out, self.nv, self._cost_cells, self._gap_cells, 2 * self.ocp.settings.obstacles, self.cost,
+            self.stage.out, self.nv, self._cost_cells, self._gap_cells, CIRCLES * self.ocp.settings.obstacles, self.cost,
             self.g, self.cost_hessian, self.general, self.value,
         )  # fmt: skip
 

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from drives import clay_bicycle, reference_vehicle
+from drives import reference_vehicle
 from mpc_demo.nmpc import Nmpc, clip
 from mpc_demo.nmpc_casadi import CasadiNmpc
 from mpc_demo.nmpc_status import Status
@@ -14,14 +14,9 @@ from mpc_demo.ocp import Ocp, OcpSettings
 from mpc_demo.ocp_examples import closed_loop_cost, tanh_bicycle
 from mpc_demo.ocp_riccati import NOT_CONVEX, SOLVED, solve_qp
 from mpc_demo.ocp_stage import Stages
+from nmpc_problem import N, small_ocp
 
-N = 12
-OBSTACLES = np.array([[6.0, 0.6, 0.5]])
-
-
-@lru_cache(maxsize=1)
-def small_ocp() -> Ocp:
-    return Ocp(clay_bicycle(), reference_vehicle(), OcpSettings(steps=N, dt=0.1))
+OBSTACLES = np.array([[8.0, 2.2, 0.4]])
 
 
 def straight(ocp: Ocp, y: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +105,7 @@ def test_a_concave_subproblem_is_said_and_clipping_cures_it():
 def test_converged_plan_is_ipopts():
     ocp = small_ocp()
     ref, z = straight(ocp)
-    ours, theirs = Nmpc(ocp, "converged", tolerance=1e-5), CasadiNmpc(ocp, "ipopt")
+    ours, theirs = Nmpc(ocp, "converged", most=40, tolerance=1e-4), CasadiNmpc(ocp, "ipopt")
     for solver in (ours, theirs):
         solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, OBSTACLES)
         solver.set_initial_guess(z, np.zeros((N, 2)))

@@ -1,0 +1,18 @@
+"""One small problem for the tests of solver and loop, so that its C is built once: the plain bicycle, few quadrature nodes."""
+
+from functools import lru_cache
+
+from drives import reference_vehicle
+from mpc_demo.ocp import Ocp, OcpSettings
+from symbolic.bicycle import bicycle
+from symbolic.soil import CLAY
+from symbolic.turn_slip import TurnSlip
+
+N = 20
+
+
+@lru_cache(maxsize=1)
+def small_ocp() -> Ocp:
+    """N = 20 steps of 0.1 s."""
+    model = bicycle(reference_vehicle(), CLAY, TurnSlip(front_nodes=2))
+    return Ocp(model, reference_vehicle(), OcpSettings(steps=N, dt=0.1))
