@@ -85,8 +85,9 @@ def _late(rng: Generator) -> Drawn:
 
 
 def _soil_change(rng: Generator) -> Drawn:
+    # A border that the drive crosses inside the part that is fitted, some ten seconds from its ends.
     change = _sized(rng, 0.15, 0.25)
-    return {"soil_change": [change, float(rng.uniform(35.0, 60.0))]}, {}, {"n_change": change}
+    return {"soil_change": [change, float(rng.uniform(70.0, 100.0))]}, {}, {"n_change": change}
 
 
 INSIDE: Mapping[str, Callable[[Generator], Drawn]] = {

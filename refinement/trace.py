@@ -27,6 +27,8 @@ FIT_SHARE = 2 / 3
 """The first part of a drive is fitted, the rest judges."""
 LEAST_SIGMA = 0.5
 """A channel's weight is its own unexplained rms, but at least this many sensor standard deviations."""
+LEAST_BEYOND = 0.2
+"""Share of the cost that counts as beyond noise at least: the noise of the sensors is not known better."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Candidate:
     """One effect tried beside the declared model.
 
     name; fit: of its parameters together with n; windows (H,): cost of each held-out window; gain: share of the held-out
-    cost that it removes; std: standard error of the gain, over windows.
+    cost beyond sensor noise that it removes; std: standard error of the gain, over windows.
     """
 
     name: str
@@ -66,6 +68,11 @@ class Bench:
     weights: Weights
     sensor: Array
     accepted: tuple[Free, ...] = ()
+
+    @property
+    def floor(self) -> float:
+        """Mean cost of a window that sensor noise alone makes: what no model can remove."""
+        return float(np.mean((self.sensor / self.weights.sigma) ** 2))
 
 
 def open_effects(declaration: Declaration, names: Sequence[str] | None = None) -> dict[str, Effect]:
@@ -169,7 +176,7 @@ def try_effect(
         found.append(fit(bench.shootings, bench.fitted, bench.weights, free, np.array(rows), p))
     best = min(found, key=lambda f: f.cost)
     base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
-    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost))
+    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor))
 
 
 def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> list[list[Mapping[str, float]]]:
@@ -180,14 +187,17 @@ def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> 
     return list(groups.values())
 
 
-def gain_of(before: Array, after: Array) -> tuple[float, float]:
-    """Share of the held-out cost that is gone, and its standard error over windows: that of a ratio of two means.
+def gain_of(before: Array, after: Array, floor: float = 0.0) -> tuple[float, float]:
+    """Share of the held-out cost beyond sensor noise that is gone, and its standard error over windows.
 
-    before, after (H,): cost of each window. Windows that differ in cost alone do not make the share uncertain.
+    before, after (H,): cost of each window; floor: what noise alone makes of it. The error is that of a ratio of two means:
+    windows that differ in cost alone do not make the share uncertain.
     """
-    gain = float((before - after).sum() / before.sum())
-    apart = before - after - gain * before
-    return gain, float(apart.std(ddof=1) / np.sqrt(len(apart)) / before.mean())
+    mean = float(before.mean())
+    beyond = before - min(floor, (1.0 - LEAST_BEYOND) * mean)
+    gain = float((before - after).sum() / beyond.sum())
+    apart = before - after - gain * beyond
+    return gain, float(apart.std(ddof=1) / np.sqrt(len(apart)) / beyond.mean())
 
 
 def _free(effect: Effect, name: str) -> Free:

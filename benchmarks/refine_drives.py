@@ -1,0 +1,74 @@
+"""The tracing judged on the independent simulator's drives: what it names on each, against what was put in.
+
+Run: python benchmarks/refine_drives.py [--data ../shared/data] [NAME ...]
+The model is the reference vehicle with its declared effects; nothing in it was fitted to the effect_* drives. The tracing reads
+sensor channels only; what is in each drive is used here, to score.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from mpc_demo.blind_test import declared_for, score
+from mpc_demo.logs import named_soil
+from mpc_demo.refine_words import falls
+from recording.read import read_drive
+from refinement.refine import refine
+
+FULL = 0.4404
+"""rad of road-wheel angle per unit of steering command, at small commands."""
+EFFECTS = {
+    "effect_bank": ("bank", "sandy_loam", {"bank": 0.0873}),
+    "effect_payload": ("payload", "clay", {"payload_mass": 300.0}),
+    "effect_steer_lag": ("steering_lag", "sandy_loam", {"steering_lag": 0.2}),
+    "effect_steer_offset": ("steering_offset", "clay", {"steering_offset": 0.08 * FULL}),
+    "effect_wind": ("side_force", "sandy_loam", {"side_force": 900.0}),
+    "effect_yaw_moment": ("yaw_moment", "clay", {"yaw_moment": 700.0}),
+    "effect_locked_axles": ("locked_differential", "sandy_loam", {}),
+    "effect_backlash": ("backlash", "sandy_loam", {"backlash": 0.12 * FULL}),
+}
+"""Drive -> effect, soil class, parameters (data/README.md of the drives)."""
+CLEAN = ("multi_", "steps_", "paper_")
+"""Drives on which nothing may be named."""
+
+
+def main() -> None:
+    """Trace the drives and print one line each."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, default=Path("../shared/data"), help="folder of the shared data")
+    parser.add_argument("names", nargs="*", help="drives (default: effect_*, multi_*, steps_*, paper_*)")
+    told = parser.parse_args()
+    right = 0
+    paths = [
+        path
+        for path in sorted((told.data / "chrono_vehicle").glob("*.csv.gz"))
+        if _name(path).startswith(("effect_", *CLEAN)) and (not told.names or _name(path) in told.names)
+    ]
+    for path in paths:
+        effect, soil, truth = EFFECTS.get(_name(path), ("", named_soil(_name(path)) or "clay", {}))
+        found = refine([read_drive(path)], declared_for(soil), workers=1)
+        case = {"kind": "effect" if effect else "clean", "name": effect, "truth": truth}
+        good, why = score(case, found)
+        right += good
+        traced = " + ".join(e.name for e in found.effects) or found.verdict
+        alike = "; ".join(", ".join(group) for group in found.inseparable)
+        best = ", ".join(f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} %" for c in found.ranking[:3])
+        ratio = falls(found)
+        print(
+            f"{_name(path):24s} {'right' if good else 'WRONG'}  {traced} ({why})"
+            + (f"; alike: {alike}" if alike else "")
+            + f"; best: {best}; n {found.n_before[0]:.2f} -> {found.n_after[0]:.2f}"
+            + (f"; mse at 2.5 s {ratio:.1f} times smaller" if ratio else "")
+            + f"; {found.seconds:.0f} s",
+            flush=True,
+        )
+    print(f"{right} of {len(paths)} right")
+
+
+def _name(path: Path) -> str:
+    return path.name.removesuffix(".csv.gz")
+
+
+if __name__ == "__main__":
+    main()
