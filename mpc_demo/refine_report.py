@@ -21,7 +21,7 @@ from mpc_demo.refine_words import (
 )
 from recording.drive import CHANNEL_UNITS, STATE_CHANNELS, Recording
 from refinement.refine import Refinement
-from refinement.selection import LEAST_GAIN, LEAST_PARAMETER_SIGMAS, LEAST_SIGMAS
+from refinement.selection import CHANCE, LEAST_GAIN, LEAST_PARAMETER_SIGMAS
 from refinement.structure import STRONG
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
@@ -118,8 +118,8 @@ def _axles(view: DriveView) -> str:
 def _ranking(found: Refinement) -> str:
     caption = (
         f"Each effect alone, fitted together with n. An effect is named if it removes at least {100 * LEAST_GAIN:.0f} % of the "
-        f"held-out cost, {LEAST_SIGMAS:g} standard errors of that gain, and its parameter stands {LEAST_PARAMETER_SIGMAS:g} "
-        "standard errors from absence, not at a bound."
+        f"held-out cost beyond sensor noise, if windows that gain nothing would not show as much ({100 * CHANCE:g} %), "
+        f"and if its parameter stands {LEAST_PARAMETER_SIGMAS:g} standard errors from absence, not at a bound."
     )
     return _figure(lambda path: draw_ranking(found, path), caption, "narrow")
 

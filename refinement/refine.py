@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from estimator.horizons import HORIZONS
 from recording.drive import STATE_CHANNELS, Recording
 from refinement.fit import N_NAMES
-from refinement.selection import Selection, select
+from refinement.selection import LEAST_GAIN, Selection, select
 from refinement.shooting import Shooting
 from refinement.structure import Structure, structure
 from refinement.trace import Bench, Candidate, make_bench, open_effects
@@ -212,7 +212,7 @@ def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, sele
             )
     accepted = {c.name for c in selection.accepted}
     for candidate in selection.ranking:
-        if candidate.name not in accepted and candidate.gain > 0.15 and candidate.fit.at_bound:
+        if candidate.name not in accepted and candidate.gain > LEAST_GAIN and candidate.fit.at_bound:
             notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
     n = bench.model.p[N_NAMES[0]]
     for shooting, value in zip(bench.shootings, bench.absent[:, bench.model.p.index(N_NAMES[0])], strict=True):

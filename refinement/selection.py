@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import t as student
 
 from refinement.fit import Fit
 from refinement.trace import Bench, Candidate, fit_base, held_cost, rank, reweighted
@@ -13,11 +14,12 @@ from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
 from symbolic.effects import Effect
 
-LEAST_GAIN = 0.15
-"""An effect must remove this share of the held-out cost: the declared model's own error lets any flexible term gain several
-per cent."""
-LEAST_SIGMAS = 2.0
-"""... and this many standard errors of the gain, over held-out windows."""
+LEAST_GAIN = 0.2
+"""An effect must remove this share of the held-out cost beyond sensor noise: the declared model's own error lets any flexible
+term gain some, up to 14 % on drives of the plant with nothing added."""
+CHANCE = 0.05
+"""Chance that a candidate reaches its gain by the scatter of the held-out windows alone (Student's t, few as they are). Its
+parameter is tested on the windows of the fit, so that the chance of both, over all candidates, is about one per cent."""
 LEAST_PARAMETER_SIGMAS = 3.0
 """Its leading parameter must stand this many standard errors from absence."""
 MOST_EFFECTS = 3
@@ -72,12 +74,18 @@ def select(bench: Bench, declaration: Declaration, workers: int, progress: Calla
 
 def supported(candidate: Candidate, effect: Effect) -> bool:
     """Whether held-out data support the effect: gain, its significance, and a leading parameter that is identified."""
-    if candidate.gain < LEAST_GAIN or candidate.gain < LEAST_SIGMAS * candidate.std:
+    sigmas = least_sigmas(len(candidate.windows))
+    if not (candidate.gain >= LEAST_GAIN and candidate.gain >= sigmas * candidate.std):
         return False
     lead = effect.parameters[0].name
     if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
         return False
     return strength(candidate.fit, effect) >= LEAST_PARAMETER_SIGMAS
+
+
+def least_sigmas(windows: int) -> float:
+    """Standard errors that a gain must reach over so many held-out windows; NaN for a single one."""
+    return float(student.ppf(1.0 - CHANCE, windows - 1))
 
 
 def strength(fit: Fit, effect: Effect) -> float:

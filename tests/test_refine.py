@@ -17,6 +17,7 @@ from plant.manoeuvres import MultiSine
 from recording.noise import add_noise
 from recording.read import read_drive, write_drive
 from refinement.refine import refine
+from refinement.selection import least_sigmas
 from refinement.trace import gain_of
 from refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from symbolic.catalogue import declared_model
@@ -164,3 +165,19 @@ def test_what_the_wheel_speeds_exclude_is_not_tried():
     log = read_drive(MULTI_LOG).between(0.0, 14.0)
     found = refine([log], Declaration(reference_vehicle(), CLAY), workers=1, candidates=["locked_differential", "bank"])
     assert [candidate.name for candidate in found.ranking] == ["bank"]
+
+
+def test_noise_that_no_model_removes_does_not_hide_a_gain():
+    noise = np.array([1.0, 1.1, 0.9, 1.0, 1.05, 0.95])
+    excess = np.array([0.2, 0.5, 0.3, 0.4, 0.6, 0.4])
+    plain, _ = gain_of(noise + excess, noise + 0.1 * excess)
+    gain, _ = gain_of(noise + excess, noise + 0.1 * excess, floor=1.0)
+    assert plain < 0.3 and gain == pytest.approx(0.9, rel=0.01)
+    # Noise is not known well: nothing becomes certain where it is all there is.
+    gain, _ = gain_of(noise, 0.98 * noise, floor=2.0)
+    assert gain == pytest.approx(0.02 / 0.2)
+
+
+def test_few_windows_ask_for_more():
+    assert least_sigmas(3) > least_sigmas(7) > 1.9
+    assert math.isnan(least_sigmas(1))
