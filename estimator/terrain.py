@@ -39,7 +39,7 @@ class Tuning:
     model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.1, 0.05)
     force_error: tuple[float, float] = (0.2, 0.1)
     n_walk: float = 0.002
-    n_std: float = 0.2
+    n_std: float = 0.3
     sensor_floor: tuple[float, ...] = (0.05, 0.05, 0.003, 0.05, 0.05, 0.005)
     gate: float = 6.0
     patience: int = 2
