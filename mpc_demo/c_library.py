@@ -60,8 +60,11 @@ def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
     )
 
 
-def c_library_texts(declared: Declaration, dt: float = STEP) -> dict[str, str]:
-    """Every file of the C library, path -> text, for a declared model; ValueError for a step that is not positive."""
+def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) -> dict[str, str]:
+    """Every file of the C library, path -> text, for a declared model with nominal step dt (s); `fmi`: with the FMI unit's.
+
+    Raises ValueError for a step that is not positive.
+    """
     if not 0 < dt <= 0.1:
         raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
     parts = c_parts(declared)
@@ -73,7 +76,7 @@ def c_library_texts(declared: Declaration, dt: float = STEP) -> dict[str, str]:
         "declared_effects": declared.vehicle.effects,
         "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
-    return library_files(parts, filter_numbers(parts.model), dt, about)
+    return library_files(parts, filter_numbers(parts.model), dt, about, fmi)
 
 
 def build_c_library(folder: str | Path, flags: Sequence[str] = FLAGS, compiler: str | None = None) -> Path:

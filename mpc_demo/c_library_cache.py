@@ -13,13 +13,13 @@ from mpc_demo import c_library
 from symbolic.declaration import Declaration, declaration_toml
 
 
-def texts_from_cache(declared: Declaration, dt: float) -> dict[str, str]:
+def texts_from_cache(declared: Declaration, dt: float, fmi: bool = False) -> dict[str, str]:
     """`c_library_texts`, from the cache where neither the declaration nor any file that writes them has changed."""
-    path = cache_folder() / f"clibrary_{_key(declared, dt)}.json"
+    path = cache_folder() / f"clibrary_{_key(declared, dt, fmi)}.json"
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        texts = c_library.c_library_texts(declared, dt)
+        texts = c_library.c_library_texts(declared, dt, fmi)
     path.parent.mkdir(parents=True, exist_ok=True)
     scratch = path.with_suffix(f".{hashlib.sha256(repr(id(texts)).encode()).hexdigest()[:8]}")
     scratch.write_text(json.dumps(texts), encoding="utf-8")
@@ -27,8 +27,8 @@ def texts_from_cache(declared: Declaration, dt: float) -> dict[str, str]:
     return texts
 
 
-def _key(declared: Declaration, dt: float) -> str:
-    found = hashlib.sha256(f"{declaration_toml(declared)}{dt!r}{version('casadi')}".encode())
+def _key(declared: Declaration, dt: float, fmi: bool) -> str:
+    found = hashlib.sha256(f"{declaration_toml(declared)}{dt!r}{fmi}{version('casadi')}".encode())
     package = Path(symbolic.__path__[0])
     sources = [path for path in sorted(package.rglob("*")) if path.suffix in (".py", ".in", ".toml")]
     for path in [*sources, Path(c_library.__file__), package.parent / "estimator" / "terrain.py"]:

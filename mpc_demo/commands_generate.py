@@ -9,6 +9,7 @@ import typer
 
 from mpc_demo.c_library import STEP
 from mpc_demo.c_library_cache import texts_from_cache
+from mpc_demo.c_library_fmu import pack_fmu
 from mpc_demo.options import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import output_folder, say_written
 from symbolic.clibrary.library import write_library
@@ -23,6 +24,7 @@ def generate(
     law: LawOption = "turn_slip",
     model: ModelOption = None,
     dt: Annotated[float, typer.Option("--dt", help="Nominal step of the model and the filter (s).")] = STEP,
+    fmi: Annotated[bool, typer.Option("--fmi", help="Also an FMI 3.0 co-simulation unit, softsoil.fmu.")] = False,
     out: OutOption = None,
 ) -> None:
     """Write a model and its filter as a C library: header, sources, README, example, CMake and formulation.json.
@@ -34,5 +36,7 @@ def generate(
     """
     if folder is not None and out is not None:
         raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
-    texts = texts_from_cache(declaration(vehicle, soil, law, model), dt)
-    say_written(write_library(output_folder(folder or out, "generate"), texts))
+    texts = texts_from_cache(declaration(vehicle, soil, law, model), dt, fmi)
+    written = output_folder(folder or out, "generate")
+    paths = write_library(written, texts)
+    say_written([*paths, pack_fmu(written)] if fmi else paths)

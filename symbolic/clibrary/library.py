@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from symbolic.clibrary.fmi import fmi_files
 from symbolic.clibrary.kernels import number, write_kernel
 from symbolic.clibrary.parts import CONTACT, FORCE, SOIL, Parts
 from symbolic.clibrary.statuses import STATUSES, status_cases, status_enum
@@ -58,11 +59,14 @@ class FilterNumbers:
                 raise ValueError(f"C library: expected positive {name}, found {getattr(self, name)}")
 
 
-def library_files(parts: Parts, numbers: FilterNumbers, dt: float, declared: Mapping[str, object]) -> dict[str, str]:
+def library_files(
+    parts: Parts, numbers: FilterNumbers, dt: float, declared: Mapping[str, object], fmi: bool = False
+) -> dict[str, str]:
     """Path inside the folder -> text, for every file of the library.
 
     parts: of the model; numbers: of the filter; dt: nominal step (s); declared: what the model was made of, for
-    formulation.json (vehicle, soil, law, effects, versions). Raises ValueError for numbers that do not fit the model.
+    formulation.json (vehicle, soil, law, effects, versions); fmi: whether the FMI unit's files are wanted.
+    Raises ValueError for numbers that do not fit the model.
     """
     model = parts.model
     if len(numbers.q_std) != len(model.x) or len(numbers.r_std) != len(model.y) or len(numbers.std0) != len(model.x):
@@ -76,7 +80,8 @@ def library_files(parts: Parts, numbers: FilterNumbers, dt: float, declared: Map
     values["magic"] = hashlib.sha256(text.encode()).hexdigest()[:8]
     folder = files("symbolic.clibrary") / "templates"
     out = {path: _fill((folder / name).read_text(encoding="utf-8"), values) for path, name in TEMPLATES.items()}
-    return {**out, "src/softsoil_kernels.h": _kernels(parts), "formulation.json": text}
+    out |= {"src/softsoil_kernels.h": _kernels(parts), "formulation.json": text}
+    return out | fmi_files(parts, values) if fmi else out
 
 
 def write_library(folder: str | Path, texts: Mapping[str, str]) -> list[Path]:
