@@ -15,8 +15,8 @@
 
 static const char *const input_names[SOFTSOIL_N_U] = {"steer", "steer_rate", "a_x", "omega_fl", "omega_fr", "omega_rl", "omega_rr"};
 static const char *const measurement_names[SOFTSOIL_N_Y] = {"x", "y", "psi", "u", "v", "omega_z"};
-static const char *const state_names[SOFTSOIL_N_X] = {"x", "y", "psi", "u", "v", "omega_z", "n_f", "n_r"};
-static const int soil_states[] = {SOFTSOIL_X_n_f, SOFTSOIL_X_n_r};
+static const char *const state_names[SOFTSOIL_N_X] = {"x", "y", "psi", "u", "v", "omega_z", "n"};
+static const int soil_states[] = {SOFTSOIL_X_n};
 #define N_SOIL ((int)(sizeof soil_states / sizeof soil_states[0]))
 
 /* One row of the log, by name of its column. */

@@ -10,17 +10,17 @@
 
 #define N SOFTSOIL_N_X
 #define NY SOFTSOIL_N_Y
-#define MAGIC 0x3953c414u
+#define MAGIC 0x62aa6eb2u
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
-static const double spread = 8.0; /* L + lambda */
-static const double mean_centre = 0.0, mean_other = 0.0625;
-static const double root_centre = 1.414213562373, root_other = 0.25; /* roots of the covariance weights */
+static const double spread = 7.0; /* L + lambda */
+static const double mean_centre = 0.0, mean_other = 0.07142857142857;
+static const double root_centre = 1.414213562373, root_other = 0.2672612419124; /* roots of the covariance weights */
 
-static const double lower[N] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.2, 0.2};
-static const double upper[N] = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, 1.6, 1.6};
-static const int32_t is_soil[N] = {0, 0, 0, 0, 0, 0, 1, 1}; /* held at standstill */
+static const double lower[N] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.2};
+static const double upper[N] = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, 1.6};
+static const int32_t is_soil[N] = {0, 0, 0, 0, 0, 0, 1}; /* held at standstill */
 static const int32_t y_driven[NY] = {0, 0, 0, 0, 1, 1}; /* moved by the soil's forces first of all */
 static const int32_t y_wraps[NY] = {0, 0, 1, 0, 0, 0};
 static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0, 1000.0, 1000.0}; /* beyond reason */
@@ -162,7 +162,7 @@ static double mean_of(const double *row) {
 
 int softsoil_defaults(softsoil_options_t *options) {
   static const softsoil_options_t declared = {
-      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0}, {0.02, 0.02, 0.002, 0.1, 0.1, 0.05, 0.002, 0.002}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0, 1.0},
+      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7, 0.0075, 0.7}, {0.02, 0.02, 0.002, 0.1, 0.1, 0.05, 0.002}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0},
       25, 0};
   if (!options) return SOFTSOIL_NULL_POINTER;
   *options = declared;
@@ -184,7 +184,7 @@ static int options_are_good(const softsoil_options_t *o) {
 
 int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double x0[SOFTSOIL_N_X],
                   const double std0[SOFTSOIL_N_X], double t) {
-  static const double first[N] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5, 0.5}, first_std[N] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005, 0.2, 0.2};
+  static const double first[N] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5}, first_std[N] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005, 0.3};
   static const double first_u[SOFTSOIL_N_U] = {0.0, 0.0, 0.0, 15.0, 15.0, 15.0, 15.0};
   softsoil_options_t chosen;
   if (!s) return SOFTSOIL_NULL_POINTER;
@@ -248,7 +248,7 @@ static int all_finite(const double *values, int n) {
 /* The vehicle stands: position and soil are held, slip velocities fade, u follows the commanded acceleration where the
  * wheels turn; no force is evaluated. */
 static void stand(softsoil_t *s, double dt) {
-  static const int32_t fades[N] = {0, 0, 0, 0, 1, 1, 0, 0};
+  static const int32_t fades[N] = {0, 0, 0, 0, 1, 1, 0};
   double a[2 * N][N];
   const double keep = exp(-dt / 0.1);
   int rolling = 0;
@@ -553,7 +553,7 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
 }
 
 int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t) {
-  static const double first_std[N] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005, 0.2, 0.2};
+  static const double first_std[N] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005, 0.3};
   static const int32_t measured[NY] = {0, 1, 2, 3, 4, 5}; /* state that each measurement is, or -1 */
   int32_t use[NY];
   if (!s || !y) return SOFTSOIL_NULL_POINTER;

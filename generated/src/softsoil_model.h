@@ -8,21 +8,21 @@
 /* Points per row: a multiple of the widest vector. */
 #define SOFTSOIL_ROW (((SOFTSOIL_POINTS + 7) / 8) * 8)
 /* States on which the force of some wheel depends; the first in softsoil_order. */
-#define SOFTSOIL_ACTIVE 5
+#define SOFTSOIL_ACTIVE 4
 #define SOFTSOIL_ACTIVE_POINTS (2 * SOFTSOIL_ACTIVE + 1)
-#define SOFTSOIL_CALLS 2
-#define SOFTSOIL_ARGUMENTS 6
-#define SOFTSOIL_OUTPUTS 2
+#define SOFTSOIL_CALLS 4
+#define SOFTSOIL_ARGUMENTS 8
+#define SOFTSOIL_OUTPUTS 3
 #define SOFTSOIL_FORCES (SOFTSOIL_CALLS * SOFTSOIL_OUTPUTS)
 #define SOFTSOIL_MEASURES_FORCES 0
-#define SOFTSOIL_N_PROVIDED 0
+#define SOFTSOIL_N_PROVIDED 5
 /* Arrays in C have at least one entry. */
 #define SOFTSOIL_SOME(n) ((n) > 0 ? (n) : 1)
 
 #define SOFTSOIL_CELLS SOFTSOIL_SOME(SOFTSOIL_N_M)
 
 /* The order of the factor's rows: active states first, so that the others share the centre's forces. */
-static const int softsoil_order[SOFTSOIL_N_X] = {3, 4, 5, 6, 7, 0, 1, 2};
+static const int softsoil_order[SOFTSOIL_N_X] = {3, 4, 5, 6, 0, 1, 2};
 
 /* Points are columns: 0 the centre, then the active pairs, then the rest. F: forces of all wheels at all points. */
 typedef double softsoil_points_t[SOFTSOIL_ROW];
