@@ -56,7 +56,8 @@ def main() -> None:
     size = np.abs(joined[:, 0])
     print(
         f"all, noise {options.noise}, {options.seeds} seeds, guesses {GUESSES}: |error| median {100 * np.median(size):.1f} %, "
-        f"worst {100 * size.max():.1f} %, rms {100 * np.sqrt(np.mean(size**2)):.1f} %; NEES of n {joined[:, 1].mean():.2f}; "
+        f"worst {100 * size.max():.1f} %, rms {100 * np.sqrt(np.mean(size**2)):.1f} %; "
+        f"NEES of n {joined[:, 1].mean():.2f}; "
         f"within 10 % of the final value after {np.median(joined[:, 2]):.1f} s (median); NIS in band {100 * np.median(joined[:, 3]):.0f} %"
     )
 

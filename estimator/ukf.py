@@ -184,7 +184,7 @@ class UnscentedKalmanFilter:
         for row, value in zip(rows, np.atleast_1d(variance), strict=True):
             noise[row, row] = value
 
-    def open(self, rows: ArrayLike, variance: ArrayLike) -> None:
+    def open(self, rows: NDArray[np.int_], variance: Array) -> None:
         """Add variance (K,) to the states `rows` (K,): they may have jumped; what they say of other states fades with it."""
         cov = self._pairs[self._at][1]
         cov[rows, rows] += variance
