@@ -67,9 +67,9 @@ def animate(scenario: Scenario, log: LoopLog, path: Path, frames: int = 110) -> 
     rows = np.unique(np.linspace(0, len(log.rows) - 1, frames).astype(int))
     truth, n, std, t = log.column("truth"), log.column("n"), log.column("n_std"), log.column("t")
     with matplotlib.rc_context(dict(RC)):
-        figure = Figure(figsize=(9, 4.6), dpi=80, layout="constrained")
+        figure = Figure(figsize=(9, 3.6), dpi=80, layout="constrained")
         FigureCanvasAgg(figure)
-        top, below = figure.subplots(2, 1, height_ratios=(2.2, 1))
+        top, below = figure.subplots(2, 1, height_ratios=(1.3, 1))
         _map(top, scenario)
         top.set_title(f"{scenario.name.replace('_', ' ')}, {LABELS[log.controller]}: plan ahead in colour")
         (way,) = top.plot([], [], color=TRUE, lw=1.0)

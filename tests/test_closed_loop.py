@@ -5,8 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from drives import reference_vehicle
+from mpc_demo.cli import app
 from mpc_demo.closed_loop import DEADLINE, ClosedLoop, LoopLog
 from mpc_demo.closed_loop_parts import TICK, Faults, Histories, NoisySensors, Pedals, PlanFollower
 from mpc_demo.commands_drive import as_json, recovered
@@ -90,7 +92,8 @@ def test_without_a_plan_the_vehicle_straightens_and_brakes():
 
 
 def test_histories_follow_the_plan():
-    model = Declaration(reference_vehicle(), CLAY).with_effects({"multipass": {"kappa": 0.7}}).build()
+    plain = reference_vehicle().with_(effects={})
+    model = Declaration(plain, CLAY).with_effects({"multipass": {"kappa": 0.7}}).build()
     ocp = Ocp(model, reference_vehicle(), OcpSettings(steps=20, dt=0.1))
     histories = Histories(ocp)
     memory = np.zeros(len(model.cells))
@@ -135,3 +138,13 @@ def test_an_unknown_controller_is_refused():
 def test_solves_are_counted_late_against_the_period():
     run = LoopLog("a", "n_true", 0, rows=[{"solve_ms": 1e3 * DEADLINE + 1, "status": "LATE"}, {"solve_ms": 1.0}])
     assert run.late == 1
+
+
+def test_the_command_refuses_what_it_does_not_know():
+    runner = CliRunner()
+    for arguments, word in (
+        (["drive", "moon"], "lane_change_clay"),
+        (["drive", "--controllers", "n_wrong"], "n_estimated"),
+    ):
+        result = runner.invoke(app, arguments)
+        assert result.exit_code == 2 and word in result.output
