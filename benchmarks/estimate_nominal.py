@@ -16,9 +16,11 @@ from recording.noise import add_noise
 from recording.read import read_drive
 from symbolic.catalogue import declared_model
 from symbolic.soil import CLAY, SAND, SANDY_LOAM
-from symbolic.vehicle import load_vehicle
+from symbolic.vehicle import Vehicle, load_vehicle
 
 GUESSES = (0.2, -0.15)
+BORDER = 90.0
+"""m, world x where the soil of the `change_*` drives changes."""
 SOILS = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
 
 
@@ -58,8 +60,25 @@ def main() -> None:
         f"all, noise {options.noise}, {options.seeds} seeds, guesses {GUESSES}: |error| median {100 * np.median(size):.1f} %, "
         f"worst {100 * size.max():.1f} %, rms {100 * np.sqrt(np.mean(size**2)):.1f} %; "
         f"NEES of n {joined[:, 1].mean():.2f}; "
-        f"within 10 % of the final value after {np.median(joined[:, 2]):.1f} s (median); NIS in band {100 * np.median(joined[:, 3]):.0f} %"
+        f"within 10 % of the final value after {np.median(joined[:, 2]):.1f} s (median); "
+        f"NIS in band {100 * np.median(joined[:, 3]):.0f} %"
     )
+    for log in sorted(options.folder.glob("change_clay_*.csv.gz")):
+        follow_change(log, vehicle, options.noise, options.seeds)
+
+
+def follow_change(log: Path, vehicle: Vehicle, noise: str, seeds: int) -> None:
+    """How soon after the border (world x = 90 m) the front estimate is within 10 % of the new soil."""
+    before, after = (float(n) for n in re.findall(r"[\d.]+\d", log.name.removesuffix(".csv.gz")))
+    model, clean = declared_model(vehicle, CLAY), read_drive(log)
+    border = clean.t[np.argmax(clean["x"] > BORDER)]
+    delays = []
+    for seed in range(seeds):
+        e = estimate_terrain(add_noise(clean, noise, seed), model, before + GUESSES[0], tied=True, start=2.0)
+        near = (e.t > border) & (np.abs(e.n_front - after) < 0.1 * after)
+        delays.append(e.t[np.argmax(near)] - border if near.any() else np.inf)
+    told = ", ".join(f"{delay:.1f}" for delay in delays)
+    print(f"{log.name}: n_front within 10 % of the new {after} after {told} s (one per seed)")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,7 +35,8 @@ class Tuning:
     n_walk: of the sinkage exponent per square root of a second; n_std: of the first
     guess; sensor_floor: least standard deviation that a sensor is believed to have; gate: innovation in standard
     deviations; patience: updates in a row that a measurement may fail the gate before it is the state that is taken to have
-    jumped; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
+    jumped; change_after, change_sigmas, change_std: an n that has moved by more than change_sigmas of its standard deviation
+    within change_after seconds belongs to another soil, and change_std is added to its uncertainty; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
     """
 
     model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.1, 0.05)
@@ -43,6 +46,9 @@ class Tuning:
     sensor_floor: tuple[float, ...] = (0.05, 0.05, 0.003, 0.05, 0.05, 0.005)
     gate: float = 6.0
     patience: int = 2
+    change_after: float = 5.0
+    change_sigmas: float = 1.2
+    change_std: float = 0.15
     update_every: int = 2
 
 
@@ -119,6 +125,7 @@ def estimate_terrain(
     where = [augmented.x.index(name) for name in (("n", "n") if tied else ("n_f", "n_r"))]
     every = tuning.update_every if log.dt < SLOW_ROWS else 1
     noise, jumps = _ForceError(augmented, tuning, log.dt), _Jumps(tuning.patience)
+    soil = _SoilChange(tuning, where, max(round(tuning.change_after / (log.dt * every)), 1))
     kept: list[tuple[float, float, int, Array, Array]] = []
     step_us = []
     for k in range(len(log) - 1):
@@ -129,6 +136,7 @@ def estimate_terrain(
             seen = ukf.update(measured[k + 1])
             if seen.dof < len(seen.used) or jumps.waiting:
                 jumps.see(ukf, seen, measured[k + 1])
+            soil.see(ukf)
             step_us.append((time.perf_counter() - began) * 1e6)
             kept.append((log.t[k + 1], seen.nis, seen.dof, ukf.x, ukf.variance))
             if progress is not None and len(kept) % 64 == 0:
@@ -193,6 +201,29 @@ class _Jumps:
         if len(due):
             ukf.open(due, seen.value[due] ** 2)
             self._run[due] = 0
+
+
+class _SoilChange:
+    """Opens n when it moves on and on: a soil that changed, where a filter that had converged would follow too slowly."""
+
+    def __init__(self, tuning: Tuning, rows: Sequence[int], lookback: int) -> None:
+        self._tuning, self._rows = tuning, sorted(set(rows))
+        # Twice the lookback: the first seconds are convergence from the first guess, not a change.
+        self._past: deque[tuple[float, ...]] = deque(maxlen=lookback)
+        self._settling = 2 * lookback
+
+    def see(self, ukf: UnscentedKalmanFilter) -> None:
+        values = tuple(ukf.at(row) for row in self._rows)
+        self._settling -= 1
+        if self._settling < 0 and len(self._past) == self._past.maxlen:
+            std = np.sqrt(ukf.variance[self._rows])
+            moved = np.abs(np.subtract(values, self._past[0]))
+            changed = np.flatnonzero(moved > self._tuning.change_sigmas * std)
+            if len(changed):
+                ukf.open(np.asarray(self._rows)[changed], np.full(len(changed), self._tuning.change_std**2))
+                self._past.clear()
+                self._settling = self._past.maxlen or 0
+        self._past.append(values)
 
 
 def _first(values: Array) -> float:
