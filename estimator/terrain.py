@@ -35,8 +35,9 @@ class Tuning:
     n_walk: of the sinkage exponent per square root of a second; n_std: of the first
     guess; sensor_floor: least standard deviation that a sensor is believed to have; gate: innovation in standard
     deviations; patience: updates in a row that a measurement may fail the gate before it is the state that is taken to have
-    jumped; change_after, change_sigmas, change_std: an n that has moved by more than change_sigmas of its standard deviation
-    within change_after seconds belongs to another soil, and change_std is added to its uncertainty; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
+    jumped; change_after, change_sigmas, change_std: an n that has moved by
+    more than change_sigmas of its standard deviation within change_after seconds belongs to another soil, and change_std
+    is added to its uncertainty; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
     """
 
     model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.1, 0.05)
