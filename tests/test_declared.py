@@ -99,7 +99,7 @@ def test_vehicle_round_trip_and_declared_effects(tmp_path):
     path.write_text(vehicle_text() + "[effects.payload]\nmass = 200.0\n", encoding="utf-8")
     vehicle = load_vehicle(path)
     assert vehicle.effects == {"payload": {"mass": 200.0}}
-    assert vehicle.with_(effects={}) == reference_vehicle()
+    assert vehicle.with_(effects={}) == reference_vehicle().with_(effects={})
     assert vehicle.wheelbase == pytest.approx(2.706)
 
 
