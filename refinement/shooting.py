@@ -23,6 +23,8 @@ from symbolic.model import Model
 
 Array = NDArray[np.float64]
 
+BROKEN = 1e9
+"""What a prediction that is not finite counts as, in the unit of its channel."""
 SMOOTHING = 0.25
 """s: length of the polynomial that smooths recorded states; much shorter than any motion of a vehicle on soft soil."""
 
@@ -114,7 +116,8 @@ class Shooting:
 
     def residual(self, p: ArrayLike) -> Array:
         """Predicted - recorded, psi on (-pi, pi], in the shapes of `predict`; NaN where nothing was recorded."""
-        error = self.predict(p) - self.recorded
+        # A prediction that broke down is as wrong as can be; only what was not recorded is unknown.
+        error = np.nan_to_num(self.predict(p), nan=BROKEN, posinf=BROKEN, neginf=-BROKEN) - self.recorded
         psi = STATE_CHANNELS.index("psi")
         error[..., psi] = np.angle(np.exp(1j * error[..., psi]))
         return error
