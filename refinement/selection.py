@@ -17,6 +17,9 @@ from symbolic.effects import Effect
 LEAST_GAIN = 0.2
 """An effect must remove this share of the held-out cost beyond sensor noise: the declared model's own error lets any flexible
 term gain some, up to 14 % on drives of the plant with nothing added."""
+LATER_GAIN = 0.35
+"""A second effect must remove this share of what the first has left: the smaller the remainder, the more of it is the declared
+model's own error."""
 CHANCE = 0.05
 """Chance that a candidate reaches its gain by the scatter of the held-out windows alone (Student's t, few as they are). Its
 parameter is tested on the windows of the fit, so that the chance of both, over all candidates, is about one per cent."""
@@ -56,7 +59,8 @@ def select(bench: Bench, declaration: Declaration, workers: int, progress: Calla
     groups: dict[str, tuple[str, ...]] = {}
     seen: set[frozenset[str]] = set()
     while len(accepted) < MOST_EFFECTS:
-        best = next((c for c in ranking if supported(c, open_effects[c.name])), None)
+        least = LATER_GAIN if accepted else LEAST_GAIN
+        best = next((c for c in ranking if supported(c, open_effects[c.name], least)), None)
         if best is None:
             break
         groups[best.name] = (best.name, *like(best, ranking, bench))
@@ -72,10 +76,10 @@ def select(bench: Bench, declaration: Declaration, workers: int, progress: Calla
     return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()))
 
 
-def supported(candidate: Candidate, effect: Effect) -> bool:
-    """Whether held-out data support the effect: gain, its significance, and a leading parameter that is identified."""
+def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -> bool:
+    """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified."""
     sigmas = least_sigmas(len(candidate.windows))
-    if not (candidate.gain >= LEAST_GAIN and candidate.gain >= sigmas * candidate.std):
+    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std):
         return False
     lead = effect.parameters[0].name
     if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
