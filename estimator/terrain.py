@@ -53,8 +53,9 @@ class Tuning:
     update_every: int = 2
 
 
-EXACT_MODEL = Tuning(model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), force_error=(0.0, 0.0))
-"""For drives of the model itself, whose equations miss nothing: what is left is rounding and the sampling of inputs."""
+EXACT_MODEL = Tuning(model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), force_error=(0.0, 0.0), change_sigmas=3.0)
+"""For drives of the model itself, whose equations miss nothing: what is left is rounding and the sampling of inputs. The stated
+uncertainty is then all there is, so that n must move by more of it before the soil is taken to have changed."""
 
 
 @dataclass(frozen=True)
