@@ -35,7 +35,7 @@ Y = np.array([0.1, 0.05, 0.01, 6.0, 0.1, 0.2])
 
 def filter_rows(declared: Declaration, drive: Recording) -> Iterator[Row]:
     """The rows of the filter for the declared model without effects, on one clean drive."""
-    model = terrain_model(declared.build(), tied=False)
+    model = terrain_model(declared.plain(), tied=False)
     x0 = model.x.pack(u=6.0, v=0.1, omega_z=0.2)
     p0 = np.array([0.1, 0.1, 0.01, 0.1, 0.1, 0.01, 0.05, 0.05]) ** 2
     ours = UnscentedKalmanFilter(model, DT, q=Q, r=R, x0=x0, p0=p0)
