@@ -72,9 +72,8 @@ def _replay(declared: Declaration, drive: Recording, filterpy_us: float) -> Row:
     estimate_terrain(short, model, n0)
     # The filter is built anew each time; the difference of a long and a short log leaves the steps alone.
     # Building takes longer than many rows and varies: the least of a few runs of each.
-    longest, shortest = (
-        min(seconds(lambda log=log: estimate_terrain(log, model, n0)) for _ in range(3)) for log in (drive, short)
-    )
+    longest = min(seconds(lambda: estimate_terrain(drive, model, n0)) for _ in range(3))
+    shortest = min(seconds(lambda: estimate_terrain(short, model, n0)) for _ in range(3))
     taken = (longest - shortest) * 1e6 / (len(drive) - len(short))
     return Row("log_replay_per_step", taken, "us", "FilterPy, prediction and update", filterpy_us, "7.5-10.5 ms")
 
