@@ -126,8 +126,8 @@ def estimate_terrain(
     ukf = _filter(log, augmented, n0, tuning, measured)
     where = [augmented.x.index(name) for name in (("n", "n") if tied else ("n_f", "n_r"))]
     every = tuning.update_every if log.dt < SLOW_ROWS else 1
-    noise, jumps = _ForceError(augmented, tuning, log.dt), _Jumps(tuning.patience)
-    soil = _SoilChange(tuning, where, max(round(tuning.change_after / (log.dt * every)), 1))
+    noise, jumps = ForceError(augmented, tuning, log.dt), Jumps(tuning.patience)
+    soil = SoilChange(tuning, where, max(round(tuning.change_after / (log.dt * every)), 1))
     kept: list[tuple[float, float, int, Array, Array]] = []
     step_us = []
     for k in range(len(log) - 1):
@@ -169,8 +169,8 @@ def _filter(log: Recording, model: Model, n0: float, tuning: Tuning, measured: A
     )
 
 
-class _ForceError:
-    """Process noise of v and omega_z that grows with the lateral force."""
+class ForceError:
+    """Process noise of v and omega_z that grows with the lateral force; dt: of a prediction (s)."""
 
     def __init__(self, model: Model, tuning: Tuning, dt: float) -> None:
         self._rows = [model.x.index(name) for name in ("v", "omega_z")]
@@ -179,13 +179,17 @@ class _ForceError:
         self._u, self._omega_z = model.x.index("u"), model.x.index("omega_z")
 
     def apply(self, ukf: UnscentedKalmanFilter) -> None:
+        """Set the noise of the next prediction."""
         if self._force.any():
             a_y = ukf.at(self._u) * ukf.at(self._omega_z)
             ukf.set_process_variance(self._rows, self._still + self._force * (a_y * a_y))
 
 
-class _Jumps:
-    """A measurement that fails the gate again and again is right: the state has jumped, and is opened for it."""
+class Jumps:
+    """A measurement that fails the gate again and again is right: the state has jumped, and is opened for it.
+
+    patience: failures in a row after which it is.
+    """
 
     def __init__(self, patience: int) -> None:
         self._patience = patience
@@ -197,6 +201,7 @@ class _Jumps:
         return bool(self._run.any())
 
     def see(self, ukf: UnscentedKalmanFilter, seen: Innovation, y: Array) -> None:
+        """Take in what an update saw of the measurements y (n_y,)."""
         failed = ~seen.used & np.isfinite(y)
         self._run = np.where(failed, self._run + 1, 0)
         due = np.flatnonzero(self._run >= self._patience)
@@ -205,8 +210,11 @@ class _Jumps:
             self._run[due] = 0
 
 
-class _SoilChange:
-    """Opens n when it moves on and on: a soil that changed, where a filter that had converged would follow too slowly."""
+class SoilChange:
+    """Opens n when it moves on and on: a soil that changed, where a filter that had converged would follow too slowly.
+
+    rows: of the states that are n; lookback: updates over which a move is judged.
+    """
 
     def __init__(self, tuning: Tuning, rows: Sequence[int], lookback: int) -> None:
         self._tuning, self._rows = tuning, sorted(set(rows))
@@ -215,6 +223,7 @@ class _SoilChange:
         self._settling = 2 * lookback
 
     def see(self, ukf: UnscentedKalmanFilter) -> None:
+        """Take in the estimate after an update."""
         values = tuple(ukf.at(row) for row in self._rows)
         self._settling -= 1
         if self._settling < 0 and len(self._past) == self._past.maxlen:

@@ -123,6 +123,18 @@ class UnscentedKalmanFilter:
                 function.bind_input(i, array)
         self._read.bind_output(0, self._input)
 
+    def restart(self, x0: ArrayLike, p0: ArrayLike) -> None:
+        """Begin again from another first state, without memory of the past: for drive after drive with one compiled filter.
+
+        x0 (n_x,); p0: (n_x,) variances or (n_x, n_x) covariance. Raises ValueError as the constructor does.
+        """
+        self._stand(0)
+        self.x = _vector(x0, len(self.model.x), "x0")
+        self.P = _covariance(p0, len(self.model.x), "p0", definite=False)
+        self._started = not self.model.memories
+        self._external[:] = self.model.external.nominal
+        self.counts = Counts()
+
     @property
     def compiled(self) -> tuple[CompiledFunction, CompiledFunction]:
         """Prediction and update on their shared arrays: run in turn, they go on from step to step on the last inputs."""

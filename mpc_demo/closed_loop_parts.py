@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimator.compiled import CompiledFunction
-from estimator.terrain import Tuning, terrain_model
+from estimator.terrain import ForceError, Jumps, SoilChange, Tuning, terrain_model
 from estimator.ukf import UnscentedKalmanFilter
 from mpc_demo.ocp import Ocp
 from plant.world import Sample
@@ -22,6 +22,13 @@ Array = NDArray[np.float64]
 
 TICK = 0.012
 """s: the estimator's prediction step."""
+STOPPING = 0.6
+"""Share of the asked deceleration that soil and brakes give for certain."""
+LOOP_TUNING = Tuning(force_error=(0.0, 0.0), n_walk=0.01, n_std=0.5)
+"""The filter's numbers in the loop. Plans keep away from the full lock where the force law errs most, so that its error
+need not grow with the force; and n may be far off at first and change underway, with a manoeuvre waiting for neither."""
+FIRST_SPREAD = (0.3, 0.3, 0.01, 0.1, 0.1, 0.02)
+"""Standard deviations of the state that a drive begins with: x, y, psi, u, v, omega_z, SI units."""
 
 
 @dataclass(frozen=True)
@@ -61,33 +68,41 @@ class NoisySensors:
 
 
 class LoopEstimator:
-    """The terrain filter on live measurements, with one n for both axles.
+    """The terrain filter on live measurements, with one n for both axles: the parts of `estimate_terrain`, step by step.
 
-    model: bicycle with its effects; n0: first guess; learn: whether n is estimated or stays what `set_n` says;
-    x0 (6,): where the vehicle starts; std (6,): of the sensors.
+    model: bicycle with its effects; std (6,): of the sensors. `start` begins a drive; the compiled filter is kept.
     """
 
-    def __init__(
-        self, model: Model, n0: float, learn: bool, x0: ArrayLike, std: Array, tuning: Tuning | None = None
-    ) -> None:
-        tuning = tuning or Tuning()
-        self.learn = learn
+    def __init__(self, model: Model, std: Array, tuning: Tuning | None = None) -> None:
+        self.tuning = tuning = tuning or LOOP_TUNING
         self.augmented = terrain_model(model, tied=True)
-        extra = len(self.augmented.x) - 6
-        first = np.concatenate([np.asarray(x0, dtype=float), self.augmented.x.nominal[6:]])
-        is_n = np.array([name == "n" for name in self.augmented.x.names[6:]])
-        first[6:][is_n] = n0
-        spread = np.where(is_n, tuning.n_std if learn else 0.0, 1e-2)
-        walk = np.where(is_n, tuning.n_walk if learn else 0.0, 1e-4) if extra else np.zeros(0)
-        start = np.array([0.3, 0.3, 0.01, 0.1, 0.1, 0.02])
-        q = np.concatenate([tuning.model_error, walk]) ** 2 * TICK
-        self.filter = UnscentedKalmanFilter(
-            self.augmented, TICK, q=q, r=std**2, x0=first, p0=np.concatenate([start, spread]) ** 2, gate=tuning.gate
-        )
-        self._every, self._count = tuning.update_every, 0
         self._n_at = self.augmented.x.index("n")
-        self._psi = float(first[2])
-        self._u = np.zeros(len(self.augmented.external))
+        self._kept = np.array([i for i in range(len(self.augmented.x)) if i != self._n_at])
+        self._names = self.augmented.external.names
+        self._walks = np.array([name == "n" for name in self.augmented.x.names[6:]])
+        size = len(self.augmented.x)
+        self.filter = UnscentedKalmanFilter(
+            self.augmented, TICK, q=np.ones(size), r=np.asarray(std) ** 2, x0=self.augmented.x.nominal, p0=np.ones(size),
+            gate=tuning.gate,
+        )  # fmt: skip
+        self.learn = True
+        self.start(self.augmented.x.nominal[:6], float(self.augmented.x.nominal[self._n_at]), True)
+
+    def start(self, x0: ArrayLike, n0: float, learn: bool) -> None:
+        """Begin a drive at x0 (6,) with the first guess n0; learn: whether n is estimated or stays what `set_n` says."""
+        tuning, self.learn = self.tuning, learn
+        first = np.concatenate([np.asarray(x0, dtype=float), self.augmented.x.nominal[6:]])
+        first[self._n_at] = n0
+        spread = np.where(self._walks, tuning.n_std if learn else 0.0, 1e-2)
+        walk = np.where(self._walks, tuning.n_walk if learn else 0.0, 1e-4)
+        q = np.concatenate([tuning.model_error, walk]) ** 2 * TICK
+        self.filter.set_process_variance(range(len(q)), q)
+        self.filter.restart(first, np.concatenate([FIRST_SPREAD, spread]) ** 2)
+        self._noise = ForceError(self.augmented, tuning, TICK)
+        self._jumps = Jumps(tuning.patience)
+        lookback = max(round(tuning.change_after / (TICK * tuning.update_every)), 1)
+        self._soil = SoilChange(tuning, [self._n_at], lookback)
+        self._count, self._sound = 0, n0
 
     def set_n(self, n: float) -> None:
         """Tell a filter that does not learn what n is."""
@@ -98,28 +113,40 @@ class LoopEstimator:
 
     def tick(self, inputs: dict[str, float], y: Array) -> None:
         """Predict over one tick with the inputs by name, update with y (6,) every second one."""
-        self._u = np.array([inputs[name] for name in self.augmented.external.names])
-        self.filter.predict(self._u)
+        self._noise.apply(self.filter)
+        self.filter.predict(np.array([inputs[name] for name in self._names]))
         self._count += 1
-        if self._count % self._every == 0:
-            y = y.copy()
-            y[2] += 2 * np.pi * np.round((self.filter["psi"] - y[2]) / (2 * np.pi))
-            self.filter.update(y)
+        if self._count % self.tuning.update_every == 0:
+            near = y.copy()
+            near[2] += 2 * np.pi * np.round((self.filter["psi"] - y[2]) / (2 * np.pi))
+            seen = self.filter.update(near)
+            if seen.dof < len(seen.used) or self._jumps.waiting:
+                self._jumps.see(self.filter, seen, near)
+            if self.learn:
+                self._soil.see(self.filter)
+            self._keep(y)
+
+    def _keep(self, y: Array) -> None:
+        """Remember a sound n; a filter that has broken down (near standstill) starts again where it is measured."""
+        if np.isfinite(self.filter.x).all():
+            self._sound = self.n
+        elif np.isfinite(y).all():
+            self.start(y, self._sound, self.learn)
 
     @property
     def n(self) -> float:
         """Estimate of n."""
-        return self.filter["n"]
+        return self.filter.at(self._n_at)
 
     @property
     def n_std(self) -> float:
         """Its standard deviation."""
-        return self.filter.std("n")
+        return float(np.sqrt(self.filter.variance[self._n_at]))
 
     @property
     def states(self) -> Array:
         """(n_x,) states of the model, n left out."""
-        return np.delete(self.filter.x, self._n_at)
+        return self.filter.x[self._kept]
 
     @property
     def gated(self) -> int:
@@ -162,20 +189,23 @@ class Histories:
 class PlanFollower:
     """Follows the last good plan; without a new one for `patience` s it straightens and slows down.
 
-    dt: step of the plan (s). steer(t), speed(t), a_x(t) from the plan's own time.
+    dt: step of the plan (s). steer(t), speed(t), a_x(t) from the plan's own time; `halt`: its steering, but the brakes.
+    steer_rate: of the straightening (rad/s); slowing, braking: accelerations without a plan and to a halt (m/s^2).
     """
 
     dt: float
     patience: float = 1.0
     steer_rate: float = 0.3
     slowing: float = -1.5
+    braking: float = -4.0
+    halt: bool = False
 
     def __post_init__(self) -> None:
         self._t0, self._steer, self._u, self._a = 0.0, np.zeros(2), np.full(2, 5.0), np.zeros(2)
 
-    def take(self, t0: float, steer: Array, u: Array, a_x: Array) -> None:
+    def take(self, t0: float, steer: Array, u: Array, a_x: Array, halt: bool = False) -> None:
         """A plan whose first state stands at t0 (s): steering angles and speeds (N + 1,), accelerations (N,)."""
-        self._t0, self._steer, self._u, self._a = t0, steer.copy(), u.copy(), a_x.copy()
+        self._t0, self._steer, self._u, self._a, self.halt = t0, steer.copy(), u.copy(), a_x.copy(), halt
 
     def lost(self, t: float) -> bool:
         """Whether the plan is too old to be followed."""
@@ -189,7 +219,14 @@ class PlanFollower:
         age = (t - self._t0) / self.dt
         k = min(int(age), len(self._a) - 1)
         places = np.arange(len(self._steer))
-        return float(np.interp(age, places, self._steer)), float(np.interp(age, places, self._u)), float(self._a[k])
+        steer = float(np.interp(age, places, self._steer))
+        if self.halt:
+            return steer, 0.0, self.braking
+        return steer, float(np.interp(age, places, self._u)), float(self._a[k])
+
+    def must_halt(self, u: float, ahead: float) -> bool:
+        """Whether a vehicle at u (m/s) has to brake now for what stands `ahead` (m): stopping distance and a little more."""
+        return ahead < u * u / (-2.0 * STOPPING * self.braking) + 1.5
 
 
 @dataclass
