@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.terrain import Tuning
 from mpc_demo.closed_loop_parts import (
     TICK,
     Faults,
@@ -24,6 +25,8 @@ from mpc_demo.ocp import Ocp
 from mpc_demo.scenarios import WARM_UP, Scenario
 from plant.start import Start
 from plant.world import Plant, Sample
+from recording.drive import STATE_CHANNELS
+from recording.noise import TABLE5
 
 Array = NDArray[np.float64]
 
@@ -35,6 +38,10 @@ DEADLINE = EVERY * TICK
 """s: a solution that takes longer is late."""
 WIDTH = 0.75
 """m: radius of the circles at both axles that touch an obstacle, for the judgement."""
+CLEAR_SOLVES = 20
+"""A vehicle that brakes before an obstacle goes on after so many plans in a row that clear it."""
+STANDING, STANDS = 0.5, 1.0
+"""m/s, s: a vehicle that brakes to a halt and has been slower for so long has stopped, and the drive ends."""
 
 
 @dataclass
@@ -43,7 +50,8 @@ class LoopLog:
 
     t; truth (K, 6), estimate (K, 6): x, y, psi, u, v, omega_z; n, n_std; steer; a_x; error: true distance left of the path
     (m); clearance: of the nearest obstacle (m, inf for none); along: length along the path (m); solve_ms; status: names;
-    plans: predicted x, y of every solve (K, N + 1, 2); gated: measurements left out; late, unusable: solves.
+    halt: braking before what cannot be passed; plans: predicted x, y of every solve (K, N + 1, 2); gated: measurements left
+    out; finished: came to the end of the course; stopped: came to a stand before an obstacle.
     """
 
     scenario: str
@@ -53,6 +61,7 @@ class LoopLog:
     plans: list[Array] = field(default_factory=list)
     gated: int = 0
     finished: bool = False
+    stopped: bool = False
 
     def column(self, name: str) -> Array:
         """(K, ...) of the named quantity."""
@@ -100,12 +109,13 @@ class ClosedLoop:
 
     ocp: the problem; solver: of it (shared between runs: it is told a new guess at each start); wall: a plan is
     followed from as many ticks on as its solve took, at least one; else always from the next tick on, which makes runs
-    repeat to the bit.
+    repeat to the bit; tuning: of the estimator.
     """
 
-    def __init__(self, ocp: Ocp, solver: Nmpc, wall: bool = True) -> None:
+    def __init__(self, ocp: Ocp, solver: Nmpc, wall: bool = True, tuning: Tuning | None = None) -> None:
         self.ocp, self.solver, self.wall = ocp, solver, wall
         self.histories = Histories(ocp)
+        self.estimator = LoopEstimator(ocp.model, np.array([TABLE5[name] for name in STATE_CHANNELS]), tuning)
         # The first solve builds machine code, which no vehicle should wait for.
         solver.make_step(ocp.z.nominal)
 
@@ -136,11 +146,13 @@ class _Run:
         self.plant = Plant(scenario.soil, start=Start(x=x, y=y, psi=psi, u=scenario.speed))
         n0 = scenario.n_true(0.0) if controller == "n_true" else scenario.n_guess
         first = np.array([x, y, psi, scenario.speed, 0.0, 0.0])
-        self.estimator = LoopEstimator(self.ocp.model, n0, controller == "n_estimated", first, self.sensors.std)
+        self.estimator = loop.estimator
+        self.estimator.start(first, n0, controller == "n_estimated")
         self.follower, self.pedals = PlanFollower(self.ocp.settings.dt), Pedals()
         self.slip = self.ocp.settings.slip
         self.steer = self.along = 0.0
         self.waiting: tuple[int, tuple] | None = None
+        self.still = self.halting = 0
         self.log = LoopLog(scenario.name, controller, seed)
         self._first_guess(first)
 
@@ -169,6 +181,9 @@ class _Run:
             self._estimate(t + TICK, sample, (self.steer - before) / TICK)
             if self.along > self.scenario.path.s[-1] - 2.0:
                 self.log.finished = True
+                break
+            if self._has_stopped(t):
+                self.log.stopped = True
                 break
         self.log.gated = self.estimator.gated
         return self.log
@@ -203,8 +218,27 @@ class _Run:
         if stats.status.usable:
             # A solution is there one tick later, or as many as it took.
             ready = round(t / TICK) + (max(1, int(np.ceil(stats.seconds / TICK))) if self.wall else 1)
-            self.waiting = (ready, (t, solver.z[:, -1], solver.z[:, 3], solver.w[:, 1]))
+            self.waiting = (ready, (t, solver.z[:, -1], solver.z[:, 3], solver.w[:, 1], self._must_halt(z0)))
         self._note(t, sample, dt)
+
+    def _must_halt(self, z0: Array) -> bool:
+        """Whether the plan meets an obstacle so near that the brakes are due; then until plans are clear for a while."""
+        stage = self.solver.stats.touch
+        if stage < 0:
+            self.halting = max(self.halting - 1, 0)
+        elif self.halting:
+            self.halting = CLEAR_SOLVES
+        else:
+            moves = np.diff(self.solver.z[: stage + 1, :2], axis=0)
+            due = self.follower.must_halt(float(z0[3]), float(np.hypot(*moves.T).sum()))
+            self.halting = CLEAR_SOLVES if due else 0
+        return self.halting > 0
+
+    def _has_stopped(self, t: float) -> bool:
+        """Whether the vehicle has been standing, halted or without a plan."""
+        slow = (self.follower.halt or self.follower.lost(t)) and abs(float(self.estimator.states[3])) < STANDING
+        self.still = self.still + 1 if slow else 0
+        return self.still * TICK > STANDS
 
     def _reference(self, z0: Array) -> Array:
         n, dt = self.ocp.settings.steps, self.ocp.settings.dt
@@ -246,7 +280,7 @@ class _Run:
                 "estimate": self.estimator.states[:6], "n": self.estimator.n, "n_std": self.estimator.n_std,
                 "steer": self.steer, "a_x": float(self.solver.w[0, 1]), "error": error, "along": along, "clearance": gap,
                 "solve_ms": 1e3 * stats.seconds, "status": (Status.LATE if late else stats.status).name,
-                "safe": self.follower.lost(t), "slip": self.slip,
+                "safe": self.follower.lost(t), "halt": self.follower.halt, "slip": self.slip,
             }
         )  # fmt: skip
         self.log.plans.append(self.solver.z[:, :2].copy())

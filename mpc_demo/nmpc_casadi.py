@@ -13,6 +13,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mpc_demo.nmpc_clearance import judged, placed, planned_gaps
+from mpc_demo.nmpc_guess import move_on
 from mpc_demo.nmpc_status import Stats, Status
 from mpc_demo.ocp import CIRCLES, OBSTACLE, REFERENCE, Ocp
 from symbolic.codegen import write_c
@@ -24,7 +26,7 @@ SOLVERS: dict[str, dict[str, Any]] = {
         "print_time": False, "calc_multipliers": False,
         "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-7, "max_iter": 200, "warm_start_init_point": "yes"},
     },
-    "fatrop": {"structure_detection": "auto", "print_time": False, "fatrop": {"print_level": 0, "tol": 1e-6}},
+    "fatrop": {"structure_detection": "auto", "print_time": False, "fatrop": {"print_level": 0, "tol": 1e-6, "max_iter": 300}},
     "sqpmethod": {
         "qpsol": "qrqp", "hessian_approximation": "exact", "convexify_strategy": "eigen-clip", "convexify_margin": 1e-4,
         "print_header": False, "print_iteration": False, "print_status": False, "print_time": False, "max_iter": 30,
@@ -35,35 +37,44 @@ SOLVERS: dict[str, dict[str, Any]] = {
 """Options by solver."""
 
 
+def fallback() -> str:
+    """The robust solver that CasADi has here: fatrop, else IPOPT."""
+    return "fatrop" if ca.has_nlpsol("fatrop") else "ipopt"
+
+
 class CasadiNmpc:
     """The Ocp as a nonlinear programme; the same calls as `Nmpc`.
 
-    solver: of SOLVERS; options: over those that stand there. Raises ValueError for a solver that is not known.
+    solver: of SOLVERS (`fallback()` is the robust one that is here); options: over those that stand there. Raises ValueError
+    for a solver that is not known or not part of this CasADi.
     """
 
     def __init__(self, ocp: Ocp, solver: str = "ipopt", options: dict[str, Any] | None = None) -> None:
         if solver not in SOLVERS:
             raise ValueError(f"nmpc: expected a solver of {', '.join(SOLVERS)}; found {solver!r}")
+        if not ca.has_nlpsol(solver):
+            raise ValueError(
+                f"nmpc: expected a solver that this CasADi has, found {solver}, which is not among its plugins"
+            )
         self.ocp, self.solver = ocp, solver
         self.problem = programme(ocp)
-        self.nlp = ca.nlpsol(
-            "nmpc", solver, self.problem.nlp, {**SOLVERS[solver], "error_on_fail": False, **(options or {})}
-        )
+        chosen = {**SOLVERS[solver], "error_on_fail": False, **(options or {})}
+        if solver == "fatrop":
+            # It finds the stages itself, from which rows are dynamics.
+            chosen["equality"] = [bool(same) for same in self.problem.g_lower == self.problem.g_upper]
+        self.nlp = ca.nlpsol("nmpc", solver, self.problem.nlp, chosen)
         n = ocp.settings.steps
         self.z, self.w = np.tile(ocp.z.nominal, (n + 1, 1)), np.zeros((n, len(ocp.w)))
         self._parameters: list[Array] = []
+        self._obstacles = placed(ocp, None)
         self._duals: dict[str, Any] = {}
         self.stats = Stats(Status.OUT_OF_ITERATIONS)
 
     def set_parameters(self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None) -> None:
         """As `Nmpc.set_parameters`."""
-        n, most = self.ocp.settings.steps, self.ocp.settings.obstacles
-        placed = np.zeros((n + 1, most, 3))
-        placed[:, :, :2] = 1e3
-        if obstacles is not None and np.size(obstacles):
-            given = np.asarray(obstacles, dtype=float)
-            placed[:, : given.shape[-2]] = given
-        parts = (s, np.asarray(r), np.asarray(ref), placed.reshape(n + 1, -1))
+        n = self.ocp.settings.steps
+        self._obstacles = placed(self.ocp, obstacles)
+        parts = (s, np.asarray(r), np.asarray(ref), self._obstacles.reshape(n + 1, -1))
         self._parameters = [np.asarray(part, dtype=float).reshape(-1) for part in parts]
 
     def set_initial_guess(self, z: ArrayLike, w: ArrayLike) -> None:
@@ -71,8 +82,20 @@ class CasadiNmpc:
         self.z[:], self.w[:] = z, w
         self._duals = {}
 
+    def shift(self, seconds: float) -> None:
+        """As `Nmpc.shift`; multipliers start again."""
+        share = seconds / self.ocp.settings.dt
+        ahead = self.z[-1] + share * (self.z[-1] - self.z[-2])
+        for array in (self.z, self.w):
+            move_on(array, share)
+        self.z[-1] = ahead
+        self._duals = {}
+
     def make_step(self, z0: ArrayLike) -> Array:
         """(n_w,) first input from the state z0 (n_z,); the plan stands in `z`, `w`, the outcome in `stats`."""
+        if not np.isfinite(np.asarray(z0, dtype=float)).all():
+            self.stats = Stats(Status.BAD_STATE)
+            return self.w[0].copy()
         began = time.perf_counter()
         problem, n = self.problem, self.ocp.settings.steps
         lower, upper = problem.lower.copy(), problem.upper.copy()
@@ -87,10 +110,12 @@ class CasadiNmpc:
         if ok:
             self.z[:], self.w[:] = problem.unpack(np.array(found["x"]).ravel())
             self._duals = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
-        status = Status.CONVERGED if ok else Status.SOLVER_FAILED
+        status, gap, touch = Status.SOLVER_FAILED, np.inf, -1
+        if ok:
+            status, gap, touch = judged(Status.CONVERGED, planned_gaps(self.ocp, self.z, self._obstacles))
         seconds = time.perf_counter() - began
         iterations = int(self.nlp.stats().get("iter_count", n))
-        self.stats = Stats(status, iterations, 0, seconds, seconds, float(found["f"]))
+        self.stats = Stats(status, iterations, 0, seconds, seconds, float(found["f"]), gap=gap, touch=touch)
         return self.w[0].copy()
 
 

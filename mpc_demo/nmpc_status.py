@@ -12,6 +12,8 @@ class Status(Enum):
     CONVERGED = "the step and the residuals are below their tolerances"
     ITERATED = "one real-time iteration was taken; the next one goes on from it"
     OUT_OF_ITERATIONS = "the iterations ran out before the tolerances were met; the last iterate is used"
+    BLOCKED = "the plan meets an obstacle that it finds no way around; the vehicle follows it and brakes before it"
+    NOT_CLOSED = "the iterations ran out on a plan that breaks the dynamics; the previous plan goes on"
     NOT_CONVEX = "the convexified subproblem still had no positive reduced Hessian; the previous plan goes on"
     NOT_FINITE = "a value was not finite; the previous plan goes on"
     BAD_STATE = "the measured state is not finite or far outside the model's range; the previous plan goes on"
@@ -21,13 +23,14 @@ class Status(Enum):
     @property
     def usable(self) -> bool:
         """Whether the solution may be driven."""
-        return self in (Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.LATE)
+        return self in (Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.BLOCKED, Status.LATE)
 
 
 @dataclass(frozen=True)
 class Stats:
     """Of one solve: status; iterations of the outer method; qp_iterations in all; seconds, of which `feedback` came after
-    the state was known; cost of the objective with slacks; defect: largest violation of the dynamics; step: largest change.
+    the state was known; cost of the objective with slacks; defect: largest violation of the dynamics; step: largest change;
+    gap: least planned distance to an obstacle (m), touch: first stage of the plan that touches one, -1 for none.
     """
 
     status: Status
@@ -38,6 +41,8 @@ class Stats:
     cost: float = float("nan")
     defect: float = float("nan")
     step: float = float("nan")
+    gap: float = float("inf")
+    touch: int = -1
 
     @property
     def sentence(self) -> str:

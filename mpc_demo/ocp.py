@@ -57,7 +57,8 @@ class OcpSettings:
     """Horizon, limits and weights.
 
     steps: N; dt: s; a_x: least and greatest acceleration (m/s^2); speed: least and greatest u (m/s); obstacles: how many
-    are watched; body: radius of the circles along the vehicle that must stay clear (m); reserve: share of the soil's lateral
+    are watched; body: radius of the circles along the vehicle that must stay clear (m), margin: how much of it a
+    plan may use up where it must (m): one that needs more is taken to touch the obstacle; reserve: share of the soil's lateral
     force that is kept (softly); slip: of the wheels at constant speed; slip_gain: its growth with a_x (s^2/m); both are
     only the nominal values of run-time parameters. Raises ValueError for an empty range or a step <= 0.
     """
@@ -68,6 +69,7 @@ class OcpSettings:
     speed: tuple[float, float] = (0.5, 12.0)
     obstacles: int = 2
     body: float = 1.05
+    margin: float = 0.2
     reserve: float = 0.02
     slip: float = 0.04
     slip_gain: float = 0.02
@@ -80,6 +82,8 @@ class OcpSettings:
             raise ValueError(
                 f"ocp: expected obstacles >= 0 and reserve in [0, 1), found {self.obstacles}, {self.reserve}"
             )
+        if not 0 <= self.margin < self.body:
+            raise ValueError(f"ocp: expected margin in [0, body), found {self.margin} and a body of {self.body} m")
         for name in ("a_x", "speed"):
             low, high = getattr(self, name)
             if not low < high:

@@ -17,7 +17,6 @@ def absorb(
     t = np.empty((nz, nv))
     weight = h / 6.0 if number in (0, 3) else h / 3.0
     ahead = h if number == 2 else 0.5 * h
-    keep = 0.0 if number == 0 else 1.0
     for k in range(count):
         t[:] = 0.0
         for i in range(len(rows)):
@@ -28,9 +27,10 @@ def absorb(
                 for j in range(nv):
                     t[row, j] += entry * s[k, column, j]
         for i in range(nz):
-            total[k, i] = weight * out[k, i] + keep * total[k, i]
+            # Not 0 * total at the first point: what was once not finite would stay so.
+            total[k, i] = weight * out[k, i] + (total[k, i] if number > 0 else 0.0)
             for j in range(nv):
-                total_t[k, i, j] = weight * t[i, j] + keep * total_t[k, i, j]
+                total_t[k, i, j] = weight * t[i, j] + (total_t[k, i, j] if number > 0 else 0.0)
                 s[k, i, j] = ahead * t[i, j]
             s[k, i, i] += 1.0
         if number < 3:

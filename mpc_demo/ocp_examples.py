@@ -32,6 +32,9 @@ class Solver(Protocol):
     def set_initial_guess(self, z: ArrayLike, w: ArrayLike) -> None:
         """See `Nmpc`."""
 
+    def shift(self, seconds: float) -> None:
+        """See `Nmpc`."""
+
     def make_step(self, z0: ArrayLike) -> Array:
         """See `Nmpc`."""
         ...
@@ -96,14 +99,5 @@ def closed_loop_cost(ocp: Ocp, solver: Solver, steps: int, speed: float = 7.0) -
         seconds[k] = solver.stats.seconds
         total += h * float(cost(z, w, ref[0]))
         z = np.array(step(z, w, r[0], s)).ravel()
-        _move_on(solver, h)
+        solver.shift(h)
     return total, seconds
-
-
-def _move_on(solver: Solver, h: float) -> None:
-    shift = getattr(solver, "shift", None)
-    if shift is not None:
-        shift(h)
-        return
-    z, w = np.vstack([solver.z[1:], solver.z[-1:]]), np.vstack([solver.w[1:], solver.w[-1:]])
-    solver.set_initial_guess(z, w)

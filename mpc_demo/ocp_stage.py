@@ -101,9 +101,10 @@ class Stages:
                 number, h, z, into, out, self._rows, self._columns, self._s, self._sum, self._sum_t, self._middle_s,
                 self._middle_z, self._middle_j, self.end, self.AB,
             )  # fmt: skip
-        self._stage_terms(z, w)
+        self.evaluate_terms(z, w)
 
-    def _stage_terms(self, z: Array, w: Array) -> None:
+    def evaluate_terms(self, z: Array, w: Array) -> None:
+        """Cost and clearances with their derivatives at z, w; the dynamics and the force reserve are left as they stand."""
         into = self.stage.into
         into[:, : self.nz] = z
         into[:-1, self.nz : self.nv] = w

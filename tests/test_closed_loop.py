@@ -10,12 +10,12 @@ from typer.testing import CliRunner
 from drives import reference_vehicle
 from mpc_demo.cli import app
 from mpc_demo.closed_loop import DEADLINE, ClosedLoop, LoopLog
-from mpc_demo.closed_loop_parts import TICK, Faults, Histories, NoisySensors, Pedals, PlanFollower
+from mpc_demo.closed_loop_parts import TICK, Faults, Histories, LoopEstimator, NoisySensors, Pedals, PlanFollower
 from mpc_demo.commands_drive import as_json, recovered
 from mpc_demo.figures_drive import animate, draw_drive
 from mpc_demo.nmpc import Nmpc
 from mpc_demo.ocp import Ocp, OcpSettings
-from mpc_demo.scenarios import Path, scenarios, straight
+from mpc_demo.scenarios import WARM_UP, Path, scenarios, straight
 from nmpc_problem import small_ocp
 from plant.start import Start
 from plant.world import Plant
@@ -68,6 +68,42 @@ def test_failed_solves_have_a_status_and_the_vehicle_slows_down():
     speed = run.column("truth")[:, 3]
     assert speed[during][-1] < speed[0] - 0.5
     assert not run.collided
+
+
+@pytest.mark.parametrize(("where", "radius"), ((22.0, 6.0), (26.0, 25.0)))
+def test_before_what_it_cannot_pass_the_vehicle_stops(where, radius):
+    wall = np.array([[WARM_UP + where - 10.0 + radius, 0.2, radius, 0.0, 0.0]])
+    run = loop().run(replace(course(), obstacles=wall), "n_estimated", 2)
+    assert "BLOCKED" in run.column("status")
+    assert run.stopped and not run.finished and run.column("halt").any()
+    assert not run.collided and run.column("truth")[-1, 3] < 0.5
+    assert np.abs(run.column("truth")[:, 5]).max() < 1.5, "no wild turn"
+
+
+def test_the_estimator_begins_each_drive_anew():
+    estimator = LoopEstimator(small_ocp().model, np.full(6, 0.1))
+    inputs = {signal.name: signal.nominal for signal in small_ocp().model.external}
+    x0 = np.array([0.0, 0.0, 0.0, 5.0, 0.0, 0.0])
+    found = []
+    for _ in range(2):
+        estimator.start(x0, 0.7, True)
+        for k in range(50):
+            estimator.tick(inputs, x0 + [0.06 * (k + 1), 0.0, 0.0, 0.0, 0.0, 0.0])
+        found.append((estimator.filter.x, estimator.n_std))
+    np.testing.assert_array_equal(found[0][0], found[1][0])
+    assert found[0][1] == found[1][1]
+
+
+def test_a_filter_that_broke_down_starts_again_where_it_is_measured():
+    estimator = LoopEstimator(small_ocp().model, np.full(6, 0.1))
+    inputs = {signal.name: signal.nominal for signal in small_ocp().model.external}
+    x0 = np.array([1.0, 2.0, 0.0, 5.0, 0.0, 0.0])
+    estimator.start(x0, 0.7, True)
+    estimator.filter.x = np.full(7, np.nan)
+    for _ in range(4):
+        estimator.tick(inputs, x0)
+    assert np.isfinite(estimator.filter.x).all() and estimator.n == pytest.approx(0.7, abs=0.05)
+    np.testing.assert_allclose(estimator.states[:2], x0[:2], atol=0.5)
 
 
 def test_sensors_are_the_papers_and_faults_are_where_they_should_be():

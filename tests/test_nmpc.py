@@ -8,7 +8,7 @@ import pytest
 
 from drives import reference_vehicle
 from mpc_demo.nmpc import Nmpc, clip
-from mpc_demo.nmpc_casadi import CasadiNmpc
+from mpc_demo.nmpc_casadi import CasadiNmpc, fallback
 from mpc_demo.nmpc_status import Status
 from mpc_demo.ocp import Ocp, OcpSettings
 from mpc_demo.ocp_examples import closed_loop_cost, tanh_bicycle
@@ -171,6 +171,68 @@ def test_a_plan_moves_on_in_time():
     solver.set_initial_guess(z, np.zeros((40, 2)))
     solver.shift(0.4 * plain_ocp().settings.dt)
     np.testing.assert_allclose(solver.z[:, 0], z[:, 0] + 0.4 * 5.0 * plain_ocp().settings.dt, atol=1e-12)
+
+
+def avoiding_ocp() -> Ocp:
+    return Ocp(tanh_bicycle(reference_vehicle()), reference_vehicle(), OcpSettings(steps=N, dt=0.1, obstacles=1))
+
+
+@pytest.mark.skipif(not ca.has_nlpsol("fatrop"), reason="this CasADi has no fatrop")
+def test_fatrop_finds_the_stages_and_ipopts_plan():
+    ocp, solvers = avoiding_ocp(), []
+    ref, z = straight(ocp)
+    for name in ("fatrop", "ipopt"):
+        solver = CasadiNmpc(ocp, name)
+        solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, np.array([[6.0, 1.0, 0.4]]))
+        solver.set_initial_guess(z, np.zeros((N, 2)))
+        solver.make_step(z[0])
+        assert solver.stats.status is Status.CONVERGED, solver.stats.sentence
+        solvers.append(solver)
+    assert fallback() == "fatrop"
+    assert solvers[0].nlp.stats()["nx"] == [len(ocp.z)] * (N + 1), "stage by stage, not one dense problem"
+    assert solvers[0].stats.cost == pytest.approx(solvers[1].stats.cost, rel=1e-3)
+    np.testing.assert_allclose(solvers[0].z, solvers[1].z, atol=1e-3)
+
+
+def test_a_solver_that_casadi_lacks_is_refused(monkeypatch):
+    monkeypatch.setattr(ca, "has_nlpsol", lambda name: name == "ipopt")
+    assert fallback() == "ipopt"
+    with pytest.raises(ValueError, match="expected a solver that this CasADi has"):
+        CasadiNmpc(avoiding_ocp(), "fatrop")
+
+
+@pytest.mark.parametrize("solver", ("rti", "converged", "ipopt"))
+def test_an_obstacle_that_cannot_be_cleared_is_said(solver):
+    ocp = avoiding_ocp()
+    ref, z = straight(ocp)
+    made = CasadiNmpc(ocp, "ipopt") if solver == "ipopt" else Nmpc(ocp, solver)
+    made.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, np.array([[12.0, 0.3, 9.0]]))
+    made.set_initial_guess(z, np.zeros((N, 2)))
+    for _ in range(8):
+        made.make_step(z[0])
+        assert made.stats.status in (Status.BLOCKED, Status.NOT_CLOSED) and made.stats.sentence
+        assert np.all(made.w <= ocp.w.upper + 1e-6) and np.all(made.w >= ocp.w.lower - 1e-6)
+    assert made.stats.status is Status.BLOCKED and made.stats.gap < 0 < made.stats.touch <= N
+
+
+@pytest.mark.parametrize("mode", ("rti", "converged"))
+def test_numbers_that_are_not_finite_are_said_and_forgotten(mode):
+    ocp = avoiding_ocp()
+    ref, z = straight(ocp)
+    solver = Nmpc(ocp, mode)
+    solver.set_initial_guess(z, np.zeros((N, 2)))
+    solver.set_parameters(np.full(len(ocp.s), np.nan), np.zeros((N, 0)), ref)
+    solver.make_step(z[0])
+    assert solver.stats.status is Status.NOT_FINITE and not solver.stats.status.usable
+    solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref)
+    solver.make_step(z[0])
+    assert solver.stats.status.usable and np.isfinite(solver.z).all() and np.isfinite(solver.stats.cost)
+
+
+def test_every_outcome_has_its_sentence_and_only_whole_plans_are_driven():
+    assert all(len(status.value) > 20 for status in Status)
+    driven = {status.name for status in Status if status.usable}
+    assert driven == {"CONVERGED", "ITERATED", "OUT_OF_ITERATIONS", "BLOCKED", "LATE"}
 
 
 @pytest.mark.parametrize("wrong", ({"ref": np.zeros((3, 4))}, {"s": np.zeros(1)}, {"obstacles": np.zeros((3, 3))}))
