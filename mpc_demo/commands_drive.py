@@ -110,6 +110,11 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
         declared = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), course.believed, law)
         if not declared.vehicle.effects:
             declared = declared.with_effects(EFFECTS)
+    return loop_for(declared, converged)
+
+
+def loop_for(declared: Declaration, converged: bool = False) -> ClosedLoop:
+    """Loop and solver for a declared model; converged: iterate every solve to convergence."""
     ocp = Ocp(declared.build(), declared.vehicle)
     return ClosedLoop(ocp, Nmpc(ocp, "converged" if converged else "rti"))
 

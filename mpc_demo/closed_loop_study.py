@@ -1,0 +1,146 @@
+"""Many drives of the closed loop, told apart by what they were told: what knowing n is worth, and how much of it is recovered.
+
+Drives with the same seed see the same sensor noise, so that controllers are compared pair by pair.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpc_demo.closed_loop import LoopLog
+from mpc_demo.closed_loop_parts import Faults
+from mpc_demo.scenarios import GUESS_OFF, Scenario, scenarios
+
+Array = NDArray[np.float64]
+
+T_95 = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)
+"""Student's t, two-sided 95 %, for 1 to 9 degrees of freedom."""
+LEAST_WORTH = 0.01
+"""m: differences below this matter to nobody, however sure they are."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One course at one speed (m/s), with what goes wrong."""
+
+    course: str
+    speed: float
+    faults: Faults = field(default_factory=Faults)
+
+    @property
+    def name(self) -> str:
+        """Course, speed, and whether sensors fail."""
+        return f"{self.course} {self.speed:g} m/s" + (" faults" if self.faults != Faults() else "")
+
+    def scenario(self, side: str) -> Scenario:
+        """The course with the first guess of n too `low` or too `high`; on a change of soil it knows the first one."""
+        course = replace(scenarios()[self.course], speed=self.speed)
+        if self.course == "soil_change":
+            return course
+        n = course.n_true(0.0)
+        return replace(course, n_guess=n - GUESS_OFF if side == "low" else n + GUESS_OFF)
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """Sides of the truth on which the first guess stands: both where the soil is near its limit, else the low one."""
+        return ("low", "high") if self.course.startswith(("lane_change", "obstacles")) else ("low",)
+
+
+STUDY = (
+    *(Case("lane_change_clay", v) for v in (5.5, 7.5)),
+    *(Case("lane_change_sandy_loam", v) for v in (6.0, 8.0)),
+    Case("obstacles_clay", 6.5),
+    *(Case("obstacles_sandy_loam", v) for v in (5.0, 7.5)),
+    Case("slalom_clay", 5.0),
+    Case("slalom_sandy_loam", 6.5),
+    Case("soil_change", 5.0),
+    Case("lane_change_clay", 6.0, Faults(dropout=(7.0, 10.0), burst=(4.0, 5.0))),
+    Case("obstacles_sandy_loam", 6.0, Faults(dropout=(8.0, 11.0), burst=(11.5, 12.5))),
+)
+"""Both soils at speeds from 5 to 8 m/s; the dropouts lie over the beginning of the manoeuvre."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one drive leaves: figures of a LoopLog; told: low, high (the guess), true, est_low or est_high (who began where)."""
+
+    case: str
+    told: str
+    seed: int
+    tracking_rms: float
+    max_error: float
+    clearance: float | None
+    failures: int
+    late: int
+    blocked: int
+    gated: int
+    finished: bool
+    n_manoeuvre: float
+    n_end: float
+    solve_ms: list[float]
+
+    @classmethod
+    def of(cls, case: str, told: str, log: LoopLog) -> Run:
+        """From the log of the drive."""
+        n = log.column("n")
+        solve = np.round(log.column("solve_ms"), 3)
+        return cls(
+            case, told, log.seed, log.tracking_rms, log.max_error,
+            log.clearance if np.isfinite(log.clearance) else None, log.failures, log.late,
+            int(np.count_nonzero(log.column("status") == "BLOCKED")), log.gated, log.finished,
+            float(n[log.judged][0]) if log.judged.any() else float(n[-1]), float(n[-1]), solve.tolist(),
+        )  # fmt: skip
+
+    def as_json(self) -> dict:
+        """Plain content, from which Run(**content) is the run again."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What knowing n is worth in one figure, and how much of it the estimate recovers.
+
+    worth: mean of guess - true over pairs (positive: knowing helps), its standard error; share: (guess - estimate)/(guess -
+    true), share_low, share_high: 90 % of bootstrap samples of seeds; None where knowing does not matter.
+    """
+
+    worth: float
+    error: float
+    share: float | None
+    share_low: float | None = None
+    share_high: float | None = None
+
+    @property
+    def matters(self) -> bool:
+        """Whether knowing n helps beyond scatter and by more than LEAST_WORTH."""
+        return self.share is not None
+
+
+def worth_of(guess: Array, true: Array, found: Array, least: float = LEAST_WORTH) -> Worth:
+    """Of one figure that is better when smaller, (S,) over the same seeds for the three controllers.
+
+    least: a smaller mean difference counts as none. Raises ValueError for fewer than 2 seeds or unequal numbers.
+    """
+    if not len(guess) == len(true) == len(found) or len(guess) < 2:
+        raise ValueError(f"worth: expected the same seeds, 2 at least; found {len(guess)}, {len(true)}, {len(found)}")
+    apart, count = guess - true, len(guess)
+    mean, error = float(apart.mean()), float(apart.std(ddof=1) / np.sqrt(count))
+    if mean < max(T_95[min(count - 2, len(T_95) - 1)] * error, least):
+        return Worth(mean, error, None)
+    picks = np.random.default_rng(0).integers(0, count, (2000, count))
+    below = apart[picks].mean(axis=1)
+    shares = (guess - found)[picks].mean(axis=1) / np.where(below > 0, below, np.nan)
+    low, high = np.nanpercentile(shares, (5, 95))
+    return Worth(mean, error, float((guess - found).mean() / mean), float(low), float(high))
+
+
+def paired(runs: Sequence[Run], case: str, told: str, figure: str) -> Array:
+    """(S,) the figure of one controller, by seed: tracking_rms, or need, how far short of the best clearance (-clearance)."""
+    mine = sorted((run for run in runs if run.case == case and run.told == told), key=lambda run: run.seed)
+    if figure == "need":
+        return np.array([-np.inf if run.clearance is None else -run.clearance for run in mine])
+    return np.array([getattr(run, figure) for run in mine])
