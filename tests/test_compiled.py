@@ -1,5 +1,6 @@
 """Generated C: the same numbers as the symbols, built once, and the virtual machine where there is no compiler."""
 
+import shutil
 import subprocess
 import warnings
 
@@ -14,6 +15,8 @@ from mpc_demo.bench_filter import numpy_function
 from symbolic.codegen import check_c_name, write_c
 from symbolic.discretize import discretize
 from symbolic.lanes import write_lanes
+from symbolic.soil import CLAY
+from symbolic.wheel import Contact, Wheel, force_law
 
 X = np.array([1.0, 2.0, 0.3, 6.0, 0.2, 0.3])
 U = np.array([0.1, 0.2, 0.3, 18.0, 18.5, 18.0, 18.5])
@@ -221,6 +224,46 @@ def test_every_operation_in_lanes():
         rtol=1e-14,
         atol=1e-15,
     )
+
+
+TARGETS = [
+    ("gcc", "-march=native"), ("gcc", "-march=native", "-mno-avx512f"), ("gcc", "-O1"), ("gcc", "-DSOFTSOIL_SCALAR"),
+    ("clang", "-march=native"), ("clang", "-DSOFTSOIL_SCALAR"),
+]  # fmt: skip
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("target", TARGETS, ids=" ".join)
+def test_the_same_numbers_on_other_targets(target, tmp_path):
+    """One wheel's force, which is computed in two vectors side by side, on any compiler and width of vectors."""
+    if shutil.which(target[0]) is None:
+        pytest.skip(f"{target[0]} is not installed")
+    x, count = ca.SX.sym("x", 4), 19
+    force = force_law("turn_slip")(CLAY, Wheel(0.33, 0.21), Contact(x[0], x[1], x[2], x[3]))
+    function = ca.Function("force", [x], [ca.vertcat(force.f_x, force.f_y)])
+    source, library = tmp_path / "force.c", tmp_path / "force.so"
+    source.write_text(write_lanes(function, count, "force_points"), encoding="utf-8")
+    command = [target[0], "-O2", "-fPIC", "-shared", *target[1:], str(source), "-lm", "-o", str(library)]
+    built = subprocess.run(command, capture_output=True, text=True, check=False)
+    if "-mno-avx512f" in target and built.returncode != 0:
+        pytest.skip("another kind of processor")
+    assert built.returncode == 0, built.stderr[:2000]
+    points = np.random.default_rng(5).uniform([3, -1, 8, 0], [9, 1, 40, 6000], (count, 4)).T
+    found, expected = ca.external("force_points", str(library))(points), function.map(count)(points)
+    assert np.allclose(np.asarray(found), np.asarray(expected), rtol=1e-10, atol=1e-8)
+
+
+@pytest.mark.compiler
+@needs_compiler
+def test_division_and_roots_at_the_ends_of_numbers():
+    x = ca.SX.sym("x", 2)
+    function = ca.Function("ends", [x], [ca.vertcat(x[0] / x[1], ca.sqrt(x[0]), ca.fmin(1.0, x[0] / x[1]))])
+    points = np.array([[1, 0], [-1, 0], [0, 0], [3, np.inf], [0, 5], [1e300, 1e-3], [1e-300, 3], [4, -np.inf]], float).T
+    found = np.asarray(at_points(function, points.shape[1])[0](points))
+    with np.errstate(all="ignore"):
+        expected = np.array([points[0] / points[1], np.sqrt(points[0])])
+    assert np.allclose(found[:2], expected, rtol=1e-15, atol=0, equal_nan=True)
+    assert found[2, 0] == 1.0
 
 
 def test_lanes_refuse_what_they_cannot_hold():

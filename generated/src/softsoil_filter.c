@@ -10,6 +10,9 @@
 
 #define N SOFTSOIL_N_X
 #define NY SOFTSOIL_N_Y
+/* Rows of matrices end in zeros, so that whole vectors fit. */
+#define WIDE ((N + 7) / 8 * 8)
+#define WIDE_Y ((NY + 7) / 8 * 8)
 #define MAGIC 0x62aa6eb2u
 #define WINDOW 80 /* updates over which consistency is a mean */
 
@@ -98,25 +101,35 @@ static double clipped(double value, int i) {
 }
 
 /* A (rows x N) to upper triangular, L = its transpose: L L' = A'A, the diagonal not negative. */
-static void triangularise(double (*a)[N], int rows, double (*root)[N]) {
+static void triangularise(double (*a)[WIDE], int rows, double (*root)[N]) {
   for (int k = 0; k < N; ++k) {
-    double w[N] = {0.0}, below = 0.0;
-    for (int r = k + 1; r < rows; ++r) below += a[r][k] * a[r][k];
+    /* Column k times all columns, below the diagonal; even and odd rows apart, so that no sum waits for the one before. */
+    double w[WIDE] = {0.0}, other[WIDE] = {0.0};
+    int r = k + 1;
+    for (; r + 1 < rows; r += 2) {
+      const double even = a[r][k], odd = a[r + 1][k];
+      for (int c = 0; c < WIDE; ++c) w[c] += even * a[r][c];
+      for (int c = 0; c < WIDE; ++c) other[c] += odd * a[r + 1][c];
+    }
+    for (; r < rows; ++r) {
+      const double last = a[r][k];
+      for (int c = 0; c < WIDE; ++c) w[c] += last * a[r][c];
+    }
+    for (int c = 0; c < WIDE; ++c) w[c] += other[c];
+    const double below = w[k];
     if (!(below > 0.0)) continue;
     const double pivot = a[k][k], length = sqrt(pivot * pivot + below);
     const double v = pivot < 0.0 ? pivot - length : pivot + length;
     const double beta = 1.0 / (length * fabs(v));
-    for (int c = 0; c < N; ++c) w[c] = v * a[k][c];
-    for (int r = k + 1; r < rows; ++r)
-      for (int c = 0; c < N; ++c) w[c] += a[r][k] * a[r][c];
-    for (int c = 0; c < N; ++c) {
-      w[c] *= beta;
+    for (int c = 0; c < WIDE; ++c) {
+      w[c] = beta * (w[c] + v * a[k][c]);
       a[k][c] -= v * w[c];
     }
-    /* Columns up to k are finished: zero, and not read again. */
-    for (int r = k + 1; r < rows; ++r) {
+    /* Column k below the diagonal is zero from here on, and not read again: it may hold anything. */
+    w[k] = 0.0;
+    for (r = k + 1; r < rows; ++r) {
       const double factor = a[r][k];
-      for (int c = k + 1; c < N; ++c) a[r][c] -= factor * w[c];
+      for (int c = 0; c < WIDE; ++c) a[r][c] -= factor * w[c];
     }
   }
   for (int i = 0; i < N; ++i)
@@ -155,9 +168,12 @@ static void sigma_points(const softsoil_t *s, int inside, softsoil_points_t *x) 
 }
 
 static double mean_of(const double *row) {
-  double sum = 0.0;
-  for (int k = 1; k < SOFTSOIL_POINTS; ++k) sum += row[k];
-  return mean_centre * row[0] + mean_other * sum;
+  double sum = 0.0, other = 0.0;
+  for (int k = 1; k + 1 < SOFTSOIL_POINTS; k += 2) {
+    sum += row[k];
+    other += row[k + 1];
+  }
+  return mean_centre * row[0] + mean_other * (sum + other);
 }
 
 int softsoil_defaults(softsoil_options_t *options) {
@@ -228,28 +244,30 @@ static int take_inputs(softsoil_t *s, const double *u) {
 }
 
 /* Noise of the process over dt, into the rows of A from `row` on; the soil rests where it is held. */
-static int add_noise(const softsoil_t *s, double dt, int hold, double (*a)[N], int row) {
+static int add_noise(const softsoil_t *s, double dt, int hold, double (*a)[WIDE], int row) {
   const double root_dt = sqrt(dt);
   for (int i = 0; i < N; ++i) {
     const int at = softsoil_order[i];
     if (hold && is_soil[at]) continue;
-    for (int j = 0; j < N; ++j) a[row][j] = 0.0;
+    for (int j = 0; j < WIDE; ++j) a[row][j] = 0.0;
     a[row++][i] = s->options.q_std[at] * root_dt;
   }
   return row;
 }
 
-static int all_finite(const double *values, int n) {
-  double sum = 0.0;
-  for (int i = 0; i < n; ++i) sum += 0.0 * values[i];
-  return sum >= 0.0; /* 0 times anything finite is 0, anything else is NaN */
+/* Nothing is NaN, infinite, or so large that its square might be. n is a multiple of 8. */
+static int all_moderate(const double *values, int n) {
+  double others[8] = {0.0};
+  for (int i = 0; i < n; i += 8)
+    for (int j = 0; j < 8; ++j) others[j] += fabs(values[i + j]) < 1e100 ? 0.0 : 1.0;
+  return !(((others[0] + others[1]) + (others[2] + others[3])) + ((others[4] + others[5]) + (others[6] + others[7])) > 0.0);
 }
 
 /* The vehicle stands: position and soil are held, slip velocities fade, u follows the commanded acceleration where the
  * wheels turn; no force is evaluated. */
 static void stand(softsoil_t *s, double dt) {
   static const int32_t fades[N] = {0, 0, 0, 0, 1, 1, 0};
-  double a[2 * N][N];
+  double a[2 * N][WIDE] = {{0.0}};
   const double keep = exp(-dt / 0.1);
   int rolling = 0;
   rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_fl]) > 0.5;
@@ -270,7 +288,7 @@ static void stand(softsoil_t *s, double dt) {
 static int move(softsoil_t *s, double dt) {
   softsoil_points_t x[N], rates[N];
   softsoil_forces_t forces;
-  double a[SOFTSOIL_POINTS + N][N], mean[N];
+  double a[SOFTSOIL_POINTS + N][WIDE] = {{0.0}}, mean[WIDE] = {0.0};
   sigma_points(s, 1, x);
   if (SOFTSOIL_N_M > 0) {
     softsoil_model_read(s->x, s->u, s->options.p, s->m, s->u_full);
@@ -286,7 +304,7 @@ static int move(softsoil_t *s, double dt) {
     a[0][i] = root_centre * (x[at][0] - mean[i]);
     for (int k = 1; k < SOFTSOIL_POINTS; ++k) a[k][i] = root_other * (x[at][k] - mean[i]);
   }
-  if (!all_finite(&a[0][0], SOFTSOIL_POINTS * N) || !all_finite(mean, N)) return 0;
+  if (!all_moderate(&a[0][0], SOFTSOIL_POINTS * WIDE) || !all_moderate(mean, WIDE)) return 0;
   if (SOFTSOIL_N_M > 0) softsoil_model_advance(s->x, s->u_full, s->options.p, s->m, dt, &forces);
   for (int i = 0; i < N; ++i) s->x[softsoil_order[i]] = clipped(mean[i], softsoil_order[i]);
   triangularise(a, add_noise(s, dt, 0, a, SOFTSOIL_POINTS), s->root);
@@ -362,13 +380,14 @@ static int screen(softsoil_t *s, const double *y, const unsigned char *valid, do
 
 /* What the sigma points predict of the measurements. */
 typedef struct {
-  double dx[SOFTSOIL_POINTS][N]; /* weighted deviations, states in the library's order */
-  double dy[SOFTSOIL_POINTS][NY];
-  double s[NY][NY]; /* innovation covariance */
+  double dx[SOFTSOIL_POINTS][WIDE]; /* weighted deviations, states in the library's order */
+  double dy[SOFTSOIL_POINTS][WIDE_Y];
+  double s[NY][WIDE_Y]; /* innovation covariance */
 } softsoil_prediction_t;
 
 static int predict_measurement(softsoil_t *s, const double *y, softsoil_prediction_t *out) {
   softsoil_points_t x[N], seen[NY];
+  memset(out, 0, sizeof *out);
   sigma_points(s, SOFTSOIL_MEASURES_FORCES, x);
   const softsoil_forces_t *known = NULL;
 #if SOFTSOIL_MEASURES_FORCES
@@ -388,15 +407,17 @@ static int predict_measurement(softsoil_t *s, const double *y, softsoil_predicti
     out->dy[0][i] = root_centre * (seen[i][0] - mean);
     for (int k = 1; k < SOFTSOIL_POINTS; ++k) out->dy[k][i] = root_other * (seen[i][k] - mean);
   }
-  memset(out->s, 0, sizeof out->s);
-  for (int k = 0; k < SOFTSOIL_POINTS; ++k)
-    for (int i = 0; i < NY; ++i)
-      for (int j = 0; j < NY; ++j) out->s[i][j] += out->dy[k][i] * out->dy[k][j];
   for (int i = 0; i < NY; ++i) {
+    double row[WIDE_Y] = {0.0};
+    for (int k = 0; k < SOFTSOIL_POINTS; ++k) {
+      const double dy = out->dy[k][i];
+      for (int j = 0; j < WIDE_Y; ++j) row[j] += dy * out->dy[k][j];
+    }
+    memcpy(out->s[i], row, sizeof row);
     out->s[i][i] += s->options.r_std[i] * s->options.r_std[i];
     s->innovation_std[i] = sqrt(out->s[i][i]);
   }
-  return all_finite(&out->s[0][0], NY * NY) && all_finite(&out->dx[0][0], SOFTSOIL_POINTS * N);
+  return all_moderate(&out->s[0][0], NY * WIDE_Y) && all_moderate(&out->dx[0][0], SOFTSOIL_POINTS * WIDE);
 }
 
 /* Each measurement against the gate. A run of rejections longer than the patience means that the estimate is wrong, not
@@ -430,7 +451,7 @@ static int gate(softsoil_t *s, int32_t *use, int *status) {
 
 /* Gain, estimate and factor from the measurements in use; the soil is not touched where `hold`. */
 static void correct(softsoil_t *s, const softsoil_prediction_t *z, const int32_t *use, int hold) {
-  double chol[NY][NY], gain[NY][N] = {{0.0}}, a[SOFTSOIL_POINTS + NY][N], scaled[NY], step[N] = {0.0};
+  double chol[NY][NY], gain[NY][WIDE] = {{0.0}}, a[SOFTSOIL_POINTS + NY][WIDE], scaled[NY], step[WIDE] = {0.0};
   int at[NY], n = 0;
   for (int i = 0; i < NY; ++i)
     if (use[i]) at[n++] = i;
@@ -449,35 +470,40 @@ static void correct(softsoil_t *s, const softsoil_prediction_t *z, const int32_t
     s->nis += scaled[j] * scaled[j];
   }
   /* K S = P_xy, column after column of S's factor, all states side by side. */
-  for (int k = 0; k < SOFTSOIL_POINTS; ++k)
-    for (int i = 0; i < n; ++i) {
+  for (int i = 0; i < n; ++i) {
+    double row[WIDE] = {0.0};
+    for (int k = 0; k < SOFTSOIL_POINTS; ++k) {
       const double dy = z->dy[k][at[i]];
-      for (int j = 0; j < N; ++j) gain[i][j] += z->dx[k][j] * dy;
+      for (int j = 0; j < WIDE; ++j) row[j] += z->dx[k][j] * dy;
     }
+    memcpy(gain[i], row, sizeof row);
+  }
   for (int i = 0; i < n; ++i) {
     const double inverse = 1.0 / chol[i][i];
     for (int k = 0; k < i; ++k)
-      for (int j = 0; j < N; ++j) gain[i][j] -= gain[k][j] * chol[i][k];
-    for (int j = 0; j < N; ++j) gain[i][j] *= inverse;
+      for (int j = 0; j < WIDE; ++j) gain[i][j] -= gain[k][j] * chol[i][k];
+    for (int j = 0; j < WIDE; ++j) gain[i][j] *= inverse;
   }
   for (int i = n - 1; i >= 0; --i) {
     const double inverse = 1.0 / chol[i][i];
     for (int k = i + 1; k < n; ++k)
-      for (int j = 0; j < N; ++j) gain[i][j] -= gain[k][j] * chol[k][i];
-    for (int j = 0; j < N; ++j) gain[i][j] *= inverse;
+      for (int j = 0; j < WIDE; ++j) gain[i][j] -= gain[k][j] * chol[k][i];
+    for (int j = 0; j < WIDE; ++j) gain[i][j] *= inverse;
   }
   for (int j = 0; hold && j < N; ++j)
     for (int i = 0; i < n && is_soil[softsoil_order[j]]; ++i) gain[i][j] = 0.0;
   for (int k = 0; k < SOFTSOIL_POINTS; ++k) {
-    for (int j = 0; j < N; ++j) a[k][j] = z->dx[k][j];
+    double row[WIDE];
+    memcpy(row, z->dx[k], sizeof row);
     for (int i = 0; i < n; ++i) {
       const double dy = z->dy[k][at[i]];
-      for (int j = 0; j < N; ++j) a[k][j] -= gain[i][j] * dy;
+      for (int j = 0; j < WIDE; ++j) row[j] -= gain[i][j] * dy;
     }
+    memcpy(a[k], row, sizeof row);
   }
   for (int i = 0; i < n; ++i) {
     const double r = s->options.r_std[at[i]];
-    for (int j = 0; j < N; ++j) {
+    for (int j = 0; j < WIDE; ++j) {
       a[SOFTSOIL_POINTS + i][j] = gain[i][j] * r;
       step[j] += gain[i][j] * s->innovation[at[i]];
     }

@@ -56,12 +56,18 @@ typedef double ssv;
 #define ssv_sinh sinh
 #define ssv_cosh cosh
 #define ssv_tanh tanh
+#define ssv_asinh asinh
+#define ssv_acosh acosh
+#define ssv_atanh atanh
+#define ssv_erf erf
 #define ssv_floor floor
 #define ssv_ceil ceil
 #define ssv_log1p log1p
 #define ssv_expm1 expm1
 #define ssv_atan2 atan2
 #define ssv_pow pow
+#define ssv_fmod fmod
+#define ssv_copysign copysign
 #define ssv_hypot hypot
 #define ssv_fmin ss_fmin
 #define ssv_fmax ss_fmax
@@ -86,15 +92,30 @@ typedef double ssv;
 typedef double ssv __attribute__((vector_size(8 * SOFTSOIL_LANES)));
 typedef long long ssv_bits __attribute__((vector_size(8 * SOFTSOIL_LANES)));
 
-static inline ssv ssv_all(double a) {
-  ssv y;
-  for (int l = 0; l < SOFTSOIL_LANES; ++l) y[l] = a;
-  return y;
+/* Compilers would call some of these, and every call puts away all vector registers. */
+#define SSV_INLINE static inline __attribute__((always_inline))
+
+SSV_INLINE ssv ssv_all(double a) {
+#if SOFTSOIL_LANES == 8
+  return (ssv)_mm512_set1_pd(a);
+#elif SOFTSOIL_LANES == 4
+  return (ssv)_mm256_set1_pd(a);
+#elif defined(__SSE2__)
+  return (ssv)_mm_set1_pd(a);
+#else
+  return (ssv)vdupq_n_f64(a);
+#endif
 }
-static inline ssv_bits ssv_all_bits(long long a) {
-  ssv_bits y;
-  for (int l = 0; l < SOFTSOIL_LANES; ++l) y[l] = a;
-  return y;
+SSV_INLINE ssv_bits ssv_all_bits(long long a) {
+#if SOFTSOIL_LANES == 8
+  return (ssv_bits)_mm512_set1_epi64(a);
+#elif SOFTSOIL_LANES == 4
+  return (ssv_bits)_mm256_set1_epi64x(a);
+#elif defined(__SSE2__)
+  return (ssv_bits)_mm_set1_epi64x(a);
+#else
+  return (ssv_bits)vdupq_n_s64(a);
+#endif
 }
 static inline ssv ssv_load(const double *p) {
   ssv y;
@@ -107,8 +128,29 @@ static inline ssv ssv_pick(ssv_bits where, ssv yes, ssv no) {
   return (ssv)((where & (ssv_bits)yes) | (~where & (ssv_bits)no));
 }
 static inline ssv ssv_fabs(ssv x) { return (ssv)((ssv_bits)x & ssv_all_bits(0x7fffffffffffffffLL)); }
-static inline ssv ssv_fmin(ssv a, ssv b) { return ssv_pick((ssv_bits)(a < b), a, b); }
-static inline ssv ssv_fmax(ssv a, ssv b) { return ssv_pick((ssv_bits)(a > b), a, b); }
+/* a < b ? a : b and a > b ? a : b, NaN in either giving b: what the processor's own instructions do. */
+SSV_INLINE ssv ssv_fmin(ssv a, ssv b) {
+#if SOFTSOIL_LANES == 8
+  return (ssv)_mm512_min_pd((__m512d)a, (__m512d)b);
+#elif SOFTSOIL_LANES == 4
+  return (ssv)_mm256_min_pd((__m256d)a, (__m256d)b);
+#elif defined(__SSE2__)
+  return (ssv)_mm_min_pd((__m128d)a, (__m128d)b);
+#else
+  return ssv_pick((ssv_bits)(a < b), a, b);
+#endif
+}
+SSV_INLINE ssv ssv_fmax(ssv a, ssv b) {
+#if SOFTSOIL_LANES == 8
+  return (ssv)_mm512_max_pd((__m512d)a, (__m512d)b);
+#elif SOFTSOIL_LANES == 4
+  return (ssv)_mm256_max_pd((__m256d)a, (__m256d)b);
+#elif defined(__SSE2__)
+  return (ssv)_mm_max_pd((__m128d)a, (__m128d)b);
+#else
+  return ssv_pick((ssv_bits)(a > b), a, b);
+#endif
+}
 static inline ssv ssv_truth(ssv_bits c) { return (ssv)(c & (ssv_bits)ssv_all(1.0)); }
 static inline ssv_bits ssv_true(ssv a) { return (ssv_bits)(a < ssv_all(0.0)) | (ssv_bits)(a > ssv_all(0.0)); }
 static inline ssv ssv_lt(ssv a, ssv b) { return ssv_truth((ssv_bits)(a < b)); }
@@ -122,22 +164,24 @@ static inline ssv ssv_sign(ssv a) { return ssv_lt(ssv_all(0.0), a) - ssv_lt(a, s
 static inline ssv ssv_if_else_zero(ssv c, ssv a) { return (ssv)(ssv_true(c) & (ssv_bits)a); }
 
 /* The widest registers have one slow divider; a reciprocal estimate and Newton steps on their multipliers, within two units
- * in the last place, take a quarter of its time. Dividing by zero or infinity gives NaN. */
-static inline ssv ssv_div(ssv a, ssv b) {
+ * in the last place, take a quarter of its time. Where the divisor is zero or infinite the estimate stands. */
+SSV_INLINE ssv ssv_div(ssv a, ssv b) {
 #if SOFTSOIL_LANES == 8
   const __m512d below = (__m512d)b, guess = _mm512_rcp14_pd(below);
-  const __m512d r = _mm512_fmadd_pd(guess, _mm512_fnmadd_pd(below, guess, _mm512_set1_pd(1.0)), guess);
+  const __m512d e = _mm512_fnmadd_pd(below, guess, _mm512_set1_pd(1.0));
+  const __mmask8 usual = _mm512_cmp_pd_mask(e, e, _CMP_ORD_Q);
+  const __m512d r = _mm512_mask3_fmadd_pd(guess, e, guess, usual);
   const __m512d q = _mm512_mul_pd((__m512d)a, r);
-  return (ssv)_mm512_fmadd_pd(_mm512_fnmadd_pd(below, q, (__m512d)a), r, q);
+  return (ssv)_mm512_mask3_fmadd_pd(_mm512_fnmadd_pd(below, q, (__m512d)a), r, q, usual);
 #else
   return a / b;
 #endif
 }
 
-static inline ssv ssv_sqrt(ssv x) {
+SSV_INLINE ssv ssv_sqrt(ssv x) {
 #if SOFTSOIL_LANES == 8
   /* The tiny term keeps the root of zero zero, and is lost in the rounding of anything else. */
-  const __m512d square = (__m512d)x, r = _mm512_rsqrt14_pd(_mm512_add_pd(square, _mm512_set1_pd(1e-300)));
+  const __m512d square = (__m512d)x, r = _mm512_rsqrt14_pd(_mm512_add_pd(square, _mm512_set1_pd(2.3e-308)));
   const __m512d y = _mm512_mul_pd(square, r), h = _mm512_mul_pd(_mm512_set1_pd(0.5), r);
   const __m512d e = _mm512_fnmadd_pd(y, h, _mm512_set1_pd(0.5));
   const __m512d y_1 = _mm512_fmadd_pd(y, e, y), h_1 = _mm512_fmadd_pd(h, e, h);
@@ -151,48 +195,40 @@ static inline ssv ssv_sqrt(ssv x) {
 #endif
 }
 
-/* 2^k e^r with |r| <= ln(2)/2, Taylor to r^13; beyond +-708 the ends are kept. */
-static inline ssv ssv_exp(ssv x) {
-  x = ssv_pick((ssv_bits)(x < ssv_all(-708.0)), ssv_all(-708.0), x);
-  x = ssv_pick((ssv_bits)(x > ssv_all(709.0)), ssv_all(709.0), x);
-  const ssv t = x * 1.4426950408889634 + 6755399441055744.0, k = t - 6755399441055744.0;
-  const ssv r = (x - k * 0.6931471803691238) - k * 1.9082149292705877e-10;
-  ssv p = r * (1.0 / 6227020800.0) + 1.0 / 479001600.0;
-  p = p * r + 1.0 / 39916800.0;
-  p = p * r + 1.0 / 3628800.0;
-  p = p * r + 1.0 / 362880.0;
-  p = p * r + 1.0 / 40320.0;
-  p = p * r + 1.0 / 5040.0;
-  p = p * r + 1.0 / 720.0;
-  p = p * r + 1.0 / 120.0;
-  p = p * r + 1.0 / 24.0;
-  p = p * r + 1.0 / 6.0;
-  p = p * r + 0.5;
-  p = p * r + 1.0;
-  p = p * r + 1.0;
-  return p * (ssv)(((ssv_bits)t - ssv_all_bits(0x4338000000000000LL - 1023)) << 52);
+/* 2^k e^r with |r| <= ln(2)/2; e^r by a polynomial of degree 11, even and odd powers apart; beyond +-708 the ends are kept. */
+SSV_INLINE ssv ssv_exp(ssv x) {
+  x = ssv_fmin(ssv_all(709.0), ssv_fmax(ssv_all(-708.0), x));
+  /* The exponent's bias is in the constant, so that the shift alone makes 2^k. */
+  const ssv t = x * 1.4426950408889634 + 6755399441056767.0, k = t - 6755399441056767.0;
+  const ssv r = (x - k * 0.6931471803691238) - k * 1.9082149292705877e-10, z = r * r;
+  ssv even = z * 2.7620088445409746e-07 + 2.4801521295954376e-05;
+  ssv odd = z * 2.510038549551032e-08 + 2.7557268459997064e-06;
+  even = even * z + 0.0013888888917213717;
+  odd = odd * z + 0.00019841269863053618;
+  even = even * z + 0.04166666666662413;
+  odd = odd * z + 0.008333333333330062;
+  even = even * z + 0.5;
+  odd = odd * z + 0.16666666666666669;
+  return (z * (odd * r + even) + (r + 1.0)) * (ssv)((ssv_bits)t << 52);
 }
 
-/* e ln(2) + log(m), m in [sqrt(1/2), sqrt(2)), log(m) = 2 atanh((m - 1)/(m + 1)); NaN at and below zero. */
-static inline ssv ssv_log(ssv x) {
+/* e ln(2) + log(m), m in [sqrt(1/2), sqrt(2)), log(m) = 2 atanh((m - 1)/(m + 1)) by fdlibm's polynomial; NaN at and below
+ * zero. */
+SSV_INLINE ssv ssv_log(ssv x) {
   const ssv_bits bits = (ssv_bits)x, e = (bits - ssv_all_bits(0x3fe6a09e667f3bcdLL)) >> 52;
   const ssv m = (ssv)(bits - (e << 52)), k = (ssv)(e + ssv_all_bits(0x4338000000000000LL)) - 6755399441055744.0;
-  const ssv f = m - 1.0, s = f / (f + 2.0), z = s * s;
-  ssv p = z * (1.0 / 21.0) + 1.0 / 19.0;
-  p = p * z + 1.0 / 17.0;
-  p = p * z + 1.0 / 15.0;
-  p = p * z + 1.0 / 13.0;
-  p = p * z + 1.0 / 11.0;
-  p = p * z + 1.0 / 9.0;
-  p = p * z + 1.0 / 7.0;
-  p = p * z + 1.0 / 5.0;
-  p = p * z + 1.0 / 3.0;
-  const ssv y = k * 0.6931471803691238 + (2.0 * s + (2.0 * s * z * p + k * 1.9082149292705877e-10));
+  const ssv f = m - 1.0, s = ssv_div(f, f + 2.0), z = s * s, w = z * z;
+  ssv even = w * 1.479819860511658591e-01 + 1.818357216161805012e-01;
+  ssv odd = w * 1.531383769920937332e-01 + 2.222219843214978396e-01;
+  even = even * w + 2.857142874366239149e-01;
+  odd = odd * w + 3.999999999940941908e-01;
+  even = even * w + 6.666666666666735130e-01;
+  const ssv y = k * 0.6931471803691238 + (2.0 * s + (s * z * (odd * z + even) + k * 1.9082149292705877e-10));
   return (ssv)((ssv_bits)y | ~(ssv_bits)(x > ssv_all(0.0)));
 }
 
 /* Reduced by multiples of pi/2 in three parts: good for |x| up to 1e5 rad, far more than a wrapped yaw angle. */
-static inline void ssv_sincos(ssv x, ssv *sine, ssv *cosine) {
+SSV_INLINE void ssv_sincos(ssv x, ssv *sine, ssv *cosine) {
   const ssv t = x * 0.6366197723675814 + 6755399441055744.0, k = t - 6755399441055744.0;
   ssv r = x - k * 1.57079632673412561417e+00;
   r = r - k * 6.07710050630396597660e-11;
@@ -247,12 +283,18 @@ SSV_EACH(atan)
 SSV_EACH(sinh)
 SSV_EACH(cosh)
 SSV_EACH(tanh)
+SSV_EACH(asinh)
+SSV_EACH(acosh)
+SSV_EACH(atanh)
+SSV_EACH(erf)
 SSV_EACH(floor)
 SSV_EACH(ceil)
 SSV_EACH(log1p)
 SSV_EACH(expm1)
 SSV_EACH_TWO(atan2)
 SSV_EACH_TWO(pow)
+SSV_EACH_TWO(fmod)
+SSV_EACH_TWO(copysign)
 SSV_EACH_TWO(hypot)
 
 #endif

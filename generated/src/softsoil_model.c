@@ -9,6 +9,12 @@
 #define PAIRS (SOFTSOIL_CALLS * SOFTSOIL_ACTIVE_POINTS)
 #define PAIR_ROW (GROUPS(PAIRS) * SOFTSOIL_LANES + SOFTSOIL_LANES)
 
+/* The last group may reach past the last pair by more than the surplus that was written: it repeats the last pairs. */
+static int first_of_group(int g) {
+  const int at = g * SOFTSOIL_LANES;
+  return at + SOFTSOIL_LANES > PAIRS && PAIRS >= SOFTSOIL_LANES ? PAIRS - SOFTSOIL_LANES : at;
+}
+
 /* Arguments of all wheels in one row after the other: the law then runs over pairs of wheel and point, no lane idle but
  * the last. A group's surplus lanes land where the next wheel's first group overwrites them, or behind the last. */
 void softsoil_model_forces(const softsoil_points_t *x, const double *u, const double *p, softsoil_forces_t *out) {
@@ -25,14 +31,20 @@ void softsoil_model_forces(const softsoil_points_t *x, const double *u, const do
       for (int g = 0; g < GROUPS(SOFTSOIL_ACTIVE_POINTS); ++g)
         ssv_store(&arguments[a][call * SOFTSOIL_ACTIVE_POINTS + g * SOFTSOIL_LANES],
                   before[g][call * SOFTSOIL_ARGUMENTS + a]);
-  for (int g = 0; g < GROUPS(PAIRS); ++g) {
-    ssv argument[SOFTSOIL_SOME(SOFTSOIL_ARGUMENTS)], force[SOFTSOIL_SOME(SOFTSOIL_OUTPUTS)];
-    /* The last group may reach past the last pair by more than the surplus that was written: it repeats the last pairs. */
-    const int at = g * SOFTSOIL_LANES + SOFTSOIL_LANES > PAIRS && PAIRS >= SOFTSOIL_LANES ? PAIRS - SOFTSOIL_LANES
-                                                                                          : g * SOFTSOIL_LANES;
-    for (int a = 0; a < SOFTSOIL_ARGUMENTS; ++a) argument[a] = ssv_load(&arguments[a][at]);
-    kernel_law(argument, p, force);
-    for (int o = 0; o < SOFTSOIL_OUTPUTS; ++o) ssv_store(&found[o][at], force[o]);
+  for (int g = 0, side; g < GROUPS(PAIRS); g += side) {
+    ssv argument[SOFTSOIL_SIDE * SOFTSOIL_SOME(SOFTSOIL_ARGUMENTS)], force[SOFTSOIL_SIDE * SOFTSOIL_SOME(SOFTSOIL_OUTPUTS)];
+    side = g + SOFTSOIL_SIDE <= GROUPS(PAIRS) ? SOFTSOIL_SIDE : 1;
+    for (int k = 0; k < side; ++k)
+      for (int a = 0; a < SOFTSOIL_ARGUMENTS; ++a)
+        argument[k * SOFTSOIL_ARGUMENTS + a] = ssv_load(&arguments[a][first_of_group(g + k)]);
+    if (side == SOFTSOIL_SIDE) {
+      kernel_law_side(argument, p, force);
+    } else {
+      kernel_law(argument, p, force);
+    }
+    for (int k = 0; k < side; ++k)
+      for (int o = 0; o < SOFTSOIL_OUTPUTS; ++o)
+        ssv_store(&found[o][first_of_group(g + k)], force[k * SOFTSOIL_OUTPUTS + o]);
   }
   for (int call = 0; call < SOFTSOIL_CALLS; ++call)
     for (int o = 0; o < SOFTSOIL_OUTPUTS; ++o) {
@@ -194,7 +206,10 @@ int softsoil_rollout(const double p[SOFTSOIL_N_P], double dt, size_t count, size
       }
       lanes_read(state, full, p, cells[k % 2], full + SOFTSOIL_N_U);
       lanes_before(state, full, p, arguments);
-      for (int call = 0; call < SOFTSOIL_CALLS; ++call)
+      int call = 0;
+      for (; call + SOFTSOIL_SIDE <= SOFTSOIL_CALLS; call += SOFTSOIL_SIDE)
+        kernel_law_side(arguments + call * SOFTSOIL_ARGUMENTS, p, force + call * SOFTSOIL_OUTPUTS);
+      for (; call < SOFTSOIL_CALLS; ++call)
         kernel_law(arguments + call * SOFTSOIL_ARGUMENTS, p, force + call * SOFTSOIL_OUTPUTS);
       lanes_after(state, full, p, force, rate);
       lanes_advance(state, full, p, cells[k % 2], &dt, force, cells[(k + 1) % 2]);

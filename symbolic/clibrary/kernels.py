@@ -14,6 +14,8 @@ from types import MappingProxyType
 
 import casadi as ca
 
+from symbolic.instruction_order import Instruction, instructions, interleaved
+
 DIGITS = 13
 """Significant digits of constants: quadrature nodes differ between processors in the last bit, written files must not."""
 
@@ -29,50 +31,73 @@ _CALLS = MappingProxyType(
     {
         **{getattr(ca, f"OP_{name.upper()}"): name for name in (
             "exp", "log", "sqrt", "fabs", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "floor",
-            "ceil", "atan2", "fmin", "fmax", "pow", "log1p", "expm1", "hypot", "lt", "le", "eq", "ne", "not", "and",
-            "or", "sign", "if_else_zero",
+            "ceil", "asinh", "acosh", "atanh", "erf", "log1p", "expm1", "atan2", "fmin", "fmax", "fmod", "pow", "hypot",
+            "copysign", "lt", "le", "eq", "ne", "not", "and", "or", "sign", "if_else_zero",
         )},
         ca.OP_CONSTPOW: "pow",
     }
 )  # fmt: skip
 """Functions: ssv_<name> for vectors; for scalars C's own, or ss_<name> of softsoil_lanes.h where C has none."""
+_GROUP = "@"
+"""Stands for the number of a group until the statement is written."""
 _OWN = frozenset({"lt", "le", "eq", "ne", "not", "and", "or", "sign", "if_else_zero", "fmin", "fmax"})
 
 
-def number(value: float) -> str:
-    """A C literal of `value`, the same on every machine."""
+def number(value: float, digits: int = DIGITS) -> str:
+    """A C literal of `value` with so many significant digits."""
     if math.isinf(value):
         return "HUGE_VAL" if value > 0 else "-HUGE_VAL"
-    text = repr(float(f"{value:.{DIGITS}g}"))
+    text = repr(float(f"{value:.{digits}g}"))
     return text if any(c in text for c in ".en") else f"{text}.0"
 
 
 @dataclass
 class _Writer:
-    """Statements of one function, in the order of its instructions."""
+    """Statements of one function, for one group of points or for several side by side."""
 
     function: ca.Function
     varies_in: Sequence[bool]
+    groups: int
+    digits: int
     lines: list[str] = field(default_factory=list)
     value: dict[int, str] = field(default_factory=dict)
     varies: dict[int, bool] = field(default_factory=dict)
 
     def write(self) -> list[str]:
-        f = self.function
-        for k in range(f.n_instructions()):
-            op, into, out = f.instruction_id(k), f.instruction_input(k), f.instruction_output(k)
-            if op == ca.OP_OUTPUT:
-                self.lines.append(f"r{out[0]}[{out[1]}] = {self._as(into[0], any(self.varies_in))};")
-            elif op == ca.OP_CONST:
-                literal = number(f.instruction_constant(k))
-                self.value[out[0]], self.varies[out[0]] = f"({literal})" if literal[0] == "-" else literal, False
-            elif op == ca.OP_INPUT:
-                self.value[out[0]], self.varies[out[0]] = f"a{into[0]}[{into[1]}]", self.varies_in[into[0]]
+        sequence = instructions(self.function)
+        for k in interleaved(sequence, self.groups):
+            item = sequence[k]
+            if item.op == ca.OP_OUTPUT:
+                self._store(item)
+            elif item.op == ca.OP_CONST:
+                literal = number(item.constant, self.digits)
+                self.value[k], self.varies[k] = f"({literal})" if literal[0] == "-" else literal, False
+            elif item.op == ca.OP_INPUT:
+                self._load(k, item.place)
             else:
-                expression, varies = self._operation(op, into)
-                self.lines.append(f"const {'ssv' if varies else 'double'} t{k} = {expression};")
-                self.value[out[0]], self.varies[out[0]] = f"t{k}", varies
+                self._compute(k, item)
         return self.lines
+
+    def _load(self, k: int, place: tuple[int, int]) -> None:
+        varies = self.varies[k] = self.varies_in[place[0]]
+        along = f" + {_GROUP} * {self.function.size1_in(place[0])}" if varies and self.groups > 1 else ""
+        self.value[k] = f"a{place[0]}[{place[1]}{along}]"
+
+    def _store(self, item: Instruction) -> None:
+        output, element = item.place
+        along = f" + {_GROUP} * {self.function.size1_out(output)}" if self.groups > 1 else ""
+        self._each(f"r{output}[{element}{along}] = {self._as(item.reads[0], any(self.varies_in))};")
+
+    def _compute(self, k: int, item: Instruction) -> None:
+        expression, varies = self._operation(item.op, item.reads)
+        name = f"t{k}_{_GROUP}" if varies and self.groups > 1 else f"t{k}"
+        self._each(f"const {'ssv' if varies else 'double'} {name} = {expression};")
+        self.value[k], self.varies[k] = name, varies
+
+    def _each(self, statement: str) -> None:
+        """The statement once, or for each group where it differs between groups."""
+        groups = self.groups if _GROUP in statement else 1
+        self.lines.append(" ".join(statement.replace(_GROUP, str(g)) for g in range(groups)))
 
     def _as(self, slot: int, vector: bool) -> str:
         return f"ssv_all({self.value[slot]})" if vector and not self.varies[slot] else self.value[slot]
@@ -102,16 +127,20 @@ class _Writer:
 
 
 _ONE = frozenset(
-    {"exp", "log", "sqrt", "fabs", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "floor", "ceil",
-     "log1p", "expm1", "not", "sign"}
+    {"exp", "log", "sqrt", "fabs", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh",
+     "acosh", "atanh", "floor", "ceil", "erf", "log1p", "expm1", "not", "sign"}
 )  # fmt: skip
 """Functions of one argument."""
 
 
-def write_kernel(function: ca.Function, name: str, varies: Sequence[bool] | None = None) -> str:
+def write_kernel(
+    function: ca.Function, name: str, varies: Sequence[bool] | None = None, groups: int = 1, digits: int = DIGITS
+) -> str:
     """C text of `static void name(inputs ..., outputs ...)`: pointers to vectors, in CasADi's order.
 
-    function: SX, dense vectors; varies: which inputs differ from point to point (ssv), None for plain scalars.
+    function: SX, dense vectors; varies: which inputs differ from point to point (ssv), None for plain scalars;
+    groups: how many vectors of points are computed side by side, for functions whose operations wait for one another:
+    what varies then stands in arrays of so many rows; digits: significant digits of constants.
     Raises ValueError for sparse results, matrices, or an operation that C does not have.
     """
     lanes = varies is not None and any(varies)
@@ -127,5 +156,5 @@ def write_kernel(function: ca.Function, name: str, varies: Sequence[bool] | None
     unused = "".join(f" (void)a{i};" for i in range(function.n_in())) + "".join(
         f" (void)r{i};" for i in range(function.n_out())
     )
-    body = "\n  ".join([unused.strip(), *_Writer(function, flags).write()])
+    body = "\n  ".join([unused.strip(), *_Writer(function, flags, groups if lanes else 1, digits).write()])
     return f"static void {name}({', '.join([*inputs, *outputs])}) {{\n  {body}\n}}\n"

@@ -106,17 +106,23 @@ def _kernels(parts: Parts) -> str:
     """src/softsoil_kernels.h: the equations as C statements."""
     scalar = [write_kernel(getattr(parts, name), f"scalar_{name}") for name in _SCALAR]
     lanes = [write_kernel(getattr(parts, name), alias, varies) for alias, (name, varies) in _LANES.items()]
+    lanes.append(write_kernel(parts.law, "kernel_law_side", _LANES["kernel_law"][1], SIDE))
     same = "\n".join(f"#define {alias} scalar_{name}" for alias, (name, _) in _LANES.items())
     return (
         "/* The model's equations, statement by statement, generated: never edited by hand. */\n"
         "#ifndef SOFTSOIL_KERNELS_H\n#define SOFTSOIL_KERNELS_H\n\n"
         + "\n".join(scalar)
-        + f"\n#if SOFTSOIL_LANES == 1\n{write_kernel(parts.measure, 'scalar_measure')}\n{same}\n#else\n"
+        + f"\n#if SOFTSOIL_LANES == 1\n{write_kernel(parts.measure, 'scalar_measure')}\n{same}\n"
+        + "#define SOFTSOIL_SIDE 1\n#define kernel_law_side scalar_law\n"
+        + "#else\n/* Vectors that kernel_law_side computes side by side: one alone leaves a processor waiting for itself. */\n"
+        + f"#define SOFTSOIL_SIDE {SIDE}\n\n"
         + "\n".join(lanes)
         + "#endif\n#endif\n"
     )
 
 
+SIDE = 2
+"""Groups of points for which the force law is computed side by side: its chain of operations is longer than it is wide."""
 _SCALAR = ("before", "law", "after", "read", "advance", "start", "force")
 _LANES = {
     "kernel_before": ("before", (True, False, False)),
