@@ -24,9 +24,10 @@ TICK = 0.012
 """s: the estimator's prediction step."""
 STOPPING = 0.6
 """Share of the asked deceleration that soil and brakes give for certain."""
-LOOP_TUNING = Tuning(force_error=(0.0, 0.0), n_walk=0.01, n_std=0.5)
+LOOP_TUNING = Tuning(force_error=(0.0, 0.0), n_walk=0.01, n_std=0.5, patience=12)
 """The filter's numbers in the loop. Plans keep away from the full lock where the force law errs most, so that its error
-need not grow with the force; and n may be far off at first and change underway, with a manoeuvre waiting for neither."""
+need not grow with the force; n may be far off at first and change underway, with a manoeuvre waiting for neither; and a
+vehicle that is believed 14 m away brakes or swerves, so that a burst of outliers must not pass for a jump."""
 FIRST_SPREAD = (0.3, 0.3, 0.01, 0.1, 0.1, 0.02)
 """Standard deviations of the state that a drive begins with: x, y, psi, u, v, omega_z, SI units."""
 

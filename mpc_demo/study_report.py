@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
 from rich.table import Table
 
 from mpc_demo.closed_loop_study import Run, Worth, paired, worth_of
-from mpc_demo.output import console
 from mpc_demo.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 
+console = Console(width=None if sys.stdout.isatty() else 122)
+"""Wider than elsewhere: a row of these tables is read in one go."""
 FIGURES = (("tracking_rms", "tracking rms"), ("need", "clearance"))
 """Figures that are compared, smaller is better, and their names."""
 
@@ -43,17 +47,26 @@ def _same_seeds(runs: Sequence[Run], case: str, side: str, told: str) -> list[Ru
 
 def say_study(runs: Sequence[Run]) -> None:
     """Two tables: what knowing n is worth, and whether the loop held."""
-    table = Table(title="Closed loop over seeds: what knowing n is worth", title_justify="left")
-    for heading in ("course", "first guess", "figure, m", "guess", "true n", "estimate", "worth", "recovered (90 %)"):
-        table.add_column(heading)
+    table = _table("What knowing n is worth: tracking rms, or least gap to an obstacle (m), means over seeds")
+    for heading in ("course", "guess", "", "guess", "true", "found", "worth (its error)", "recovered (90 % of resampled seeds)"):
+        table.add_column(heading, no_wrap=True)
     for case, side, words, (guess, true, found), worth in rows_of(runs):
-        sign = -1.0 if words == "clearance" else 1.0
+        sign, short = (-1.0, "gap") if words == "clearance" else (1.0, "rms")
         table.add_row(
-            case, f"too {side}", words, f"{sign * guess:.3f}", f"{sign * true:.3f}", f"{sign * found:.3f}",
-            f"{worth.worth:+.3f} +- {worth.error:.3f}", recovered_words(worth),
+            short_name(case), side, short, f"{sign * guess:.3f}", f"{sign * true:.3f}", f"{sign * found:.3f}",
+            f"{worth.worth:+.3f} ({worth.error:.3f})", recovered_words(worth),
         )  # fmt: skip
     console.print(table)
     _say_loop(runs)
+
+
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+
+
+def short_name(case: str) -> str:
+    """The case's name for a narrow column."""
+    return case.replace("sandy_loam", "loam").replace("_", " ")
 
 
 def recovered_words(worth: Worth) -> str:
@@ -64,41 +77,34 @@ def recovered_words(worth: Worth) -> str:
 
 
 def _say_loop(runs: Sequence[Run]) -> None:
-    table = Table(title="Whether the loop held, over all seeds", title_justify="left")
-    headings = (
-        "course",
-        "told",
-        "drives",
-        "to the end",
-        "touched",
-        "least gap, m",
-        "worst error, m",
-        "failed",
-        "blocked",
-    )
-    for heading in (*headings, "late", "solve ms", "p99", "n at the manoeuvre"):
-        table.add_column(heading)
+    table = _table("Whether the loop held, all controllers (n: what the estimator had found when the manoeuvre began)")
+    headings = ("course", "drives", "ended", "touched", "least gap", "failed", "blocked", "late", "ms", "p99")
+    for heading in (*headings, "n from low", "from high"):
+        table.add_column(heading, no_wrap=True)
     for case in dict.fromkeys(run.case for run in runs):
-        for told in dict.fromkeys(run.told for run in runs if run.case == case):
-            mine = [run for run in runs if run.case == case and run.told == told]
-            solve = np.concatenate([run.solve_ms for run in mine])
-            gaps = [run.clearance for run in mine if run.clearance is not None]
-            n = np.array([run.n_manoeuvre for run in mine])
-            table.add_row(
-                case, told, str(len(mine)), str(sum(run.finished for run in mine)), str(sum(gap <= 0 for gap in gaps)),
-                f"{min(gaps):.2f}" if gaps else "", f"{max(run.max_error for run in mine):.2f}",
-                str(sum(run.failures for run in mine)), str(sum(run.blocked for run in mine)),
-                str(sum(run.late for run in mine)), f"{np.median(solve):.2f}", f"{np.percentile(solve, 99):.2f}",
-                f"{n.mean():.2f} +- {n.std():.2f}",
-            )  # fmt: skip
+        mine = [run for run in runs if run.case == case]
+        solve = np.concatenate([run.solve_ms for run in mine])
+        gaps = [run.clearance for run in mine if run.clearance is not None]
+        table.add_row(
+            short_name(case), str(len(mine)), str(sum(run.finished for run in mine)), str(sum(gap <= 0 for gap in gaps)),
+            f"{min(gaps):.2f}" if gaps else "", str(sum(run.failures for run in mine)),
+            str(sum(run.blocked for run in mine)), str(sum(run.late for run in mine)), f"{np.median(solve):.2f}",
+            f"{np.percentile(solve, 99):.1f}", _n_words(mine, "est_low"), _n_words(mine, "est_high"),
+        )  # fmt: skip
     console.print(table)
     gaps = [run.clearance for run in runs if run.clearance is not None]
+    seeds = len({run.seed for run in runs})
     console.print(
-        f"{len(runs)} drives, {sum(len(run.solve_ms) for run in runs)} solves: {sum(run.finished for run in runs)} drives to "
-        f"the end, {sum(gap <= 0 for gap in gaps)} touched an obstacle, {sum(run.failures for run in runs)} solves "
-        f"failed, {sum(run.late for run in runs)} late",
+        f"{len(runs)} drives with {seeds} seeds, {sum(len(run.solve_ms) for run in runs)} solves: "
+        f"{sum(run.finished for run in runs)} drives to the end, {sum(gap <= 0 for gap in gaps)} touched an obstacle, "
+        f"{sum(run.failures for run in runs)} solves failed, {sum(run.late for run in runs)} late",
         highlight=False,
     )
+
+
+def _n_words(runs: Sequence[Run], told: str) -> str:
+    n = np.array([run.n_manoeuvre for run in runs if run.told == told])
+    return f"{n.mean():.2f} +- {n.std():.2f}" if len(n) else ""
 
 
 def draw_study(runs: Sequence[Run], path: Path) -> Path:
@@ -116,11 +122,11 @@ def draw_study(runs: Sequence[Run], path: Path) -> Path:
                     values = sign * paired(_same_seeds(runs, case, side, told), case, told, figure)
                     axis.plot(values, np.full(len(values), place + up), ".", color=color, ms=4, alpha=0.5)
                     axis.plot(values.mean(), place + up, "|", color=color, ms=11, mew=2.5)
-            axis.set_yticks(range(len(mine)), [f"{row[0].replace('_', ' ')}\nguess too {row[1]}" for row in mine])
+            axis.set_yticks(range(len(mine)), [f"{short_name(row[0])}\nguess too {row[1]}" for row in mine])
             axis.set(title=f"{words}, m ({'larger' if sign < 0 else 'smaller'} is better)")
             axis.axvline(0.0, color=SOFT, lw=1)
             axis.invert_yaxis()
         for label, color in (("wrong guess", INITIAL), ("true n", TRUE), ("estimated n", ESTIMATED)):
             axes[0, 0].plot([], [], "|", color=color, ms=11, mew=2.5, label=label)
-        axes[0, 0].legend(loc="lower right")
+        axes[0, 0].legend(loc="upper right")
     return path

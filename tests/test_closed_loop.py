@@ -56,6 +56,8 @@ def test_dropout_and_outliers_leave_the_loop_stable():
     run = log(faulty=True)
     assert run.finished and run.gated > 0
     assert np.abs(run.column("error")).max() < 3.5
+    astray = np.abs(run.column("estimate")[:, :2] - run.column("truth")[:, :2])
+    assert astray.max() < 2.0, "outliers of 14 m are not taken for where the vehicle is"
 
 
 def test_failed_solves_have_a_status_and_the_vehicle_slows_down():
