@@ -13,6 +13,7 @@ from mpc_demo.bench_c_library import c_library_rows
 from mpc_demo.bench_filter import filter_rows
 from mpc_demo.bench_nmpc import nmpc_rows
 from mpc_demo.bench_rows import Row
+from mpc_demo.bench_whole import whole_rows
 from mpc_demo.commands_study import own_logs
 from mpc_demo.logs import named_soil
 from mpc_demo.options import LawOption, OutOption, SoilOption, VehicleOption, declaration, open_drive
@@ -48,6 +49,7 @@ def rows(declared, drive) -> Iterator[Row]:
     yield from filter_rows(declared, drive)
     yield from nmpc_rows(declared)
     yield from c_library_rows(declared)
+    yield from whole_rows(declared, drive)
 
 
 def _cells(row: Row) -> tuple[str, ...]:

@@ -1,0 +1,34 @@
+"""Speed of the whole plant and of the whole loop closed with data, each against the time that passes on the vehicle."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+from estimator.horizons import START_UP
+from mpc_demo.bench_rows import Row
+from plant.manoeuvres import MANOEUVRES
+from plant.simulate import drive as simulate
+from plant.start import Start
+from plant.world import Plant
+from recording.drive import Recording
+from refinement.refine import refine
+from symbolic.declaration import Declaration
+
+SIMULATED, REPEATS = 10.0, 3
+
+
+def whole_rows(declared: Declaration, drive: Recording) -> Iterator[Row]:
+    """plant_realtime_factor: seconds of a multi-sine drive per second of one processor; refine_log: one drive traced (s)."""
+    simulate(Plant(declared.soil, start=Start(u=5.0)), MANOEUVRES["multi"], 0.1)  # builds machine code
+    spent = []
+    for _ in range(REPEATS):
+        plant = Plant(declared.soil, start=Start(u=5.0))
+        began = time.process_time()
+        simulate(plant, MANOEUVRES["multi"], SIMULATED)
+        spent.append(time.process_time() - began)
+    yield Row("plant_realtime_factor", SIMULATED / min(spent), "1", "real time is 1", None)
+    began = time.perf_counter()
+    refine([drive], declared, start=START_UP)
+    spent_here = time.perf_counter() - began
+    yield Row("refine_log", spent_here, "s", "the drive itself, start-up included", float(drive.t[-1] - drive.t[0]))
