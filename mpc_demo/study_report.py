@@ -14,7 +14,7 @@ from rich.table import Table
 from mpc_demo.closed_loop_study import Run, Worth, paired, worth_of
 from mpc_demo.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 
-console = Console(width=None if sys.stdout.isatty() else 122)
+console = Console(width=None if sys.stdout.isatty() else 136)
 """Wider than elsewhere: a row of these tables is read in one go."""
 FIGURES = (("tracking_rms", "tracking rms"), ("need", "clearance"))
 """Figures that are compared, smaller is better, and their names."""
