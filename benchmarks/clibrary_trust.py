@@ -1,15 +1,19 @@
-"""What the C library must stand, at length: python benchmarks/clibrary_trust.py storm|fuzz|arm [--amount N] [--folder DIR].
+"""What the C library must stand, at length: python benchmarks/clibrary_trust.py storm|fuzz|arm|generate [--amount N].
 
 storm: ten million steps of random driving with everything that can go wrong, under address and undefined sanitizers;
 fuzz: libFuzzer (clang) for ten minutes from the corpus in tests/clibrary_corpus; arm: the library on 32-bit ARM under
-emulation against this machine, and the instructions of a step.
+emulation against this machine, and the instructions of a step; generate: `softsoil generate --model refined.toml` with an
+empty cache and again, in seconds, and its bytes (--model: another refined.toml than one made of the reference vehicle).
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import subprocess
+import sys
 import tempfile
+import time
 from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[1]
@@ -27,9 +31,9 @@ def build(compiler: list[str], folder: Path, source: str, target: Path) -> Path:
     return target
 
 
-def storm(folder: Path, scratch: Path, steps: int) -> None:
+def storm(folder: Path, scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
     """Ten million steps in the vector form."""
-    program = build(["gcc", "-O2", "-march=native", *SANITIZERS], folder, "clibrary_storm.c", scratch / "storm")
+    program = build(["gcc", "-O2", "-march=native", *sanitizers], folder, "clibrary_storm.c", scratch / "storm")
     subprocess.run([str(program), str(steps), "1"], check=True)
 
 
@@ -80,13 +84,69 @@ def arm(folder: Path, scratch: Path, amount: int) -> None:
     print(f"one prediction, update and model step on 32-bit ARM: {arm_instructions(folder, scratch):.0f} instructions")
 
 
+def reference_declaration() -> str:
+    """A refined.toml of the reference vehicle with its effects, on clay."""
+    from symbolic.declaration import Declaration, declaration_toml
+    from symbolic.soil import CLAY
+    from symbolic.vehicle import load_vehicle
+
+    return declaration_toml(Declaration(load_vehicle(PROJECT / "vehicles" / "reference.toml"), CLAY))
+
+
+GENERATE = """
+import sys, time
+from mpc_demo.c_library import STEP
+from mpc_demo.c_library_cache import texts_from_cache
+from mpc_demo.options import declaration
+from symbolic.clibrary.library import write_library
+began = time.perf_counter()
+write_library(sys.argv[1], texts_from_cache(declaration(None, None, "turn_slip", sys.argv[2]), STEP))
+print(time.perf_counter() - began)
+"""
+"""What the command does, without the start of Python and its imports."""
+
+
+def generate(model: Path | None, scratch: Path) -> None:
+    """Seconds of the work and of the whole command, with an empty cache and with nothing changed; exit 1 for other bytes."""
+    if model is None:
+        model = scratch / "refined.toml"
+        model.write_text(reference_declaration(), encoding="utf-8")
+    folders = [scratch / name for name in ("first", "second")]
+    for place, folder in enumerate(folders):
+        path = os.pathsep.join(filter(None, [str(PROJECT), os.environ.get("PYTHONPATH")]))
+        environment = os.environ | {"SOFTSOIL_CACHE": str(scratch / f"cache{place}"), "PYTHONPATH": path}
+        for state in ("empty cache", "nothing changed"):
+            command = [sys.executable, "-c", GENERATE, str(folder), str(model)]
+            began = time.perf_counter()
+            done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+            whole = time.perf_counter() - began
+            print(f"{state}: {float(done.stdout):.3f} s, with the start of Python {whole:.2f} s")
+    files = [sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file()) for folder in folders]
+    same = files[0] == files[1] and all(
+        (folders[0] / f).read_bytes() == (folders[1] / f).read_bytes() for f in files[0]
+    )
+    print(f"{len(files[0])} files generated twice from nothing: {'the same bytes' if same else 'DIFFERENT BYTES'}")
+    if not same:
+        raise SystemExit(1)
+
+
 def main() -> None:
     """Read the command line and run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("storm", "fuzz", "arm"))
+    parser.add_argument("what", choices=("storm", "fuzz", "arm", "generate"))
     parser.add_argument("--amount", type=int, help="steps of the storm, seconds of fuzzing")
     parser.add_argument("--folder", type=Path, default=PROJECT / "generated")
+    parser.add_argument("--plain", action="store_true", help="the storm without sanitizers, thirty times as fast")
+    parser.add_argument("--model", type=Path, help="refined.toml for generate")
     given = parser.parse_args()
+    if given.what == "generate":
+        with tempfile.TemporaryDirectory() as scratch:
+            generate(given.model, Path(scratch))
+        return
+    if given.plain:
+        with tempfile.TemporaryDirectory() as scratch:
+            storm(given.folder, Path(scratch), given.amount or STEPS, ())
+        return
     run = {"storm": storm, "fuzz": fuzz, "arm": arm}[given.what]
     with tempfile.TemporaryDirectory() as scratch:
         run(given.folder, Path(scratch), given.amount or {"storm": STEPS, "fuzz": SECONDS, "arm": 0}[given.what])

@@ -66,25 +66,32 @@ def _plain_rows(library: CLibrary, declared: Declaration) -> Iterator[Row]:
     model = terrain_model(declared.build(), tied=False)
     x0 = model.x.pack(u=6.0, v=0.1, omega_z=0.2)
     p0 = np.array([0.1, 0.1, 0.01, 0.1, 0.1, 0.01, 0.05, 0.05]) ** 2
-    theirs, own = filterpy_filter(model, DT, Q, R, x0, p0), _filter(library)
-    own.u[:], own.y[:] = U, Y
-    dt = ctypes.c_double(DT)
+    theirs = filterpy_filter(model, DT, Q, R, x0, p0)
 
     def their_step() -> None:
         theirs.predict(u=U)
         theirs.update(Y)
 
-    def step() -> None:
-        own.predict_held(dt)
-        own.update_held(ctypes.c_double(own.state.t))
-
     half, whole, python, forces, other = microseconds(
-        c_loop(library, every=2), c_loop(library), step, _forces(library), their_step
+        c_loop(library, every=2), c_loop(library), _python_step(library), _forces(library), their_step
     )
     yield Row("clibrary_step_c", whole / ROWS, "us", AGAINST, other, PAPER)
     yield Row("clibrary_step_python", python, "us", AGAINST, other, PAPER)
     yield Row("clibrary_replay_per_step", half / ROWS, "us", AGAINST, other, PAPER)
     yield Row("clibrary_forces_alone", forces, "us", "prediction and update in a C loop", whole / ROWS)
+
+
+def _python_step(library: CLibrary) -> Callable[[], None]:
+    """A prediction and an update, each a call from Python."""
+    own = _filter(library)
+    own.u[:], own.y[:] = U, Y
+    dt = ctypes.c_double(DT)
+
+    def step() -> None:
+        own.predict_held(dt)
+        own.update_held(ctypes.c_double(own.state.t))
+
+    return step
 
 
 def _forces(library: CLibrary) -> Callable[[], None]:
@@ -123,10 +130,11 @@ def _more_rows(library: CLibrary) -> Iterator[Row]:
 
 
 def _effect_rows(library: CLibrary, plain: CLibrary) -> Iterator[Row]:
-    with_effects, without, rollout, other = microseconds(
-        c_loop(library), c_loop(plain), _rollout(library), _rollout(plain)
+    with_effects, without, python, rollout, other = microseconds(
+        c_loop(library), c_loop(plain), _python_step(library), _rollout(library), _rollout(plain)
     )
     against = "the same without effects"
     yield Row("clibrary_step_c_effects", with_effects / ROWS, "us", against, without / ROWS)
+    yield Row("clibrary_step_python_effects", python, "us", "the same in a C loop", with_effects / ROWS)
     each = BATCH * HORIZON
     yield Row("rollout_step_effects", rollout / each, "us", against, other / each)

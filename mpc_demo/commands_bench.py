@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Annotated
 
+import typer
 from rich.table import Table
 
 from mpc_demo.bench_c_library import c_library_rows
@@ -21,12 +23,20 @@ from mpc_demo.output import console, output_folder, say_written, write_json
 
 
 def bench(
-    vehicle: VehicleOption = None, soil: SoilOption = None, law: LawOption = "turn_slip", out: OutOption = None
+    vehicle: VehicleOption = None,
+    soil: SoilOption = None,
+    law: LawOption = "turn_slip",
+    only: Annotated[
+        str | None, typer.Option("--only", help="One subject: filter, nmpc, c_library or whole.", show_default=False)
+    ] = None,
+    out: OutOption = None,
 ) -> None:
     """Speed of what runs often, each figure as a ratio measured in the same run; the paper's own figures stand beside.
 
-    Example: softsoil bench
+    Example: softsoil bench --only c_library
     """
+    if only is not None and only not in SUBJECTS:
+        raise ValueError(f"--only: expected one of {', '.join(SUBJECTS)}; found {only}")
     folder = output_folder(out, "bench")
     log = own_logs()[0]
     drive, _ = open_drive(log, None)
@@ -35,7 +45,7 @@ def bench(
     table = Table(title="Speed", title_justify="left")
     for heading in ("", "value", "against", "value", "ratio", "paper"):
         table.add_column(heading, justify="right" if heading in ("value", "ratio") else "left")
-    for row in rows(declared, drive):
+    for row in rows(declared, drive, SUBJECTS if only is None else (only,)):
         found.append(row)
         console.print(f"{row.name}: {row.value:.3g} {row.unit}", highlight=False)
         table.add_row(*_cells(row))
@@ -44,12 +54,19 @@ def bench(
     say_written([write_json(folder / "bench.json", content)])
 
 
-def rows(declared, drive) -> Iterator[Row]:
-    """All rows there are, from what each subject measures."""
-    yield from filter_rows(declared, drive)
-    yield from nmpc_rows(declared)
-    yield from c_library_rows(declared)
-    yield from whole_rows(declared, drive)
+SUBJECTS = ("filter", "nmpc", "c_library", "whole")
+
+
+def rows(declared, drive, subjects: Sequence[str] = SUBJECTS) -> Iterator[Row]:
+    """The rows of the subjects named, from what each measures."""
+    measured = {
+        "filter": lambda: filter_rows(declared, drive),
+        "nmpc": lambda: nmpc_rows(declared),
+        "c_library": lambda: c_library_rows(declared),
+        "whole": lambda: whole_rows(declared, drive),
+    }
+    for subject in subjects:
+        yield from measured[subject]()
 
 
 def _cells(row: Row) -> tuple[str, ...]:
