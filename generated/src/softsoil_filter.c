@@ -152,6 +152,11 @@ static void settle(softsoil_t *s) {
   }
 }
 
+static void stay_finite(softsoil_t *s) {
+  for (int i = 0; i < N; ++i)
+    if (fabs(s->x[i]) > 1e9) s->x[i] = s->x[i] > 0.0 ? 1e9 : -1e9;
+}
+
 /* Sigma points (paper, eq. (sigma_pts)), inside the bounds where `inside`. Columns: centre, active pairs, other pairs. */
 static void sigma_points(const softsoil_t *s, int inside, softsoil_points_t *x) {
   const double step = sqrt(spread);
@@ -284,8 +289,9 @@ static void stand(softsoil_t *s, double dt) {
   triangularise(a, add_noise(s, dt, 1, a, N), s->root);
 }
 
-/* One step of the model for all sigma points. 0 where the model has no finite answer; the filter is then unchanged. */
+/* One step of the model for all sigma points. 0 where the model has no usable answer; the filter is then unchanged. */
 static int move(softsoil_t *s, double dt) {
+  static const double ceiling[N] = {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0};
   softsoil_points_t x[N], rates[N];
   softsoil_forces_t forces;
   double a[SOFTSOIL_POINTS + N][WIDE] = {{0.0}}, mean[WIDE] = {0.0};
@@ -305,6 +311,9 @@ static int move(softsoil_t *s, double dt) {
     for (int k = 1; k < SOFTSOIL_POINTS; ++k) a[k][i] = root_other * (x[at][k] - mean[i]);
   }
   if (!all_moderate(&a[0][0], SOFTSOIL_POINTS * WIDE) || !all_moderate(mean, WIDE)) return 0;
+  /* No vehicle leaps so far in a step: the equations diverge. */
+  for (int i = 0; i < N; ++i)
+    if (fabs(mean[i] - s->x[softsoil_order[i]]) > 10.0 * ceiling[softsoil_order[i]]) return 0;
   if (SOFTSOIL_N_M > 0) softsoil_model_advance(s->x, s->u_full, s->options.p, s->m, dt, &forces);
   for (int i = 0; i < N; ++i) s->x[softsoil_order[i]] = clipped(mean[i], softsoil_order[i]);
   triangularise(a, add_noise(s, dt, 0, a, SOFTSOIL_POINTS), s->root);
@@ -338,8 +347,7 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
       stand(s, dt / steps);
       status = graver(status, count(s, SOFTSOIL_NUMERICAL));
     }
-    for (int i = 0; i < N; ++i)
-      if (fabs(s->x[i]) > 1e9) s->x[i] = s->x[i] > 0.0 ? 1e9 : -1e9;
+    stay_finite(s);
     settle(s);
   }
   s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
@@ -562,6 +570,7 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
   if (gate(s, use, &status) && !predict_measurement(s, safe, &z)) return graver(status, count(s, SOFTSOIL_NUMERICAL));
   const int hold = s->standstill || s->reversing;
   correct(s, &z, use, hold);
+  stay_finite(s);
   s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
   settle(s);
   for (int i = 0; i < NY; ++i) {
