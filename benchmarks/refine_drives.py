@@ -53,14 +53,14 @@ def main() -> None:
         right += good
         traced = " + ".join(e.name for e in found.effects) or found.verdict
         alike = "; ".join(", ".join(group) for group in found.inseparable)
-        best = ", ".join(f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} %" for c in found.ranking[:3])
+        best = ", ".join(f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} % ({100 * c.whole:.0f})" for c in found.ranking[:3])
         ratio = falls(found)
         print(
             f"{_name(path):24s} {'right' if good else 'WRONG'}  {traced} ({why})"
             + (f"; alike: {alike}" if alike else "")
             + f"; best: {best}; n {found.n_before[0]:.2f} -> {found.n_after[0]:.2f}"
             + (f"; mse at 2.5 s {ratio:.1f} times smaller" if ratio else "")
-            + f"; {found.seconds:.0f} s",
+            + f"; left {max(found.structure[0].share.values()):.2f}; {found.seconds:.0f} s",
             flush=True,
         )
     print(f"{right} of {len(paths)} right")

@@ -44,7 +44,7 @@ def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:
     drove = time.perf_counter() - began
     found = refine([recording], declared_for(case["soil"]), workers=1, candidates=case.get("candidates"))
     right, why = score(case, found)
-    ranking = [{"name": c.name, "gain": c.gain, "std": c.std, "values": c.fit.named()} for c in found.ranking[:6]]
+    ranking = [{"name": c.name, "gain": c.gain, "std": c.std, "whole": c.whole, "values": c.fit.named()} for c in found.ranking[:6]]
     content = {
         "right": right,
         "why": why,

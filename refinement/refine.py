@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from estimator.horizons import HORIZONS
 from recording.drive import STATE_CHANNELS, Recording
-from refinement.fit import N_NAMES
-from refinement.selection import LEAST_GAIN, Selection, select
+from refinement.excitation import one_wave
+from refinement.fit import N_NAMES, Fit
+from refinement.selection import LEAST_GAIN, MOST_ALIKE, Selection, select
 from refinement.shooting import Shooting
 from refinement.structure import Structure, structure
-from refinement.trace import Bench, Candidate, make_bench, open_effects
+from refinement.trace import Bench, Candidate, fit_base, loosened, make_bench, open_effects
 from refinement.wheel_speeds import all_open, locked_axles
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
@@ -106,15 +107,26 @@ def refine(
     """
     began = time.perf_counter()
     bench = make_bench(recordings, declaration, start, names=_possible(recordings, declaration, candidates))
-    selection = select(bench, declaration, workers, progress)
-    final = selection.bench
+    selection = select(
+        loosened(bench, declaration),
+        declaration,
+        workers,
+        progress,
+        1 if all(one_wave(recording) for recording in recordings) else MOST_ALIKE,
+    )
+    final, last = settled(bench, selection.bench)
+    left = _left(recordings, final, declaration.vehicle, start)
+    if selection.accepted and any(s.left for s in left) and not _in_sensors(declaration, selection.accepted):
+        # Something of the kind of what was found is there, but it is not that: a name would be a guess.
+        groups = (*selection.groups, *((c.name,) for c in selection.accepted))
+        selection = replace(selection, accepted=(), groups=tuple(dict.fromkeys(groups)))
+        final, last = bench, fit_base(bench)
+        left = _left(recordings, final, declaration.vehicle, start)
+    selection = replace(selection, bench=final)
     refined_p = final.absent
-    effects = tuple(_traced(declaration, candidate, refined_p[0], final) for candidate in selection.accepted)
+    effects = tuple(_traced(declaration, candidate.name, final, last) for candidate in selection.accepted)
     index = bench.model.p.index("n_f")
     n_before, n_after = tuple(bench.absent[:, index]), tuple(refined_p[:, index])
-    left = tuple(
-        structure(r, final.model, declaration.vehicle, p, start) for r, p in zip(recordings, refined_p, strict=True)
-    )
     groups = tuple(group for group in selection.groups if len(group) > 1)
     notes = _notes(recordings, declaration.vehicle, bench, selection)
     verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
@@ -130,12 +142,32 @@ def refine(
         n_before=n_before,
         n_after=n_after,
         structure=left,
-        declaration=_refined(declaration, effects, float(np.mean(n_after))),
+        declaration=_refined(declaration, effects, final, float(np.mean(n_after))),
         bench=bench,
         selection=selection,
         seconds=time.perf_counter() - began,
         notes=notes,
     )
+
+
+def _left(recordings: Sequence[Recording], bench: Bench, vehicle: Vehicle, start: float) -> tuple[Structure, ...]:
+    pairs = zip(recordings, bench.absent, strict=True)
+    return tuple(structure(recording, bench.model, vehicle, p, start) for recording, p in pairs)
+
+
+def _in_sensors(declaration: Declaration, found: Sequence[Candidate]) -> bool:
+    """Whether one of the effects is of a sensor: axle forces come from the records as they are, wrong sensors and all."""
+    known = catalogue(declaration.vehicle)
+    return any("outputs" in known[candidate.name].corrections for candidate in found)
+
+
+def settled(declared: Bench, found: Bench) -> tuple[Bench, Fit]:
+    """The bench with the effects found, all that is free fitted once more, parameters of declared effects within their
+    uncertainty among them; without effects the declared bench itself, with its fit of n."""
+    if not found.accepted:
+        return declared, fit_base(declared)
+    last = fit_base(found)
+    return replace(found, absent=last.p), last
 
 
 def held_mse(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
@@ -163,13 +195,13 @@ def _holdout(bench: Bench) -> tuple[float, float]:
     return float(t[shooting.rows[held[0]]]), float(t[last])
 
 
-def _traced(declaration: Declaration, candidate: Candidate, p: Array, final: Bench) -> TracedEffect:
-    effect = catalogue(declaration.vehicle)[candidate.name]
-    fitted = candidate.fit.named()
+def _traced(declaration: Declaration, name: str, final: Bench, last: Fit) -> TracedEffect:
+    effect = catalogue(declaration.vehicle)[name]
+    fitted = last.named()
     parameters = {}
     for signal in effect.parameters:
-        std = fitted[signal.name][1] if signal.name in fitted else 0.0
-        parameters[signal.name] = (float(p[final.model.p.index(signal.name)]), std, signal.unit)
+        value, std = fitted.get(signal.name, (float(last.p[0, final.model.p.index(signal.name)]), 0.0))
+        parameters[signal.name] = (value, std, signal.unit)
     if effect.name == "side_force":
         (x, sx, unit), (y, sy, _) = parameters["side_force_x"], parameters["side_force_y"]
         size = math.hypot(x, y)
@@ -177,9 +209,12 @@ def _traced(declaration: Declaration, candidate: Candidate, p: Array, final: Ben
     return TracedEffect(effect.name, effect.doc, parameters)
 
 
-def _refined(declaration: Declaration, effects: Sequence[TracedEffect], n: float) -> Declaration:
+def _refined(declaration: Declaration, effects: Sequence[TracedEffect], final: Bench, n: float) -> Declaration:
     known = catalogue(declaration.vehicle)
     tables = {e.name: {k: v for k, (v, _, _) in e.parameters.items() if k in known[e.name].parameters} for e in effects}
+    moved = {f.name: float(final.absent[0, final.model.p.index(f.name)]) for f in final.loose}
+    for name, values in declaration.vehicle.effects.items():
+        tables[name] = {key: moved.get(key, value) for key, value in values.items()}
     return declaration.with_effects(tables).with_n(n)
 
 
@@ -211,9 +246,18 @@ def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, sele
                 "measured wheel speeds carry it, so the model needs no effect for it"
             )
     accepted = {c.name for c in selection.accepted}
+    for free in selection.bench.loose:
+        at = bench.model.p.index(free.name)
+        now, declared = selection.bench.absent[0, at], bench.absent[0, at]
+        notes.append(f"{free.name} of the declared model was fitted again with what was found: {declared:.3g} -> {now:.3g}")
     for candidate in selection.ranking:
         if candidate.name not in accepted and candidate.gain > LEAST_GAIN and candidate.fit.at_bound:
             notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
+    for group in selection.groups:
+        if len(group) > 1 and group[0] not in accepted:
+            notes.append(f"not named, since these data cannot separate them: {', '.join(group)}")
+        elif group[0] not in accepted:
+            notes.append(f"{group[0]} fits best, but leaves more of the axle forces than a known effect would: not named")
     n = bench.model.p[N_NAMES[0]]
     for shooting, value in zip(bench.shootings, bench.absent[:, bench.model.p.index(N_NAMES[0])], strict=True):
         if not n.lower + 1e-3 < value < n.upper - 1e-3:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import t as student
 
 from refinement.fit import Fit
+from refinement.folds import cross_validated
 from refinement.trace import Bench, Candidate, fit_base, held_cost, rank, reweighted
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
@@ -20,12 +21,19 @@ term gain some, up to 14 % on drives of the plant with nothing added."""
 LATER_GAIN = 0.35
 """A second effect must remove this share of what the first has left: the smaller the remainder, the more of it is the declared
 model's own error."""
+LEAST_WHOLE = 0.15
+"""An effect must remove this share of the whole held-out cost, sensor noise and all: less would not show in what the model
+predicts, and on quiet drives the declared model's own error is of that size."""
 CHANCE = 0.05
 """Chance that a candidate reaches its gain by the scatter of the held-out windows alone (Student's t, few as they are). Its
 parameter is tested on the windows of the fit, so that the chance of both, over all candidates, is about one per cent."""
 LEAST_PARAMETER_SIGMAS = 3.0
 """Its leading parameter must stand this many standard errors from absence."""
 MOST_EFFECTS = 3
+MOST_ALIKE = 2
+"""Of more effects than this that explain the data alike none is named: that would be a guess."""
+CONTENDERS, CONTENDER = 5, 0.5
+"""How many of the best are judged on the whole drive, and the share of LEAST_GAIN from which on they are."""
 SECOND_LOOK = 8
 """Effects of the first ranking that are looked at again once one has been accepted."""
 LIKE_GAIN = 0.03
@@ -36,8 +44,8 @@ LIKE_GAIN = 0.03
 class Selection:
     """What the data support beyond the declared model.
 
-    accepted: effects in order; last_bench: with them in the model; ranking: of the first round; groups: per accepted
-    effect, the effects that explain the held-out data as well (itself first).
+    accepted: effects in order; bench: with them in the model; ranking: of the first round; groups: per accepted effect, the
+    effects that explain the held-out data as well (itself first), and last a group of which none could be named.
     """
 
     accepted: tuple[Candidate, ...]
@@ -46,10 +54,17 @@ class Selection:
     groups: tuple[tuple[str, ...], ...]
 
 
-def select(bench: Bench, declaration: Declaration, workers: int, progress: Callable[[float], None]) -> Selection:
+def select(
+    bench: Bench,
+    declaration: Declaration,
+    workers: int,
+    progress: Callable[[float], None],
+    most_alike: int = MOST_ALIKE,
+) -> Selection:
     """Forward selection over the catalogue, declared effects left out.
 
-    workers: effects tried at once; progress: called with the share of the first round that is done.
+    workers: effects tried at once; progress: called with the share of the first round that is done; most_alike: effects in
+    a group that these data cannot separate of which the best is still named.
     """
     known = catalogue(declaration.vehicle)
     open_effects = {name: effect for name, effect in known.items() if name not in declaration.vehicle.effects}
@@ -58,12 +73,18 @@ def select(bench: Bench, declaration: Declaration, workers: int, progress: Calla
     accepted: dict[str, Candidate] = {}
     groups: dict[str, tuple[str, ...]] = {}
     seen: set[frozenset[str]] = set()
+    loose = [f.name for f in bench.loose]
     while len(accepted) < MOST_EFFECTS:
         least = LATER_GAIN if accepted else LEAST_GAIN
-        best = next((c for c in ranking if supported(c, open_effects[c.name], least)), None)
+        ranking = contended(bench, ranking, workers)
+        if not accepted:
+            first = ranking
+        best = next((c for c in ranking if supported(c, open_effects[c.name], least, loose)), None)
         if best is None:
             break
         groups[best.name] = (best.name, *like(best, ranking, bench))
+        if len(groups[best.name]) > most_alike:
+            break
         accepted[best.name] = best
         bench, dropped = accept(bench, best, {name: open_effects[name] for name in accepted})
         for name in dropped:
@@ -76,13 +97,23 @@ def select(bench: Bench, declaration: Declaration, workers: int, progress: Calla
     return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()))
 
 
-def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -> bool:
-    """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified."""
+def contended(bench: Bench, ranking: Sequence[Candidate], workers: int) -> list[Candidate]:
+    """The ranking with the best few judged on the whole drive, before the others."""
+    few = [c for c in ranking if c.gain >= CONTENDER * LEAST_GAIN][:CONTENDERS]
+    judged = cross_validated(bench, few, workers)
+    return [*judged, *(c for c in ranking if c not in few)]
+
+
+def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN, loose: Sequence[str] = ()) -> bool:
+    """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified.
+
+    loose: free numbers that may end on their bounds.
+    """
     sigmas = least_sigmas(len(candidate.windows))
-    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std):
+    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= LEAST_WHOLE):
         return False
     lead = effect.parameters[0].name
-    if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
+    if any(name == lead or name not in (*effect.parameters.names, *loose) for name in candidate.fit.at_bound):
         return False
     return strength(candidate.fit, effect) >= LEAST_PARAMETER_SIGMAS
 
@@ -111,6 +142,8 @@ def like(best: Candidate, ranking: list[Candidate], bench: Bench) -> tuple[str, 
     names = []
     for other in ranking:
         if other.name == best.name or other.gain < LEAST_GAIN or other.gain < 0.5 * best.gain:
+            continue
+        if len(other.windows) != len(best.windows):  # not among those that were judged on the whole drive
             continue
         apart = other.windows - best.windows
         error = float(apart.std(ddof=1)) / np.sqrt(len(apart))

@@ -17,6 +17,7 @@ from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
 from symbolic.effects import Effect, neutral
 from symbolic.model import Model
+from symbolic.signals import Signal
 from symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
@@ -27,6 +28,9 @@ FIT_SHARE = 2 / 3
 """The first part of a drive is fitted, the rest judges."""
 LEAST_SIGMA = 0.5
 """A channel's weight is its own unexplained rms, but at least this many sensor standard deviations."""
+DECLARED_WITHIN = 0.4
+"""Parameters of declared effects are known to this share of what they declare: the declared model may use it up before another
+effect is called for."""
 LEAST_BEYOND = 0.2
 """Share of the cost that counts as beyond noise at least: the noise of the sensors is not known better."""
 
@@ -36,7 +40,8 @@ class Candidate:
     """One effect tried beside the declared model.
 
     name; fit: of its parameters together with n; windows (H,): cost of each held-out window; gain: share of the held-out
-    cost beyond sensor noise that it removes; std: standard error of the gain, over windows.
+    cost beyond sensor noise that it removes; std: standard error of the gain, over windows; whole: share of the whole cost,
+    noise and all, that it removes.
     """
 
     name: str
@@ -44,11 +49,7 @@ class Candidate:
     windows: Array
     gain: float
     std: float
-
-    @property
-    def identified(self) -> bool:
-        """Whether its parameters are inside their bounds and the leading one stands three standard errors from absence."""
-        return not self.fit.at_bound
+    whole: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ class Bench:
 
     model; absent (n_p,): parameters with every undeclared effect absent; shootings: one per drive; weights;
     fitted, held: indices of windows per drive; sensor (6,): noise of the channels;
-    accepted: parameters of effects accepted so far, which stay free.
+    accepted: parameters of effects accepted so far, which stay free; loose: those of declared effects, free within their
+    uncertainty: what a candidate could hide behind.
     """
 
     model: Model
@@ -68,6 +70,12 @@ class Bench:
     weights: Weights
     sensor: Array
     accepted: tuple[Free, ...] = ()
+    loose: tuple[Free, ...] = ()
+
+    @property
+    def known(self) -> tuple[Free, ...]:
+        """What is free beside n in every comparison."""
+        return (*self.loose, *self.accepted)
 
     @property
     def floor(self) -> float:
@@ -124,6 +132,25 @@ def make_bench(
     return bench
 
 
+def loosened(bench: Bench, declaration: Declaration) -> Bench:
+    """The bench with the parameters of declared effects free within DECLARED_WITHIN, fitted together with n."""
+    loose = tuple(
+        _within(effect.parameters[name], value)
+        for key, values in declaration.vehicle.effects.items()
+        for effect in (catalogue(declaration.vehicle)[key],)
+        for name, value in values.items()
+        if value != effect.parameters[name].nominal
+    )
+    grown = replace(bench, loose=loose)
+    return reweighted(replace(grown, absent=fit_base(grown).p)) if loose else bench
+
+
+def _within(signal: Signal, declared: float) -> Free:
+    spread = DECLARED_WITHIN * abs(declared - signal.nominal)
+    lower, upper = max(declared - spread, signal.lower), min(declared + spread, signal.upper)
+    return Free(signal.name, (signal.name,), spread / 2, lower, upper)
+
+
 def reweighted(bench: Bench) -> Bench:
     """The bench with each channel measured against what the present model leaves of it, at least LEAST_SIGMA of its noise."""
     left = _unexplained(bench.shootings, bench.absent)
@@ -145,9 +172,9 @@ def free_n(bench: Bench) -> list[Free]:
 def fit_base(bench: Bench) -> Fit:
     """n of each drive (and what was accepted before), from the best of a few values around what the bench has."""
     n = bench.absent[:, bench.model.p.index("n_f")]
-    first = [bench.absent[0, bench.model.p.index(f.name)] for f in bench.accepted]
+    first = [bench.absent[0, bench.model.p.index(f.name)] for f in bench.known]
     starts = [np.concatenate([first, np.clip(n + shift, 0.25, 1.5)]) for shift in (-0.25, -0.12, 0.0, 0.12, 0.25)]
-    free = [*bench.accepted, *free_n(bench)]
+    free = [*bench.known, *free_n(bench)]
     return fit(bench.shootings, bench.fitted, bench.weights, free, np.array(starts), bench.absent)
 
 
@@ -165,7 +192,7 @@ def try_effect(
     fixed: parameters of the effect that keep their value of the start.
     """
     mine = [_free(effect, name) for name in effect.parameters.names if name not in fixed]
-    free = [*mine, *bench.accepted, *free_n(bench)]
+    free = [*mine, *bench.known, *free_n(bench)]
     known = np.array([bench.absent[f.drive or 0, bench.model.p.index(f.sets[0])] for f in free[len(mine) :]])
     found: list[Fit] = []
     for group in _same_fixed(starts, fixed):
@@ -176,7 +203,8 @@ def try_effect(
         found.append(fit(bench.shootings, bench.fitted, bench.weights, free, np.array(rows), p))
     best = min(found, key=lambda f: f.cost)
     base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
-    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor))
+    whole = float(1.0 - mine_cost.sum() / base.sum())
+    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor), whole)
 
 
 def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> list[list[Mapping[str, float]]]:

@@ -10,7 +10,7 @@ from symbolic.bicycle import Corner
 from symbolic.effects import Effect, each_wheel
 from symbolic.model import Memory, Quantities
 from symbolic.signals import Layout, Signal
-from symbolic.smooth import smooth_abs, smooth_positive
+from symbolic.smooth import smooth_norm, smooth_positive
 from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
 
 ROLL_TIME = 0.15
@@ -163,5 +163,5 @@ def _in_rut(q: Quantities, corner: Corner) -> Corner:
         return corner
     path = {1: q["rut_path_l"], -1: q["rut_path_r"], 0: (q["rut_path_l"] + q["rut_path_r"]) / 2}[corner.side]
     width = q["width"]
-    overlap = smooth_positive(1.0 - smooth_abs(q["rut_offset"], 0.05 * width) / width, 0.02)
+    overlap = smooth_positive(1.0 - smooth_norm(q["rut_offset"], 0.0, 0.03 * width) / width, 0.02)
     return corner.with_(contact=replace(corner.contact, entry_path=q["kappa"] * path, overlap=overlap))

@@ -90,9 +90,10 @@ class TurnSlip:
             f_y += force * u_y
             m_y -= node.depth * force * u_x + wheel.width * node.weight * node.sigma * node.x
             m_z += node.x * force * u_y
-        end = motion.at(-line.x_rear, rim_depth(line.x_rear * line.x_rear, wheel.radius))[2]
-        exit_path = self.factors.path * motion.path(-line.x_rear, line.x_front, end)
-        return WheelForce(f_x, f_y, m_y, m_z, line.sinkage, exit_path)
+        length = motion.at(-line.x_rear, rim_depth(line.x_rear * line.x_rear, wheel.radius))[2]
+        path = motion.path(-line.x_rear, line.x_front, length) * (0.5 * self.factors.path) * per_k
+        drift = motion.mean_y(-line.x_rear, line.x_front) * (0.5 * (line.x_front + line.x_rear)) * aside
+        return WheelForce(f_x, f_y, m_y, m_z, line.sinkage, -soil.k * ca.log(side_entry(path, drift)))
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,8 @@ class WheelForce:
     f_x, f_y: force (N); m_y: moment of all soil forces about the spin axis, rolling resistance and
     traction (N m, positive turns the wheel forward);
     m_z: aligning moment about the contact centre (N m, left positive); sinkage: maximum sinkage h (m);
-    exit_path: shear path that this wheel adds from entry to exit (m), to be carried to the wheel that follows.
+    exit_path: shear path that this wheel adds from entry to exit (m), to be carried to the wheel that follows; where it
+    differs over the width, the one path that leaves the same mean of exp(-j/k).
     """
 
     f_x: Scalar
