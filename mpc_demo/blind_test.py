@@ -19,11 +19,6 @@ from symbolic.declaration import Declaration
 from symbolic.soil import load_soil
 from symbolic.vehicle import load_vehicle
 
-DECLARED: Mapping[str, Mapping[str, float]] = {
-    "multipass": {"kappa": 0.7},
-    "load_transfer": {"transfer_height": 0.63, "roll_sweep": 0.008},
-}
-"""What the reference logs hold beyond the paper's model, declared for a vehicle whose file declares no effects."""
 WITHIN = 0.3
 """A parameter is right within this share of its departure from absence."""
 MOST_ALIKE = 2
@@ -32,9 +27,7 @@ MOST_ALIKE = 2
 
 def declared_for(soil: str) -> Declaration:
     """The reference vehicle with its declared effects on a built-in soil, whose n is the class's: a wrong first guess."""
-    vehicle = load_vehicle(REFERENCE_VEHICLE)
-    declared = Declaration(vehicle, load_soil(soil))
-    return declared if vehicle.effects else declared.with_effects(DECLARED)
+    return Declaration(load_vehicle(REFERENCE_VEHICLE), load_soil(soil))
 
 
 def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:
@@ -44,7 +37,9 @@ def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:
     drove = time.perf_counter() - began
     found = refine([recording], declared_for(case["soil"]), workers=1, candidates=case.get("candidates"))
     right, why = score(case, found)
-    ranking = [{"name": c.name, "gain": c.gain, "std": c.std, "whole": c.whole, "values": c.fit.named()} for c in found.ranking[:6]]
+    ranking = [
+        {"name": c.name, "gain": c.gain, "std": c.std, "whole": c.whole, "values": c.fit.named()} for c in found.ranking[:6]
+    ]
     content = {
         "right": right,
         "why": why,

@@ -14,11 +14,14 @@ from mpc_demo.cli import app
 from mpc_demo.commands_refine import write_all
 from mpc_demo.refine_report import write_report
 from plant.manoeuvres import MultiSine
+from recording.drive import Recording
 from recording.noise import add_noise
 from recording.read import read_drive, write_drive
+from refinement.excitation import one_wave, strongest_line
+from refinement.folds import FOLDS, folded
 from refinement.refine import refine
 from refinement.selection import least_sigmas
-from refinement.trace import gain_of
+from refinement.trace import DECLARED_WITHIN, gain_of, loosened, make_bench
 from refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from symbolic.catalogue import declared_model
 from symbolic.declaration import Declaration, load_declaration
@@ -181,3 +184,35 @@ def test_noise_that_no_model_removes_does_not_hide_a_gain():
 def test_few_windows_ask_for_more():
     assert least_sigmas(3) > least_sigmas(7) > 1.9
     assert math.isnan(least_sigmas(1))
+
+
+def test_every_window_is_held_out_once(declared):
+    bench = make_bench([drive({})], declared, 2.0, names=("bank",))
+    parts = [folded(bench, fold) for fold in range(FOLDS)]
+    held = np.concatenate([part.held[0] for part in parts])
+    assert np.array_equal(np.sort(held), np.arange(len(bench.shootings[0].rows)))
+    for part in parts:
+        assert not set(part.held[0]) & set(part.fitted[0])
+
+
+def test_declared_parameters_move_within_what_is_known_of_them():
+    log = read_drive(MULTI_LOG).between(0.0, 14.0)
+    declared = Declaration(reference_vehicle(), CLAY)
+    bench = make_bench([log], declared, 2.0, names=("bank",))
+    loose = loosened(bench, declared)
+    effects = declared.vehicle.effects
+    for free in loose.loose:
+        value = next(values[free.name] for values in effects.values() if free.name in values)
+        assert free.lower == pytest.approx((1 - DECLARED_WITHIN) * value)
+        assert free.lower <= loose.absent[0, loose.model.p.index(free.name)] <= free.upper
+    assert {free.name for free in loose.loose} == {"kappa", "transfer_height", "roll_sweep"}
+    assert bench.loose == () and bench.known == ()
+
+
+def test_one_wave_is_told_from_many():
+    t = 0.012 * np.arange(2000)
+    still = Recording("still", {"t": t, "steer": np.zeros(len(t))})
+    sine = still.with_channels(steer=0.4 * np.sin(2 * np.pi * t / 3.0))
+    many = still.with_channels(steer=MultiSine(0.35, seed=4)(t))
+    assert one_wave(sine) and strongest_line(sine) > 0.95
+    assert not one_wave(many) and not one_wave(still) and strongest_line(still) == 0.0
