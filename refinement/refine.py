@@ -15,7 +15,7 @@ from estimator.horizons import HORIZONS
 from recording.drive import STATE_CHANNELS, Recording
 from refinement.excitation import one_wave
 from refinement.fit import N_NAMES, Fit
-from refinement.selection import LEAST_GAIN, MOST_ALIKE, Selection, select
+from refinement.selection import LEAST_GAIN, Selection, select
 from refinement.shooting import Shooting
 from refinement.structure import Structure, structure
 from refinement.trace import Bench, Candidate, fit_base, loosened, make_bench, open_effects
@@ -107,13 +107,8 @@ def refine(
     """
     began = time.perf_counter()
     bench = make_bench(recordings, declaration, start, names=_possible(recordings, declaration, candidates))
-    selection = select(
-        loosened(bench, declaration),
-        declaration,
-        workers,
-        progress,
-        1 if all(one_wave(recording) for recording in recordings) else MOST_ALIKE,
-    )
+    repeated = all(one_wave(recording) for recording in recordings)
+    selection = select(loosened(bench, declaration), declaration, workers, progress, repeated)
     final, last = settled(bench, selection.bench)
     left = _left(recordings, final, declaration.vehicle, start)
     if selection.accepted and any(s.left for s in left) and not _in_sensors(declaration, selection.accepted):

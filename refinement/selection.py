@@ -20,7 +20,7 @@ LEAST_GAIN = 0.2
 term gain some, up to 14 % on drives of the plant with nothing added."""
 LATER_GAIN = 0.35
 """A second effect must remove this share of what the first has left: the smaller the remainder, the more of it is the declared
-model's own error."""
+model's own error. So must a first one where the steering repeats one wave: few ways of moving make any two effects alike."""
 LEAST_WHOLE = 0.15
 """An effect must remove this share of the whole held-out cost, sensor noise and all: less would not show in what the model
 predicts, and on quiet drives the declared model's own error is of that size."""
@@ -59,12 +59,12 @@ def select(
     declaration: Declaration,
     workers: int,
     progress: Callable[[float], None],
-    most_alike: int = MOST_ALIKE,
+    one_wave: bool = False,
 ) -> Selection:
     """Forward selection over the catalogue, declared effects left out.
 
-    workers: effects tried at once; progress: called with the share of the first round that is done; most_alike: effects in
-    a group that these data cannot separate of which the best is still named.
+    workers: effects tried at once; progress: called with the share of the first round that is done; one_wave: the steering
+    repeats one wave: more is asked of an effect, and of two that these data cannot separate none is named.
     """
     known = catalogue(declaration.vehicle)
     open_effects = {name: effect for name, effect in known.items() if name not in declaration.vehicle.effects}
@@ -75,7 +75,7 @@ def select(
     seen: set[frozenset[str]] = set()
     loose = [f.name for f in bench.loose]
     while len(accepted) < MOST_EFFECTS:
-        least = LATER_GAIN if accepted else LEAST_GAIN
+        least = LATER_GAIN if accepted or one_wave else LEAST_GAIN
         ranking = contended(bench, ranking, workers)
         if not accepted:
             first = ranking
@@ -83,7 +83,7 @@ def select(
         if best is None:
             break
         groups[best.name] = (best.name, *like(best, ranking, bench))
-        if len(groups[best.name]) > most_alike:
+        if len(groups[best.name]) > (1 if one_wave else MOST_ALIKE):
             break
         accepted[best.name] = best
         bench, dropped = accept(bench, best, {name: open_effects[name] for name in accepted})
