@@ -18,7 +18,7 @@ from symbolic.model import Model
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "data" / "real"
 """Measured data, where they are."""
-case_app = typer.Typer(help="Case studies on measured data.", no_args_is_help=True)
+case_app = typer.Typer(help="Case studies on measured data.", no_args_is_help=True, add_completion=False)
 
 
 @case_app.command()

@@ -35,6 +35,8 @@ class Guarded(TyperGroup):
         except (ValueError, OSError) as error:
             return _bad_input(error)
         except Exception as error:
+            if type(error).__name__ == "NoArgsIsHelpError":  # the help has been printed
+                return BAD_INPUT
             if hasattr(error, "format_message"):  # a usage error of typer's: unknown option, wrong type
                 return _bad_input(error, error.format_message())
             _show_traceback()

@@ -22,7 +22,7 @@ def cross_validated(bench: Bench, candidates: Sequence[Candidate], workers: int 
     """The candidates with gain, its standard error and windows over all folds, best gain first.
 
     Contiguous thirds of every drive are held out in turns; the bench's own fit windows and held-out windows are the last
-    turn. A few held-out windows tell a small effect from none only by luck: three times as many tell more.
+    turn. A few held-out windows tell a small effect from none only by luck: three times as many tell more. workers: threads.
     """
     if not candidates:
         return []
@@ -49,7 +49,7 @@ def cross_validated(bench: Bench, candidates: Sequence[Candidate], workers: int 
 
 
 def folded(bench: Bench, fold: int) -> Bench:
-    """The bench with the given third of every drive's windows held out and the rest fitted."""
+    """The bench with one third of every drive's windows, number `fold`, held out and the rest fitted."""
     fitted, held = [], []
     for shooting in bench.shootings:
         rows = np.arange(len(shooting.rows))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from refinement.fit import Fit
 from refinement.folds import cross_validated
@@ -98,7 +98,7 @@ def select(
 
 
 def contended(bench: Bench, ranking: Sequence[Candidate], workers: int) -> list[Candidate]:
-    """The ranking with the best few judged on the whole drive, before the others."""
+    """The ranking with the best few judged on the whole drive by so many `workers`, before the others."""
     few = [c for c in ranking if c.gain >= CONTENDER * LEAST_GAIN][:CONTENDERS]
     judged = cross_validated(bench, few, workers)
     return [*judged, *(c for c in ranking if c not in few)]
@@ -120,7 +120,7 @@ def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN, l
 
 def least_sigmas(windows: int) -> float:
     """Standard errors that a gain must reach over so many held-out windows; NaN for a single one."""
-    return float(student.ppf(1.0 - CHANCE, windows - 1))
+    return float(stdtrit(windows - 1, 1.0 - CHANCE)) if windows > 1 else float("nan")
 
 
 def strength(fit: Fit, effect: Effect) -> float:
