@@ -10,7 +10,6 @@ from symbolic.clibrary.library import write_library
 from symbolic.declaration import Declaration
 from symbolic.soil import CLAY
 
-TRACKS = {"multipass": {"kappa": 0.7}, "load_transfer": {"transfer_height": 0.63, "roll_sweep": 0.008}}
 NAMES = ("plain", "tracks")
 SCALAR = ("-O2", "-DSOFTSOIL_SCALAR")
 
@@ -18,8 +17,8 @@ SCALAR = ("-O2", "-DSOFTSOIL_SCALAR")
 @lru_cache(maxsize=2)
 def declared(name: str) -> Declaration:
     """The reference vehicle on clay: plain, or on two tracks in its own ruts."""
-    plain = Declaration(reference_vehicle().with_(effects={}), CLAY)
-    return plain if name == "plain" else plain.with_effects(TRACKS)
+    vehicle = reference_vehicle()
+    return Declaration(vehicle if name == "tracks" else vehicle.with_(effects={}), CLAY)
 
 
 @lru_cache(maxsize=4)
