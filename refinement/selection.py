@@ -73,13 +73,12 @@ def select(
     accepted: dict[str, Candidate] = {}
     groups: dict[str, tuple[str, ...]] = {}
     seen: set[frozenset[str]] = set()
-    loose = [f.name for f in bench.loose]
     while len(accepted) < MOST_EFFECTS:
         least = LATER_GAIN if accepted or one_wave else LEAST_GAIN
         ranking = contended(bench, ranking, workers)
         if not accepted:
             first = ranking
-        best = next((c for c in ranking if supported(c, open_effects[c.name], least, loose)), None)
+        best = next((c for c in ranking if supported(c, open_effects[c.name], least)), None)
         if best is None:
             break
         groups[best.name] = (best.name, *like(best, ranking, bench))
@@ -104,16 +103,13 @@ def contended(bench: Bench, ranking: Sequence[Candidate], workers: int) -> list[
     return [*judged, *(c for c in ranking if c not in few)]
 
 
-def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN, loose: Sequence[str] = ()) -> bool:
-    """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified.
-
-    loose: free numbers that may end on their bounds.
-    """
+def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -> bool:
+    """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified."""
     sigmas = least_sigmas(len(candidate.windows))
     if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= LEAST_WHOLE):
         return False
     lead = effect.parameters[0].name
-    if any(name == lead or name not in (*effect.parameters.names, *loose) for name in candidate.fit.at_bound):
+    if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
         return False
     return strength(candidate.fit, effect) >= LEAST_PARAMETER_SIGMAS
 

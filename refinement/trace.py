@@ -202,6 +202,8 @@ def try_effect(
         rows = [np.concatenate([[values[f.name] for f in mine], known]) for values in group]
         found.append(fit(bench.shootings, bench.fitted, bench.weights, free, np.array(rows), p))
     best = min(found, key=lambda f: f.cost)
+    loose = {f.name for f in bench.loose}  # their bounds are what is declared of them, and speak against no effect
+    best = replace(best, at_bound=tuple(name for name in best.at_bound if name not in loose))
     base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
     whole = float(1.0 - mine_cost.sum() / base.sum())
     return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor), whole)

@@ -105,7 +105,7 @@ def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
     html = paths[2].read_text(encoding="utf-8")
     assert html.count("data:image/png;base64,") == 3
     assert not re.search(r"(src|href)=\"(?!data:)", html), "the report is to stand alone"
-    assert "steering offset" in html and "which no fit has seen" in html
+    assert "steering offset" in html and "which that fit has not seen" in html
 
 
 def test_unknown_candidate_is_named(offset_drive, declared):
