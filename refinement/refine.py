@@ -122,7 +122,7 @@ def refine(
     effects = tuple(_traced(declaration, candidate.name, final, last) for candidate in selection.accepted)
     index = bench.model.p.index("n_f")
     n_before, n_after = tuple(bench.absent[:, index]), tuple(refined_p[:, index])
-    groups = tuple(group for group in selection.groups if len(group) > 1)
+    groups = inseparable(selection)
     notes = _notes(recordings, declaration.vehicle, bench, selection)
     verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
     return Refinement(
@@ -143,6 +143,14 @@ def refine(
         seconds=time.perf_counter() - began,
         notes=notes,
     )
+
+
+def inseparable(selection: Selection) -> tuple[tuple[str, ...], ...]:
+    """Groups that the data cannot separate, of two at least; an effect that was accepted beside the first of its group has
+    been told from it: the data need both."""
+    accepted = {candidate.name for candidate in selection.accepted}
+    groups = (tuple(name for name in group if name == group[0] or name not in accepted) for group in selection.groups)
+    return tuple(group for group in groups if len(group) > 1)
 
 
 def _left(recordings: Sequence[Recording], bench: Bench, vehicle: Vehicle, start: float) -> tuple[Structure, ...]:

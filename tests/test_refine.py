@@ -19,9 +19,9 @@ from recording.noise import add_noise
 from recording.read import read_drive, write_drive
 from refinement.excitation import one_wave, strongest_line
 from refinement.folds import FOLDS, folded
-from refinement.refine import refine
-from refinement.selection import least_sigmas
-from refinement.trace import DECLARED_WITHIN, gain_of, loosened, make_bench
+from refinement.refine import inseparable, refine
+from refinement.selection import Selection, least_sigmas
+from refinement.trace import DECLARED_WITHIN, Candidate, gain_of, loosened, make_bench
 from refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from symbolic.catalogue import declared_model
 from symbolic.declaration import Declaration, load_declaration
@@ -216,3 +216,10 @@ def test_one_wave_is_told_from_many():
     many = still.with_channels(steer=MultiSine(0.35, seed=4)(t))
     assert one_wave(sine) and strongest_line(sine) > 0.95
     assert not one_wave(many) and not one_wave(still) and strongest_line(still) == 0.0
+
+
+def test_effects_that_are_both_needed_have_been_told_apart():
+    candidates = tuple(Candidate(name, None, np.zeros(1), 0.5, 0.1) for name in ("multipass", "load_transfer"))
+    groups = (("multipass", "load_transfer"), ("load_transfer", "payload"), ("bank",))
+    found = inseparable(Selection(candidates, None, (), groups))
+    assert found == (("load_transfer", "payload"),)
