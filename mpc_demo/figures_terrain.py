@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from estimator.horizons import Windows
 from estimator.terrain import TerrainEstimate
@@ -127,7 +127,7 @@ def _errors(axis: Any, initial: Windows, estimated: Windows) -> None:
 
 def _nis(axis: Any, estimate: TerrainEstimate) -> None:
     dof = int(np.max(estimate.dof, initial=1))
-    low, high = chi2.ppf([0.025, 0.975], dof)
+    low, high = chdtri(dof, [0.975, 0.025])
     axis.axhspan(low, high, color=ESTIMATED, alpha=0.15, lw=0, label="95 % band")
     axis.plot(estimate.t, estimate.nis, ".", color=TRUE, ms=2)
     axis.set_yscale("log")
