@@ -212,7 +212,8 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
         shaft_torque = machine.spin_inertia * rates[w] - torque[w]
         info[w, 16] = shaft_torque
         for i in range(3):
-            rhs[3 + i] -= shaft_torque * axle[w, i]
+            across = 1.0 if i == 1 else 0.0
+            rhs[3 + i] -= shaft_torque * (across + machine.joint_reaction * (axle[w, i] - across))
 
     solve_positive(matrix, rhs)
     for i in range(3):
@@ -320,7 +321,7 @@ def _wheel(
 
     gyro, spin_axis = np.empty(3), np.empty(3)
     for i in range(3):
-        spin_axis[i] = machine.spin_inertia * spin * axle[i]
+        spin_axis[i] = machine.gyro_inertia * spin * axle[i]
     cross(body, spin_axis, gyro)
     arm = 0.0
     along = 0.0

@@ -35,7 +35,8 @@ class Machine(NamedTuple):
     front_point: Array  # (3,) middle of the front axle in the chassis frame
     radius: Array  # (4,)
     width: Array  # (4,)
-    spin_inertia: float
+    spin_inertia: float  # wheel and half shaft
+    gyro_inertia: float  # the wheel alone
     free_length: Array  # (4,)
     spring_front: Array  # (N, 2) force against change of length
     spring_rear: Array
@@ -52,7 +53,8 @@ class Machine(NamedTuple):
     full_throttle: Array  # (N, 2) torque against rad/s
     zero_throttle: Array
     brake_torque: float
-    torque_reaction: float
+    torque_reaction: float  # share of the propeller shaft's torque that the chassis feels about x
+    joint_reaction: float  # share of a half shaft's torque that the chassis feels about the steered wheel's axle, not y
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,8 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         front_point=front_point,
         radius=np.full(4, float(wheel["radius"])),
         width=np.full(4, float(wheel["width"])),
-        spin_inertia=float(wheel["spin_inertia"]),
+        spin_inertia=float(wheel["spin_inertia"]) + float(drive.get("axle_shaft_inertia", 0.0)),
+        gyro_inertia=float(wheel["spin_inertia"]),
         free_length=np.repeat([float(axle["free_length"]) for axle in axles], 2),
         spring_front=_curve(axles[0]["spring"]),
         spring_rear=_curve(axles[1]["spring"]),
@@ -152,6 +155,7 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         zero_throttle=_curve(drive["zero_throttle"], RPM),
         brake_torque=float(drive["brake_torque"]),
         torque_reaction=float(drive.get("torque_reaction", 0.0)),
+        joint_reaction=float(drive.get("joint_reaction", 1.0)),
     )
     return PlantVehicle(
         name,
