@@ -11,7 +11,7 @@ from pathlib import Path
 from mpc_demo.closed_loop import ClosedLoop
 from mpc_demo.closed_loop_study import STUDY, Case, Run
 from mpc_demo.commands_drive import loop_for
-from mpc_demo.options import REFERENCE_VEHICLE
+from mpc_demo.options_model import REFERENCE_VEHICLE
 from mpc_demo.output import console
 from mpc_demo.study_report import draw_study, say_study
 from symbolic.declaration import Declaration

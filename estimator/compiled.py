@@ -17,19 +17,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from estimator.cache import cache_folder
 from symbolic.codegen import write_c
 from symbolic.lanes import write_lanes
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fPIC")
 NATIVE = "-march=native"
 """Left out where a compiler does not know it."""
-
-
-def cache_folder() -> Path:
-    """Where compiled functions are kept: $SOFTSOIL_CACHE, else the user's cache folder."""
-    chosen = os.environ.get("SOFTSOIL_CACHE")
-    base = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "softsoil"
-    return base
 
 
 def _writable_cache() -> Path:

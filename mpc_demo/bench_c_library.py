@@ -11,10 +11,10 @@ import numpy as np
 from estimator.terrain import terrain_model
 from mpc_demo.bench_filter import DT, Q, R, U, Y, filterpy_filter
 from mpc_demo.bench_rows import Row, microseconds
-from mpc_demo.c_library import CFilter, CLibrary
-from mpc_demo.c_library_cache import texts_from_cache
-from symbolic.clibrary.library import write_library
-from symbolic.declaration import Declaration
+from mpc_demo.c_library import CFilter, CLibrary, c_library_texts
+from mpc_demo.c_library_cache import asked_for, texts_from_cache
+from symbolic.clibrary.folder import write_library
+from symbolic.declaration import Declaration, declaration_toml
 
 PAPER = "7.5-10.5 ms"
 AGAINST = "FilterPy with the same model as NumPy code"
@@ -28,13 +28,17 @@ def c_library_rows(declared: Declaration) -> Iterator[Row]:
     """The rows of the C library without the declared effects (the same model as FilterPy's), and with them if there are any."""
     plain = Declaration(declared.vehicle.with_(effects={}), declared.soil, declared.law)
     with tempfile.TemporaryDirectory() as folder:
-        write_library(folder, texts_from_cache(plain, DT))
+        write_library(folder, _texts(plain))
         library = CLibrary(folder)
         yield from _plain_rows(library, plain)
         yield from _more_rows(library)
         if declared.vehicle.effects:
-            write_library(folder, texts_from_cache(declared, DT))
+            write_library(folder, _texts(declared))
             yield from _effect_rows(CLibrary(folder), library)
+
+
+def _texts(declared: Declaration) -> dict[str, str]:
+    return texts_from_cache(asked_for(declaration_toml(declared), DT), lambda: c_library_texts(declared, DT))
 
 
 def _filter(library: CLibrary) -> CFilter:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mpc_demo.blind_cases import Case, drive_case
-from mpc_demo.options import REFERENCE_VEHICLE
+from mpc_demo.options_model import REFERENCE_VEHICLE
 from mpc_demo.output import plain
 from mpc_demo.refine_words import falls
 from refinement.refine import Refinement, refine
@@ -38,7 +38,8 @@ def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:
     found = refine([recording], declared_for(case["soil"]), workers=1, candidates=case.get("candidates"))
     right, why = score(case, found)
     ranking = [
-        {"name": c.name, "gain": c.gain, "std": c.std, "whole": c.whole, "values": c.fit.named()} for c in found.ranking[:6]
+        {"name": c.name, "gain": c.gain, "std": c.std, "whole": c.whole, "values": c.fit.named()}
+        for c in found.ranking[:6]
     ]
     content = {
         "right": right,

@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.compiled import cache_folder, find_compiler
+from estimator.cache import cache_folder
+from estimator.compiled import find_compiler
 from estimator.terrain import Tuning, terrain_model
+from mpc_demo.options_model import STEP
 from symbolic.catalogue import declared_model
 from symbolic.clibrary.library import FilterNumbers, library_files
 from symbolic.clibrary.parts import Parts, take_apart
@@ -30,8 +32,6 @@ from symbolic.wheel import force_law
 Array = NDArray[np.float64]
 FLAGS = ("-O3", "-march=native", "-fno-math-errno")
 SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c")
-STEP = 0.012
-"""s: the paper's step."""
 N_NAMES = ("n", "n_f", "n_r")
 EXTRA_STD = 0.01
 """Of the first value and the noise of states that an effect brings, as in `estimator.terrain`."""

@@ -1,25 +1,40 @@
-"""The texts of a C library, generated once for each declaration and each state of the code."""
+"""The texts of a C library, kept for the next time that the same is asked of the same code."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
+import estimator
+import mpc_demo
 import symbolic
-from estimator.compiled import cache_folder
-from mpc_demo import c_library
-from symbolic.declaration import Declaration, declaration_toml
+from estimator.cache import cache_folder
+
+WRITERS = (("symbolic", symbolic), ("estimator", estimator), ("mpc_demo", mpc_demo))
+"""Packages that the texts come from."""
+SUFFIXES = (".py", ".in", ".toml")
 
 
-def texts_from_cache(declared: Declaration, dt: float, fmi: bool = False) -> dict[str, str]:
-    """`c_library_texts`, from the cache where neither the declaration nor any file that writes them has changed."""
-    path = cache_folder() / f"clibrary_{_key(declared, dt, fmi)}.json"
+def asked_for(*said: object) -> bytes:
+    """What identifies a request: each thing said as text, and for a file its name and bytes."""
+    parts = []
+    for thing in said:
+        parts.append(str(thing).encode())
+        if thing is not None and Path(str(thing)).is_file():
+            parts.append(Path(str(thing)).read_bytes())
+    return b"\0".join(str(len(part)).encode() + b":" + part for part in parts)
+
+
+def texts_from_cache(asked: bytes, make: Callable[[], dict[str, str]]) -> dict[str, str]:
+    """Path inside the library's folder -> text: from the cache where the same was `asked` of the same code, else made anew."""
+    path = cache_folder() / f"clibrary_{_key(asked)}.json"
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        texts = c_library.c_library_texts(declared, dt, fmi)
+        texts = make()
     path.parent.mkdir(parents=True, exist_ok=True)
     scratch = path.with_suffix(f".{hashlib.sha256(repr(id(texts)).encode()).hexdigest()[:8]}")
     scratch.write_text(json.dumps(texts), encoding="utf-8")
@@ -27,10 +42,11 @@ def texts_from_cache(declared: Declaration, dt: float, fmi: bool = False) -> dic
     return texts
 
 
-def _key(declared: Declaration, dt: float, fmi: bool) -> str:
-    found = hashlib.sha256(f"{declaration_toml(declared)}{dt!r}{fmi}{version('casadi')}".encode())
-    package = Path(symbolic.__path__[0])
-    sources = [path for path in sorted(package.rglob("*")) if path.suffix in (".py", ".in", ".toml")]
-    for path in [*sources, Path(c_library.__file__), package.parent / "estimator" / "terrain.py"]:
-        found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+def _key(asked: bytes) -> str:
+    found = hashlib.sha256(asked + version("casadi").encode() + version("softsoil").encode())
+    for name, package in WRITERS:
+        folder = Path(package.__path__[0])
+        files = folder.glob("c_library*.py") if name == "mpc_demo" else folder.rglob("*")
+        for path in sorted(path for path in files if path.suffix in SUFFIXES):
+            found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()[:24]

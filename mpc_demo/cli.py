@@ -51,7 +51,9 @@ class Commands(Guarded):
         return command
 
 
-app = typer.Typer(cls=Commands, name="softsoil", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(
+    cls=Commands, name="softsoil", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False
+)
 
 
 @app.callback()

@@ -18,7 +18,8 @@ from mpc_demo.bench_rows import Row
 from mpc_demo.bench_whole import whole_rows
 from mpc_demo.commands_study import own_logs
 from mpc_demo.logs import named_soil
-from mpc_demo.options import LawOption, OutOption, SoilOption, VehicleOption, declaration, open_drive
+from mpc_demo.options import open_drive
+from mpc_demo.options_model import LawOption, OutOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import console, output_folder, say_written, write_json
 
 

@@ -15,7 +15,8 @@ from mpc_demo.closed_loop_parts import Faults
 from mpc_demo.figures_drive import animate, draw_drive
 from mpc_demo.nmpc import Nmpc
 from mpc_demo.ocp import Ocp
-from mpc_demo.options import REFERENCE_VEHICLE, LawOption, ModelOption, OutOption, SeedOption, VehicleOption
+from mpc_demo.options import SeedOption
+from mpc_demo.options_model import REFERENCE_VEHICLE, LawOption, ModelOption, OutOption, VehicleOption
 from mpc_demo.output import console, output_folder, progress, say_written, write_json
 from mpc_demo.scenarios import Scenario, scenarios
 from symbolic.declaration import Declaration, load_declaration

@@ -12,19 +12,8 @@ from estimator.horizons import START_UP
 from estimator.terrain import TerrainEstimate, estimate_terrain
 from mpc_demo.figures_terrain import draw_estimate
 from mpc_demo.logs import named_n
-from mpc_demo.options import (
-    ColumnsOption,
-    LawOption,
-    ModelOption,
-    NoiseOption,
-    OutOption,
-    SeedOption,
-    SkipOption,
-    SoilOption,
-    VehicleOption,
-    declaration,
-    open_drive,
-)
+from mpc_demo.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from mpc_demo.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import console, output_folder, progress, say_written, write_json
 
 

@@ -7,12 +7,19 @@ from typing import Annotated
 
 import typer
 
-from mpc_demo.c_library import STEP
-from mpc_demo.c_library_cache import texts_from_cache
-from mpc_demo.c_library_fmu import pack_fmu
-from mpc_demo.options import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
+from mpc_demo.c_library_cache import asked_for, texts_from_cache
+from mpc_demo.options_model import (
+    REFERENCE_VEHICLE,
+    STEP,
+    LawOption,
+    ModelOption,
+    OutOption,
+    SoilOption,
+    VehicleOption,
+    declaration,
+)
 from mpc_demo.output import output_folder, say_written
-from symbolic.clibrary.library import write_library
+from symbolic.clibrary.folder import write_library
 
 
 def generate(
@@ -36,7 +43,17 @@ def generate(
     """
     if folder is not None and out is not None:
         raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
-    texts = texts_from_cache(declaration(vehicle, soil, law, model), dt, fmi)
+
+    def make() -> dict[str, str]:
+        from mpc_demo.c_library import c_library_texts
+
+        return c_library_texts(declaration(vehicle, soil, law, model), dt, fmi)
+
+    texts = texts_from_cache(asked_for(vehicle or REFERENCE_VEHICLE, soil, law, model, dt, fmi), make)
     written = output_folder(folder or out, "generate")
     paths = write_library(written, texts)
-    say_written([*paths, pack_fmu(written)] if fmi else paths)
+    if fmi:
+        from mpc_demo.c_library_fmu import pack_fmu
+
+        paths.append(pack_fmu(written))
+    say_written(paths)

@@ -9,19 +9,8 @@ import typer
 
 from estimator.horizons import START_UP
 from mpc_demo.logs import named_soil
-from mpc_demo.options import (
-    ColumnsOption,
-    LawOption,
-    ModelOption,
-    NoiseOption,
-    OutOption,
-    SeedOption,
-    SkipOption,
-    SoilOption,
-    VehicleOption,
-    declaration,
-    open_drive,
-)
+from mpc_demo.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from mpc_demo.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import output_folder, progress, say_written, write_json
 from mpc_demo.refine_report import write_report
 from mpc_demo.refine_summary import say

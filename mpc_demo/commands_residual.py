@@ -11,19 +11,8 @@ from rich.table import Table
 from estimator.horizons import START_UP
 from mpc_demo.figures_residual import draw_residual
 from mpc_demo.logs import named_soil
-from mpc_demo.options import (
-    ColumnsOption,
-    LawOption,
-    ModelOption,
-    NoiseOption,
-    OutOption,
-    SeedOption,
-    SkipOption,
-    SoilOption,
-    VehicleOption,
-    declaration,
-    open_drive,
-)
+from mpc_demo.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from mpc_demo.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import console, output_folder, progress, say_written, write_json
 from mpc_demo.wheel_residual import is_wheel_data, report_on_wheel_data
 from refinement.residual import WINDOW, DriveResidual, drive_residual

@@ -11,20 +11,8 @@ from rich.table import Table
 from estimator.horizons import HORIZONS, START_UP
 from mpc_demo.figures_terrain import SQUARED, draw_study
 from mpc_demo.logs import named_n, named_soil
-from mpc_demo.options import (
-    OWN_LOGS,
-    ColumnsOption,
-    LawOption,
-    ModelOption,
-    NoiseOption,
-    OutOption,
-    SeedOption,
-    SkipOption,
-    SoilOption,
-    VehicleOption,
-    declaration,
-    open_drive,
-)
+from mpc_demo.options import OWN_LOGS, ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from mpc_demo.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import console, output_folder, progress, say_written, write_json
 from mpc_demo.study import LogStudy, study_log
 from recording.drive import STATE_CHANNELS

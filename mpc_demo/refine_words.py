@@ -81,9 +81,7 @@ def split_sentence(found: Refinement) -> str:
     more = (
         "" if len(found.bench.shootings) == 1 else f" (first drive; all {len(found.bench.shootings)} are split alike)"
     )
-    return (
-        f"Fitted on {begin:.1f} to {start:.1f} s, judged on {start:.1f} to {stop:.1f} s, which that fit has not seen{more}."
-    )
+    return f"Fitted on {begin:.1f} to {start:.1f} s, judged on {start:.1f} to {stop:.1f} s, which that fit has not seen{more}."
 
 
 def group_sentences(found: Refinement) -> list[str]:

@@ -48,7 +48,16 @@ def _same_seeds(runs: Sequence[Run], case: str, side: str, told: str) -> list[Ru
 def say_study(runs: Sequence[Run]) -> None:
     """Two tables: what knowing n is worth, and whether the loop held."""
     table = _table("What knowing n is worth: tracking rms, or least gap to an obstacle (m), means over seeds")
-    for heading in ("course", "guess", "", "guess", "true", "found", "worth (its error)", "recovered (90 % of resampled seeds)"):
+    for heading in (
+        "course",
+        "guess",
+        "",
+        "guess",
+        "true",
+        "found",
+        "worth (its error)",
+        "recovered (90 % of resampled seeds)",
+    ):
         table.add_column(heading, no_wrap=True)
     for case, side, words, (guess, true, found), worth in rows_of(runs):
         sign, short = (-1.0, "gap") if words == "clearance" else (1.0, "rms")

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+if (
+    TYPE_CHECKING
+):  # names and bounds are read without NumPy: a command that changes nothing takes less time than its import
+    import numpy as np
+    from numpy.typing import NDArray
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}\Z")
 
@@ -85,17 +89,17 @@ class Layout(Sequence[Signal]):
     @property
     def nominal(self) -> NDArray[np.float64]:
         """(n,) nominal values."""
-        return np.array([signal.nominal for signal in self.signals], dtype=float)
+        return _vector(signal.nominal for signal in self.signals)
 
     @property
     def lower(self) -> NDArray[np.float64]:
         """(n,) lower bounds."""
-        return np.array([signal.lower for signal in self.signals], dtype=float)
+        return _vector(signal.lower for signal in self.signals)
 
     @property
     def upper(self) -> NDArray[np.float64]:
         """(n,) upper bounds."""
-        return np.array([signal.upper for signal in self.signals], dtype=float)
+        return _vector(signal.upper for signal in self.signals)
 
     def index(self, name, start=0, stop=None):
         """Position of the signal called `name`; KeyError names what there is."""
@@ -127,3 +131,9 @@ class Layout(Sequence[Signal]):
         if len(vector) != len(self):
             raise ValueError(f"expected {len(self)} values ({', '.join(self.names)}), found {len(vector)}")
         return {name: float(value) for name, value in zip(self.names, vector, strict=True)}
+
+
+def _vector(values: Iterable[float]) -> NDArray[np.float64]:
+    import numpy as np
+
+    return np.array(list(values), dtype=float)

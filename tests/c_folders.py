@@ -6,7 +6,7 @@ from tempfile import mkdtemp
 
 from drives import reference_vehicle
 from mpc_demo.c_library import CLibrary, c_library_texts
-from symbolic.clibrary.library import write_library
+from symbolic.clibrary.folder import write_library
 from symbolic.declaration import Declaration
 from symbolic.soil import CLAY
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from drives import CLAY_LOG, LOAM_LOG
 from mpc_demo.cli import app
 from mpc_demo.logs import named_n, named_soil
-from mpc_demo.options import PROJECT
+from mpc_demo.options_model import PROJECT
 from recording.drive import STATE_CHANNELS
 from recording.read import read_drive, write_drive
 

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from drives import CLAY_LOG, MULTI_LOG, reference_vehicle
 from mpc_demo.cli import app
-from mpc_demo.options import PROJECT
+from mpc_demo.options_model import PROJECT
 from recording.drive import CHANNEL_UNITS
 from recording.read import read_drive
 from symbolic.declaration import Declaration, declaration_toml

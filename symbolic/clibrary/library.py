@@ -7,7 +7,6 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 
@@ -82,18 +81,6 @@ def library_files(
     out = {path: _fill((folder / name).read_text(encoding="utf-8"), values) for path, name in TEMPLATES.items()}
     out |= {"src/softsoil_kernels.h": _kernels(parts), "formulation.json": text}
     return out | fmi_files(parts, values) if fmi else out
-
-
-def write_library(folder: str | Path, texts: Mapping[str, str]) -> list[Path]:
-    """Write the files that differ from what stands in `folder`; returns the paths of all, in order."""
-    paths = []
-    for name, text in texts.items():
-        path = Path(folder) / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if not path.is_file() or path.read_text(encoding="utf-8") != text:
-            path.write_text(text, encoding="utf-8", newline="\n")
-        paths.append(path)
-    return paths
 
 
 def _fill(template: str, values: Mapping[str, str]) -> str:
