@@ -131,7 +131,7 @@ def main() -> None:
     parser.add_argument("what", choices=("storm", "fuzz", "arm", "generate"))
     parser.add_argument("--amount", type=int, help="steps of the storm, seconds of fuzzing")
     parser.add_argument("--folder", type=Path, default=PROJECT / "generated")
-    parser.add_argument("--plain", action="store_true", help="the storm without sanitizers, thirty times as fast")
+    parser.add_argument("--plain", action="store_true", help="the storm without sanitizers, five times as fast")
     parser.add_argument("--model", type=Path, help="refined.toml for generate")
     given = parser.parse_args()
     if given.what == "generate":
