@@ -252,7 +252,9 @@ def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, sele
     for free in selection.bench.loose:
         at = bench.model.p.index(free.name)
         now, declared = selection.bench.absent[0, at], bench.absent[0, at]
-        notes.append(f"{free.name} of the declared model was fitted again with what was found: {declared:.3g} -> {now:.3g}")
+        notes.append(
+            f"{free.name} of the declared model was fitted again with what was found: {declared:.3g} -> {now:.3g}"
+        )
     for candidate in selection.ranking:
         if candidate.name not in accepted and candidate.gain > LEAST_GAIN and candidate.fit.at_bound:
             notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
@@ -260,7 +262,9 @@ def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, sele
         if len(group) > 1 and group[0] not in accepted:
             notes.append(f"not named, since these data cannot separate them: {', '.join(group)}")
         elif group[0] not in accepted:
-            notes.append(f"{group[0]} fits best, but leaves more of the axle forces than a known effect would: not named")
+            notes.append(
+                f"{group[0]} fits best, but leaves more of the axle forces than a known effect would: not named"
+            )
     n = bench.model.p[N_NAMES[0]]
     for shooting, value in zip(bench.shootings, bench.absent[:, bench.model.p.index(N_NAMES[0])], strict=True):
         if not n.lower + 1e-3 < value < n.upper - 1e-3:
