@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -11,6 +10,7 @@ from symbolic.catalogue import declared_model
 from symbolic.model import Model
 from symbolic.signals import Signal
 from symbolic.soil import SOIL_SIGNALS, Soil, soil_from_table
+from symbolic.toml_file import read_toml
 from symbolic.vehicle import Vehicle, vehicle_from_table
 from symbolic.wheel import law_names
 
@@ -47,12 +47,7 @@ def load_declaration(path: str | Path) -> Declaration:
     Raises ValueError naming the file, the key, what was expected and what was found.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"model: expected a TOML file, found {'a folder' if path.is_dir() else 'none'} at {path}")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    table = read_toml(path, "model")
     for key in ("vehicle", "soil"):
         if not isinstance(table.get(key), dict):
             raise ValueError(f"{path}: expected a table [{key}], found {', '.join(table) or 'nothing'}")

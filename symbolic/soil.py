@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from symbolic.signals import Layout, Signal
+from symbolic.toml_file import read_toml
 
 Scalar = Any
 """A float, or a CasADi scalar where a parameter is free."""
@@ -79,10 +79,7 @@ def load_soil(source: str | Path) -> Soil:
     path = Path(source)
     if path.suffix != ".toml" or not path.is_file():
         raise ValueError(f"soil: expected one of {', '.join(SOILS)} or a TOML file, found {str(source)!r}")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    table = read_toml(path, "soil")
     return soil_from_table(table.get("soil", table), str(path), path.stem)
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from symbolic.toml_file import read_toml
 from symbolic.wheel import Wheel
 
 GRAVITY = 9.81
@@ -89,12 +89,7 @@ def load_vehicle(source: str | Path) -> Vehicle:
     Raises ValueError naming the file, the key, what was expected and what was found.
     """
     path = Path(source)
-    if not path.is_file():
-        raise ValueError(f"vehicle: expected a TOML file, found {'a folder' if path.is_dir() else 'none'} at {path}")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    table = read_toml(path, "vehicle")
     return vehicle_from_table(table.get("vehicle", table), str(path), path.stem)
 
 

@@ -1,0 +1,17 @@
+"""TOML files that users write: read, or refused in words that name the file."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+
+def read_toml(path: Path, what: str) -> dict[str, Any]:
+    """The table in a TOML file; ValueError where it is none, beginning with `what` it was to hold where there is no file."""
+    if not path.is_file():
+        raise ValueError(f"{what}: expected a TOML file, found {'a folder' if path.is_dir() else 'none'} at {path}")
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: expected TOML, found: {error}") from None
