@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from symbolic.bicycle import bicycle
 from symbolic.effects import Effect, add_effect
 from symbolic.effects_body import bank, grade, locked_differential, motion_resistance, payload, side_force, yaw_moment
-from symbolic.effects_sensor import gyro_bias, lever_arm, sensor_delay, speed_scale
+from symbolic.effects_delay import sensor_delay
+from symbolic.effects_sensor import gyro_bias, lever_arm, speed_scale
 from symbolic.effects_soil import bulldozing, rate_damping, relaxation, slip_sinkage, soil_change
 from symbolic.effects_steering import backlash, steering_delay, steering_gain, steering_lag, steering_offset
 from symbolic.effects_track import load_transfer, multipass

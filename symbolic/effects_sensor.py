@@ -1,4 +1,4 @@
-"""Effects of sensors: they enter the outputs only. The delays are first-order: y - T dy/dt."""
+"""Effects of sensors that enter the outputs only."""
 
 from __future__ import annotations
 
@@ -62,27 +62,4 @@ def lever_arm() -> Effect:
         corrections={"outputs": compute},
         confusable=("sensor_delay",),
         separates=KINEMATICS,
-    )
-
-
-def sensor_delay() -> Effect:
-    """Channels that come late: pose (x, y, psi) by pose_delay, velocities (u, v, omega_z) by rate_delay."""
-
-    def compute(q: Quantities) -> Quantities:
-        late = dict.fromkeys(("x", "y", "psi"), q["pose_delay"])
-        late |= dict.fromkeys(("u", "v", "omega_z"), q["rate_delay"])
-        return {f"y_{name}": q[f"y_{name}"] - delay * q[f"d_{name}"] for name, delay in late.items()}
-
-    return Effect(
-        name="sensor_delay",
-        doc="sensors that report late",
-        reference="first-order expansion of a delay",
-        parameters=Layout.of(
-            Signal("pose_delay", "s", "delay of position and heading", 0.0, 0.0, 0.5),
-            Signal("rate_delay", "s", "delay of velocities and yaw rate", 0.0, 0.0, 0.5),
-        ),
-        typical={"pose_delay": 0.05, "rate_delay": 0.02},
-        corrections={"outputs": compute},
-        confusable=("steering_delay", "lever_arm"),
-        separates=KINEMATICS + "; a late steering shows in all channels alike",
     )
