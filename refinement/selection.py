@@ -24,6 +24,9 @@ model's own error. So must a first one where the steering repeats one wave: few 
 LEAST_WHOLE = 0.15
 """An effect must remove this share of the whole held-out cost, sensor noise and all: less would not show in what the model
 predicts, and on quiet drives the declared model's own error is of that size."""
+LEAST_WHOLE_SENSOR = 0.08
+"""The same for an effect that enters the outputs alone. It contradicts kinematics, which no force law knows of: the declared
+model's own error hardly looks like it (3 % at most where nothing was added)."""
 CHANCE = 0.05
 """Chance that a candidate reaches its gain by the scatter of the held-out windows alone (Student's t, few as they are). Its
 parameter is tested on the windows of the fit, so that the chance of both, over all candidates, is about one per cent."""
@@ -106,12 +109,17 @@ def contended(bench: Bench, ranking: Sequence[Candidate], workers: int) -> list[
 def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -> bool:
     """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified."""
     sigmas = least_sigmas(len(candidate.windows))
-    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= LEAST_WHOLE):
+    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= least_whole(effect)):
         return False
     lead = effect.parameters[0].name
     if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
         return False
     return strength(candidate.fit, effect) >= LEAST_PARAMETER_SIGMAS
+
+
+def least_whole(effect: Effect) -> float:
+    """Share of the whole held-out cost that the effect must remove."""
+    return LEAST_WHOLE_SENSOR if set(effect.corrections) == {"outputs"} else LEAST_WHOLE
 
 
 def least_sigmas(windows: int) -> float:
