@@ -26,6 +26,9 @@ from symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
+NEARLY_ALL = 0.75
+"""Share of the held-out cost beyond noise. On drives whose effect the catalogue lacks none has removed more than half."""
+
 
 @dataclass(frozen=True)
 class TracedEffect:
@@ -111,7 +114,7 @@ def refine(
     selection = select(loosened(bench, declaration), declaration, workers, progress, repeated)
     final, last = settled(bench, selection.bench)
     left = _left(recordings, final, declaration.vehicle, start)
-    if selection.accepted and any(s.left for s in left) and not _in_sensors(declaration, selection.accepted):
+    if selection.accepted and any(s.left for s in left) and not _beyond_doubt(declaration, selection.accepted):
         # Something of the kind of what was found is there, but it is not that: a name would be a guess.
         groups = (*selection.groups, *((c.name,) for c in selection.accepted))
         selection = replace(selection, accepted=(), groups=tuple(dict.fromkeys(groups)))
@@ -158,10 +161,11 @@ def _left(recordings: Sequence[Recording], bench: Bench, vehicle: Vehicle, start
     return tuple(structure(recording, bench.model, vehicle, p, start) for recording, p in pairs)
 
 
-def _in_sensors(declaration: Declaration, found: Sequence[Candidate]) -> bool:
-    """Whether one of the effects is of a sensor: axle forces come from the records as they are, wrong sensors and all."""
+def _beyond_doubt(declaration: Declaration, found: Sequence[Candidate]) -> bool:
+    """Whether what the axle forces still lack is no doubt of the effects: the first removes nearly all that is held out, or one
+    is of a sensor, and axle forces come from the records as they are, wrong sensors and all."""
     known = catalogue(declaration.vehicle)
-    return any("outputs" in known[candidate.name].corrections for candidate in found)
+    return found[0].gain >= NEARLY_ALL or any("outputs" in known[candidate.name].corrections for candidate in found)
 
 
 def settled(declared: Bench, found: Bench) -> tuple[Bench, Fit]:

@@ -109,7 +109,9 @@ def contended(bench: Bench, ranking: Sequence[Candidate], workers: int) -> list[
 def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -> bool:
     """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified."""
     sigmas = least_sigmas(len(candidate.windows))
-    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= least_whole(effect)):
+    if not (
+        candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= least_whole(effect)
+    ):
         return False
     lead = effect.parameters[0].name
     if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
