@@ -13,18 +13,18 @@ import mpc_demo
 import symbolic
 from estimator.cache import cache_folder
 
-WRITERS = (("symbolic", symbolic), ("estimator", estimator), ("mpc_demo", mpc_demo))
-"""Packages that the texts come from."""
+WRITERS = ((symbolic, "**/*"), (estimator, "*"), (mpc_demo, "c_library*"))
+"""Packages that the texts come from, and which of their files."""
 SUFFIXES = (".py", ".in", ".toml")
 
 
 def asked_for(*said: object) -> bytes:
-    """What identifies a request: each thing said as text, and for a file its name and bytes."""
+    """What identifies a request: each thing said as text, and the bytes of the file that a Path leads to."""
     parts = []
     for thing in said:
         parts.append(str(thing).encode())
-        if thing is not None and Path(str(thing)).is_file():
-            parts.append(Path(str(thing)).read_bytes())
+        if isinstance(thing, Path) and thing.is_file():
+            parts.append(thing.read_bytes())
     return b"\0".join(str(len(part)).encode() + b":" + part for part in parts)
 
 
@@ -44,9 +44,8 @@ def texts_from_cache(asked: bytes, make: Callable[[], dict[str, str]]) -> dict[s
 
 def _key(asked: bytes) -> str:
     found = hashlib.sha256(asked + version("casadi").encode() + version("softsoil").encode())
-    for name, package in WRITERS:
-        folder = Path(package.__path__[0])
-        files = folder.glob("c_library*.py") if name == "mpc_demo" else folder.rglob("*")
+    for package, pattern in WRITERS:
+        files = Path(package.__path__[0]).glob(pattern)
         for path in sorted(path for path in files if path.suffix in SUFFIXES):
             found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return found.hexdigest()[:24]

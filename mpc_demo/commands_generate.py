@@ -20,6 +20,7 @@ from mpc_demo.options_model import (
 )
 from mpc_demo.output import output_folder, say_written
 from symbolic.clibrary.folder import write_library
+from symbolic.soil import SOILS
 
 
 def generate(
@@ -49,7 +50,8 @@ def generate(
 
         return c_library_texts(declaration(vehicle, soil, law, model), dt, fmi)
 
-    texts = texts_from_cache(asked_for(vehicle or REFERENCE_VEHICLE, soil, law, model, dt, fmi), make)
+    ground = Path(soil) if soil is not None and soil not in SOILS else soil
+    texts = texts_from_cache(asked_for(vehicle or REFERENCE_VEHICLE, ground, law, model, dt, fmi), make)
     written = output_folder(folder or out, "generate")
     paths = write_library(written, texts)
     if fmi:

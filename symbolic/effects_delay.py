@@ -8,9 +8,9 @@ later than the velocities is small, and enters the outputs to first order: y - T
 from __future__ import annotations
 
 from symbolic.effects import Effect
-from symbolic.model import Memory, Quantities
+from symbolic.history import late_by
+from symbolic.model import Quantities
 from symbolic.signals import Layout, Signal
-from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
 
 CELLS = 13
 SPACING = 0.035
@@ -23,37 +23,18 @@ INPUTS = (
     Signal("a_x_imu", "m/s^2", "longitudinal specific force"),
     *(Signal(f"omega_{corner}", "rad/s", f"wheel speed {corner}") for corner in CORNERS),
 )
-VALUES = (Signal("age", "s", "age of the inputs"), *INPUTS)
 
 
 def _present(q: Quantities) -> Quantities:
     """The inputs as sensors on the vehicle give them: the accelerometer is not late, the v omega_z added to it is."""
-    return {s.name: q[s.name] for s in INPUTS if s.name in q} | {"a_x_imu": q["a_x"] - q["v"] * q["omega_z"]}
+    return {s.name: q["a_x"] - q["v"] * q["omega_z"] if s.name == "a_x_imu" else q[s.name] for s in INPUTS}
 
 
 def sensor_delay() -> Effect:
     """Channels that come late: velocities (u, v, omega_z) by rate_delay, pose (x, y, psi) by pose_delay."""
-    cells = Layout.of(Signal("late_step", "s", "last time step")) + track_layout("late", CELLS, VALUES)
-    provides = Layout(tuple(Signal(f"late_{s.name}", s.unit, f"{s.doc}, late minus present") for s in INPUTS))
 
-    def past(q: Quantities) -> list[Quantities]:
-        m = q["memory"]
-        now = {"age": 0.0, **_present(q)}
-        old = read_cells(m, "late", CELLS, VALUES)
-        return [now, *({**cell, "age": cell["age"] + m["late_step"]} for cell in old)]
-
-    def read(q: Quantities) -> Quantities:
-        remembered, present = past(q), _present(q)
-        late = {name: interpolate(remembered, "age", q["rate_delay"], name) for name in present}
-        return {f"late_{name}": late[name] - present[name] for name in present}
-
-    def advance(q: Quantities) -> Quantities:
-        now, *old = past(q)
-        return {"late_step": q["dt"], **write_cells(push(old, now, "age", SPACING), "late")}
-
-    def start(q: Quantities) -> Quantities:
-        held = _present(q) | {"steer_rate": 0.0}
-        return {"late_step": 0.0, **write_cells([{"age": SPACING * k, **held} for k in range(CELLS)], "late")}
+    def still(q: Quantities) -> Quantities:
+        return _present(q) | {"steer_rate": 0.0}
 
     def inputs(q: Quantities) -> Quantities:
         return {
@@ -78,7 +59,7 @@ def sensor_delay() -> Effect:
         ),
         typical={"pose_delay": 0.1, "rate_delay": 0.1},
         corrections={"inputs": inputs, "outputs": outputs},
-        memories=(Memory("sensor_delay", cells, provides, read, advance, start),),
+        memories=(late_by("rate_delay", "late", INPUTS, _present, still, CELLS, SPACING),),
         confusable=("steering_delay", "lever_arm"),
         separates="changes of speed: a late steering leaves the speed alone; any turning, for a pose later than the yaw rate",
     )

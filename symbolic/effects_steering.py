@@ -5,15 +5,14 @@ from __future__ import annotations
 import casadi as ca
 
 from symbolic.effects import Effect
+from symbolic.history import late_by
 from symbolic.model import Memory, Quantities
 from symbolic.signals import Layout, Signal
-from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
 
 DELAY_CELLS = 36
 DELAY_SPACING = 0.0115
 """s between remembered commands: 36 cells reach 0.4 s back."""
 DELAY_VALUES = (
-    Signal("age", "s", "age of the command"),
     Signal("angle", "rad", "steering command"),
     Signal("rate", "rad/s", "rate of the steering command"),
 )
@@ -74,26 +73,12 @@ def steering_lag() -> Effect:
 
 def steering_delay() -> Effect:
     """delta_a(t) = delta(t - T): a dead time between command and road wheels, from remembered commands."""
-    cells = Layout.of(Signal("delay_step", "s", "last time step")) + track_layout("delay", DELAY_CELLS, DELAY_VALUES)
 
-    def past(q: Quantities) -> list[Quantities]:
-        m = q["memory"]
-        now = {"age": 0.0, "angle": q["steer"], "rate": q["steer_rate"]}
-        old = read_cells(m, "delay", DELAY_CELLS, DELAY_VALUES)
-        return [now, *({**cell, "age": cell["age"] + m["delay_step"]} for cell in old)]
+    def present(q: Quantities) -> Quantities:
+        return {"angle": q["steer"], "rate": q["steer_rate"]}
 
-    def read(q: Quantities) -> Quantities:
-        cells_ = past(q)
-        at = {name: interpolate(cells_, "age", q["steering_delay"], name) for name in ("angle", "rate")}
-        return {"delayed_angle": at["angle"] - q["steer"], "delayed_rate": at["rate"] - q["steer_rate"]}
-
-    def advance(q: Quantities) -> Quantities:
-        now, *old = past(q)
-        return {"delay_step": q["dt"], **write_cells(push(old, now, "age", DELAY_SPACING), "delay")}
-
-    def start(q: Quantities) -> Quantities:
-        steady = [{"age": DELAY_SPACING * k, "angle": q["steer"], "rate": 0.0} for k in range(DELAY_CELLS)]
-        return {"delay_step": 0.0, **write_cells(steady, "delay")}
+    def still(q: Quantities) -> Quantities:
+        return {"angle": q["steer"], "rate": 0.0}
 
     return Effect(
         name="steering_delay",
@@ -102,7 +87,7 @@ def steering_delay() -> Effect:
         parameters=Layout.of(Signal("steering_delay", "s", "dead time of the steering", 0.0, 0.0, 0.4)),
         typical={"steering_delay": 0.1},
         corrections={"inputs": _added("delayed")},
-        memories=(Memory("steering_delay", cells, _difference("delayed", "the delay"), read, advance, start),),
+        memories=(late_by("steering_delay", "delayed", DELAY_VALUES, present, still, DELAY_CELLS, DELAY_SPACING),),
         confusable=("steering_lag", "relaxation", "backlash", "sensor_delay"),
         separates=SEPARATES,
     )

@@ -8,9 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-if (
-    TYPE_CHECKING
-):  # names and bounds are read without NumPy: a command that changes nothing takes less time than its import
+if TYPE_CHECKING:  # a command that only reads names and bounds starts without NumPy
     import numpy as np
     from numpy.typing import NDArray
 

@@ -45,7 +45,7 @@ def test_late_sensors_are_predicted_as_well_as_prompt_ones(plain, late):
     prompt, found = errors(plain, late), errors(told, late)
     rates = [STATE_CHANNELS.index(name) for name in ("v", "omega_z")]
     assert np.all(prompt[rates] > 0.15)
-    assert np.all(found < 0.05)
+    assert np.all(found < 0.01)  # a first-order expansion leaves up to 0.14
 
 
 def test_a_late_pose_shows_in_the_pose_alone(plain):
