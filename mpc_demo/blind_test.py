@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mpc_demo.blind_cases import Case, drive_case
-from mpc_demo.options_model import REFERENCE_VEHICLE
+from mpc_demo.options_model import PROJECT
 from mpc_demo.output import plain
 from mpc_demo.refine_words import falls
 from refinement.refine import Refinement, refine
@@ -25,9 +25,12 @@ MOST_ALIKE = 2
 """Effects in a group that cannot be separated, of which one is the true one."""
 
 
+PLANT_VEHICLE = PROJECT / "vehicles" / "plant.toml"
+
+
 def declared_for(soil: str) -> Declaration:
-    """The reference vehicle with its declared effects on a built-in soil, whose n is the class's: a wrong first guess."""
-    return Declaration(load_vehicle(REFERENCE_VEHICLE), load_soil(soil))
+    """The plant's vehicle with its declared effects on a built-in soil, whose n is the class's: a wrong first guess."""
+    return Declaration(load_vehicle(PLANT_VEHICLE), load_soil(soil))
 
 
 def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:

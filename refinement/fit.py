@@ -1,4 +1,4 @@
-"""Parameters of a model by prediction error over shooting windows: robust Gauss-Newton with cluster-robust errors."""
+"""Parameters of a model by prediction error over shooting windows: robust Gauss-Newton in a box, cluster-robust errors."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from refinement.shooting import Shooting
 
@@ -18,7 +19,9 @@ RELATIVE_STEP = 1e-5
 """Step of the differences that make the Jacobian, relative to a parameter's scale: rollouts are exact to 1e-12, so derivatives
 are to 1e-5 (tests/test_derivatives.py). Algorithmic ones cost eight times the compiling and three times the rollouts, and at a
 bound where an effect is absent (a delay of 0) they give the branch that does not move; differences inwards give the other."""
-ITERATIONS = 8
+ITERATIONS = 12
+TRIALS = 7
+"""Steps tried from one linearisation, each damped ten times more than the one before."""
 N_NAMES = ("n_f", "n_r")
 
 
@@ -26,7 +29,8 @@ N_NAMES = ("n_f", "n_r")
 class Free:
     """One free number: the model parameters it sets (more than one where they are tied), scale, bounds.
 
-    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common.
+    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common;
+    known: value and standard deviation that are known beforehand, None for nothing; it counts as one observation.
     """
 
     name: str
@@ -35,6 +39,7 @@ class Free:
     lower: float
     upper: float
     drive: int | None = None
+    known: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,8 @@ class Fit:
     """Result of a fit.
 
     free: what was free; value, std (K,): estimates and cluster-robust standard errors; p (D, n_p): all parameters of
-    each drive; cost: mean robust squared residual over the fit windows; at_bound: names that ended on a bound.
+    each drive; cost: mean robust squared residual over the fit windows, and the squares of what departs from what is
+    known; at_bound: names that ended on a bound.
     """
 
     free: tuple[Free, ...]
@@ -90,26 +96,27 @@ def fit(
     problem = _Problem(tuple(shootings), tuple(windows), weights, tuple(free), p)
     starts = [problem.clip(row) for row in np.atleast_2d(np.asarray(start, dtype=float))]
     tried = problem.residuals(np.array(starts))
-    chosen = int(np.argmin([problem.cost(z) for z in tried]))
-    value, residual = starts[chosen], tried[chosen]
-    cost, damping = problem.cost(residual), 1e-3
+    costs = [problem.cost(value, z) for value, z in zip(starts, tried, strict=True)]
+    chosen = int(np.argmin(costs))
+    value, residual, cost, damping = starts[chosen], tried[chosen], costs[chosen], 1e-3
     for _ in range(ITERATIONS):
         jacobian = problem.jacobian(value, residual)
         moved = False
-        for _ in range(4):
-            candidate = problem.clip(value + problem.step(jacobian, residual, damping))
+        for _ in range(TRIALS):
+            candidate = problem.clip(value + problem.step(value, jacobian, residual, damping))
             new = problem.residual(candidate)
-            if problem.cost(new) < cost:
+            lower = problem.cost(candidate, new)
+            if lower < cost:
                 moved = True
                 break
             damping *= 10
         if not moved:
             break
-        gain, change = cost - problem.cost(new), np.abs(candidate - value) / problem.scale
-        value, residual, cost, damping = candidate, new, problem.cost(new), max(damping / 5, 1e-6)
+        gain, change = cost - lower, np.abs(candidate - value) / problem.scale
+        value, residual, cost, damping = candidate, new, lower, max(damping / 5, 1e-6)
         if gain < 1e-3 * cost and change.max() < 0.03:
             break
-    std = problem.std(problem.jacobian(value, residual), residual)
+    std = problem.std(value, problem.jacobian(value, residual), residual)
     bounds = [f.name for f, v in zip(free, value, strict=True) if _at_bound(f, v)]
     return Fit(tuple(free), value, std, problem.full(value), float(cost), tuple(bounds))
 
@@ -156,8 +163,15 @@ class _Problem:
         ]
         return np.nan_to_num(np.concatenate(parts, axis=1) / self.weights.sigma)
 
-    def cost(self, z: Array) -> float:
-        return float(np.mean(_huber(z)))
+    def cost(self, value: Array, z: Array) -> float:
+        """Mean robust square of the residuals z (W, N, 6), and of what departs from what is known: as a window each."""
+        return float(np.mean(_huber(z)) + np.sum(self._known(value)[0] ** 2) / len(z))
+
+    def _known(self, value: Array) -> tuple[Array, Array]:
+        """(K,) departures from what is known in standard deviations, and their derivatives; 0 where nothing is."""
+        known = [f.known for f in self.free]
+        slope = np.array([0.0 if k is None else 1.0 / k[1] for k in known])
+        return slope * (value - np.array([0.0 if k is None else k[0] for k in known])), slope
 
     def jacobian(self, value: Array, residual: Array) -> Array:
         """(W, N * 6, K) derivatives of the residual by one-sided differences, inwards at a bound."""
@@ -172,22 +186,30 @@ class _Problem:
         weight = np.minimum(1.0, HUBER / np.maximum(np.abs(z), 1e-12))
         return jacobian * weight[..., None], z
 
-    def step(self, jacobian: Array, residual: Array, damping: float) -> Array:
+    def step(self, value: Array, jacobian: Array, residual: Array, damping: float) -> Array:
+        """The damped Gauss-Newton step that stays inside the bounds: cut off at them, a step goes where none should."""
         weighted, z = self._weighted(jacobian, residual)
-        hessian = np.einsum("wmk,wml->kl", weighted, jacobian)
-        gradient = np.einsum("wmk,wm->k", weighted, z)
+        away, slope = self._known(value)
+        samples = z.shape[1]  # of a window: what is known weighs as much as one
+        hessian = np.einsum("wmk,wml->kl", weighted, jacobian) + samples * np.diag(slope**2)
+        gradient = self.scale * (np.einsum("wmk,wm->k", weighted, z) + samples * slope * away)
         scaled = hessian * np.outer(self.scale, self.scale)
-        scaled += damping * np.diag(np.diag(scaled)) + 1e-12 * np.trace(scaled) * np.eye(len(scaled))
-        # A parameter that moves nothing leaves a zero row: least squares leaves it where it is.
-        return -self.scale * np.linalg.lstsq(scaled, self.scale * gradient, rcond=1e-12)[0]
+        size, axes = np.linalg.eigh(scaled + damping * np.diag(np.diag(scaled)))
+        # A parameter that moves nothing leaves a zero row: the floor keeps it where it is.
+        root = np.sqrt(np.maximum(size, 1e-12 * max(size[-1], 1e-300)))
+        lower, upper = ((np.array([getattr(f, end) for f in self.free]) - value) / self.scale for end in ("lower", "upper"))
+        box = (np.minimum(lower, -1e-12), np.maximum(upper, 1e-12))
+        return self.scale * lsq_linear((axes * root).T, -(axes.T @ gradient) / root, box, method="bvls").x
 
-    def std(self, jacobian: Array, residual: Array) -> Array:
+    def std(self, value: Array, jacobian: Array, residual: Array) -> Array:
         """Sandwich with windows as clusters: residuals inside a window are anything but independent."""
         weighted, z = self._weighted(jacobian, residual)
-        hessian = np.einsum("wmk,wml->kl", weighted, jacobian) * np.outer(self.scale, self.scale)
+        known = z.shape[1] * np.diag((self._known(value)[1] * self.scale) ** 2)
+        hessian = np.einsum("wmk,wml->kl", weighted, jacobian) * np.outer(self.scale, self.scale) + known
         per_window = np.einsum("wmk,wm->wk", weighted, z) * self.scale
         per_window = per_window - per_window.mean(axis=0)
         inverse = np.linalg.pinv(hessian, rcond=1e-10)
         count = len(per_window)
-        cov = inverse @ (per_window.T @ per_window) @ inverse * count / max(count - len(self.free), 1)
+        scatter = per_window.T @ per_window * count / max(count - len(self.free), 1) + z.shape[1] * known
+        cov = inverse @ scatter @ inverse
         return self.scale * np.sqrt(np.maximum(np.diag(cov), 0.0))

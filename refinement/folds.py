@@ -1,4 +1,4 @@
-"""Candidates judged on the whole drive: each third by a fit to the two others."""
+"""Candidates judged on the whole drive: every third window by a fit to the others."""
 
 from __future__ import annotations
 
@@ -15,22 +15,20 @@ from refinement.trace import Bench, Candidate, fit_base, gain_of, held_cost
 Array = NDArray[np.float64]
 
 FOLDS = 3
-"""The last third is what the ranking holds out; the first two are held out in their turns."""
+"""Turns in which windows are held out: each turn's come from the whole drive, so that what is met on a part of it, as a change of
+soil, is both fitted and judged in every turn."""
 
 
 def cross_validated(bench: Bench, candidates: Sequence[Candidate], workers: int = 1) -> list[Candidate]:
     """The candidates with gain, its standard error and windows over all folds, best gain first.
 
-    Contiguous thirds of every drive are held out in turns; the bench's own fit windows and held-out windows are the last
-    turn. A few held-out windows tell a small effect from none only by luck: three times as many tell more. workers: threads.
+    Every third window of every drive is held out in turns: a few held-out windows tell a small effect from none only by luck.
+    workers: threads.
     """
     if not candidates:
         return []
-    parts = [folded(bench, fold) for fold in range(FOLDS - 1)]
-    bases = [fit_base(part).p for part in parts]
-    before = np.concatenate(
-        [*(held_cost(part, p) for part, p in zip(parts, bases, strict=True)), held_cost(bench, bench.absent)]
-    )
+    parts = [folded(bench, fold) for fold in range(FOLDS)]
+    before = np.concatenate([held_cost(part, fit_base(part).p) for part in parts])
 
     def one(candidate: Candidate) -> Candidate:
         costs = []
@@ -39,7 +37,7 @@ def cross_validated(bench: Bench, candidates: Sequence[Candidate], workers: int 
                 part.shootings, part.fitted, part.weights, candidate.fit.free, candidate.fit.value, candidate.fit.p
             )
             costs.append(held_cost(part, found.p))
-        after = np.concatenate([*costs, held_cost(bench, candidate.fit.p)])
+        after = np.concatenate(costs)
         gain, std = gain_of(before, after, bench.floor)
         whole = float(1.0 - after.sum() / before.sum())
         return replace(candidate, windows=after, gain=gain, std=std, whole=whole)
@@ -49,11 +47,11 @@ def cross_validated(bench: Bench, candidates: Sequence[Candidate], workers: int 
 
 
 def folded(bench: Bench, fold: int) -> Bench:
-    """The bench with one third of every drive's windows, number `fold`, held out and the rest fitted."""
+    """The bench with every third window of every drive, from number `fold` on, held out and the rest fitted."""
     fitted, held = [], []
     for shooting in bench.shootings:
         rows = np.arange(len(shooting.rows))
-        out = np.array_split(rows, FOLDS)[fold]
+        out = rows[fold::FOLDS]
         held.append(out)
         fitted.append(np.setdiff1d(rows, out))
     return replace(bench, fitted=tuple(fitted), held=tuple(held))

@@ -41,7 +41,7 @@ class Candidate:
 
     name; fit: of its parameters together with n; windows (H,): cost of each held-out window; gain: share of the held-out
     cost beyond sensor noise that it removes; std: standard error of the gain, over windows; whole: share of the whole cost,
-    noise and all, that it removes.
+    noise and all, that it removes; sure: what it removes from the fit windows, in standard errors over them.
     """
 
     name: str
@@ -50,6 +50,7 @@ class Candidate:
     gain: float
     std: float
     whole: float = float("nan")
+    sure: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ def loosened(bench: Bench, declaration: Declaration) -> Bench:
 def _within(signal: Signal, declared: float) -> Free:
     spread = DECLARED_WITHIN * abs(declared - signal.nominal)
     lower, upper = max(declared - spread, signal.lower), min(declared + spread, signal.upper)
-    return Free(signal.name, (signal.name,), spread / 2, lower, upper)
+    return Free(signal.name, (signal.name,), spread / 2, lower, upper, known=(declared, spread))
 
 
 def reweighted(bench: Bench) -> Bench:
@@ -180,8 +181,13 @@ def fit_base(bench: Bench) -> Fit:
 
 def held_cost(bench: Bench, p: Array) -> Array:
     """(H,) cost of every held-out window of every drive for parameters p (D, n_p)."""
-    parts = zip(bench.shootings, bench.held, p, strict=True)
-    return np.concatenate([bench.weights.cost(s.residual(row)[held]) for s, held, row in parts])
+    return window_cost(bench, p, bench.held)
+
+
+def window_cost(bench: Bench, p: Array, windows: Sequence[NDArray[np.int_]]) -> Array:
+    """(H,) cost of the given windows of every drive for parameters p (D, n_p)."""
+    parts = zip(bench.shootings, windows, p, strict=True)
+    return np.concatenate([bench.weights.cost(s.residual(row)[chosen]) for s, chosen, row in parts])
 
 
 def try_effect(
@@ -206,7 +212,9 @@ def try_effect(
     best = replace(best, at_bound=tuple(name for name in best.at_bound if name not in loose))
     base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
     whole = float(1.0 - mine_cost.sum() / base.sum())
-    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor), whole)
+    less = window_cost(bench, bench.absent, bench.fitted) - window_cost(bench, best.p, bench.fitted)
+    sure = float(less.mean() * np.sqrt(len(less)) / max(less.std(ddof=1), 1e-300))
+    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor), whole, sure)
 
 
 def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> list[list[Mapping[str, float]]]:
@@ -233,7 +241,10 @@ def gain_of(before: Array, after: Array, floor: float = 0.0) -> tuple[float, flo
 def _free(effect: Effect, name: str) -> Free:
     signal = effect.parameters[name]
     scale = abs(effect.typical[name] - signal.nominal) or 0.1
-    return Free(name, (name,), scale, signal.lower, signal.upper)
+    # Weakly known, as one window would tell it: where a part of a drive says nothing of it, it stays near absence.
+    reach = max(signal.upper - signal.nominal, signal.nominal - signal.lower)
+    known = (signal.nominal, min(signal.spread, reach / 2))
+    return Free(name, (name,), scale, signal.lower, signal.upper, known=known)
 
 
 def starts_of(effect: Effect, drive: Drive) -> tuple[list[dict[str, float]], tuple[str, ...]]:

@@ -6,7 +6,8 @@ accelerometer reads du/dt - v omega_z). Wheel speeds and steering rate are input
 Valid for forward motion (u > 0) only; below a few tenths of a metre per second the force laws fade out smoothly.
 
 The stages, in order, and what an effect may correct after each:
-inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg), loads (load_f, load_r: axle loads),
+inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg, burden: mass over
+the declared one), loads (load_f, load_r: axle loads),
 tracks (wheels: position, load, steering angle, count), contacts (each wheel's soil and contact), forces (each wheel's
 force), balance (force_y, moment_z in the yaw frame), rates (d_*), outputs (y_*).
 """
@@ -134,7 +135,7 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "width",
         "radius",
     )
-    return {**{name: getattr(vehicle, name) for name in names}, "roll_share_f": vehicle.roll_stiffness_front}
+    return {**{name: getattr(vehicle, name) for name in names}, "roll_share_f": vehicle.roll_stiffness_front, "burden": 1.0}
 
 
 def _loads(q: Quantities) -> Quantities:

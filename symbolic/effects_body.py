@@ -18,7 +18,7 @@ def bank() -> Effect:
         name="bank",
         doc="ground that slopes along world y",
         reference="gravity on an inclined plane",
-        parameters=Layout.of(Signal("bank", "rad", "slope, rising towards world +y", 0.0, -0.4, 0.4)),
+        parameters=Layout.of(Signal("bank", "rad", "slope, rising towards world +y", 0.0, -0.4, 0.4, spread=0.15)),
         typical={"bank": 0.03},
         corrections={"inputs": lambda q: _slope(q, 0.0, -GRAVITY * ca.sin(q["bank"]))},
         confusable=("side_force", "steering_offset"),
@@ -32,7 +32,7 @@ def grade() -> Effect:
         name="grade",
         doc="ground that slopes along world x",
         reference="gravity on an inclined plane",
-        parameters=Layout.of(Signal("grade", "rad", "slope, rising towards world +x", 0.0, -0.4, 0.4)),
+        parameters=Layout.of(Signal("grade", "rad", "slope, rising towards world +x", 0.0, -0.4, 0.4, spread=0.15)),
         typical={"grade": 0.03},
         corrections={"inputs": lambda q: _slope(q, -GRAVITY * ca.sin(q["grade"]), 0.0)},
         confusable=("side_force", "motion_resistance"),
@@ -60,9 +60,9 @@ def side_force() -> Effect:
         doc="a force fixed in the world, as of wind",
         reference="force and moment balance",
         parameters=Layout.of(
-            Signal("side_force_x", "N", "force along world x", 0.0, -5000.0, 5000.0),
-            Signal("side_force_y", "N", "force along world y", 0.0, -5000.0, 5000.0),
-            Signal("side_arm", "m", "where it acts, ahead of the centre of gravity", 0.0, -2.0, 2.0),
+            Signal("side_force_x", "N", "force along world x", 0.0, -5000.0, 5000.0, spread=1500),
+            Signal("side_force_y", "N", "force along world y", 0.0, -5000.0, 5000.0, spread=1500),
+            Signal("side_arm", "m", "where it acts, ahead of the centre of gravity", 0.0, -2.0, 2.0, spread=1),
         ),
         typical={"side_force_x": 100.0, "side_force_y": 300.0, "side_arm": 0.0},
         corrections={"balance": compute},
@@ -77,7 +77,7 @@ def yaw_moment() -> Effect:
         name="yaw_moment",
         doc="a constant yaw moment, as of a dragging brake or a tow",
         reference="moment balance",
-        parameters=Layout.of(Signal("yaw_moment", "N m", "moment, left positive", 0.0, -5000.0, 5000.0)),
+        parameters=Layout.of(Signal("yaw_moment", "N m", "moment, left positive", 0.0, -5000.0, 5000.0, spread=1500)),
         typical={"yaw_moment": 300.0},
         corrections={"balance": lambda q: {"moment_z": q["moment_z"] + q["yaw_moment"]}},
         confusable=("steering_offset", "side_force"),
@@ -98,7 +98,15 @@ def locked_differential() -> Effect:
         doc="axle differentials that are locked",
         reference="linear longitudinal slip of both wheels in a turn",
         parameters=Layout.of(
-            Signal("differential_stiffness", "N", "longitudinal force per unit slip and axle", 0.0, 0.0, 60000.0)
+            Signal(
+                "differential_stiffness",
+                "N",
+                "longitudinal force per unit slip and axle",
+                0.0,
+                0.0,
+                60000.0,
+                spread=30000,
+            )
         ),
         typical={"differential_stiffness": 4000.0},
         corrections={"balance": compute},
@@ -113,7 +121,7 @@ def motion_resistance() -> Effect:
         name="motion_resistance",
         doc="resistance to motion that the commanded acceleration does not contain",
         reference="rolling resistance coefficient",
-        parameters=Layout.of(Signal("motion_resistance", "", "resistance over weight", 0.0, -0.3, 0.3)),
+        parameters=Layout.of(Signal("motion_resistance", "", "resistance over weight", 0.0, -0.3, 0.3, spread=0.2)),
         typical={"motion_resistance": 0.03},
         corrections={"inputs": lambda q: {"gravity_x": q["gravity_x"] - GRAVITY * q["motion_resistance"]}},
         confusable=("grade",),
@@ -132,7 +140,8 @@ def payload() -> Effect:
         total = q["mass"] + q["payload_mass"]
         arm = q["payload_x"] - q["l_f"]
         inertia = q["yaw_inertia"] + q["mass"] * q["payload_mass"] / total * arm**2
-        return {"mass": total, "yaw_inertia": inertia, "shift": q["payload_mass"] / total * arm}
+        burden = q["burden"] * total / q["mass"]
+        return {"mass": total, "burden": burden, "yaw_inertia": inertia, "shift": q["payload_mass"] / total * arm}
 
     def loads(q: Quantities) -> Quantities:
         moved = q["payload_mass"] * GRAVITY * (q["payload_x"] - q["l_f"]) / (q["l_f"] + q["l_r"])
@@ -147,8 +156,8 @@ def payload() -> Effect:
         doc="a load carried: mass, its place along the vehicle, and the inertia that follows",
         reference="rigid bodies joined; parallel axis theorem",
         parameters=Layout.of(
-            Signal("payload_mass", "kg", "mass of the load", 0.0, -400.0, 3000.0),
-            Signal("payload_x", "m", "its place behind the front axle", 1.5, -2.0, 6.0),
+            Signal("payload_mass", "kg", "mass of the load", 0.0, -400.0, 3000.0, spread=400),
+            Signal("payload_x", "m", "its place behind the front axle", 1.5, -2.0, 6.0, spread=1),
         ),
         typical={"payload_mass": 150.0, "payload_x": 2.2},
         corrections={"vehicle": body, "loads": loads, "rates": rates},

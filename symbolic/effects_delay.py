@@ -54,8 +54,8 @@ def sensor_delay() -> Effect:
         doc="sensors that report late",
         reference="transport delay",
         parameters=Layout.of(
-            Signal("pose_delay", "s", "delay of position and heading", 0.0, 0.0, LATEST),
-            Signal("rate_delay", "s", "delay of velocities and yaw rate", 0.0, 0.0, LATEST),
+            Signal("pose_delay", "s", "delay of position and heading", 0.0, 0.0, LATEST, spread=0.2),
+            Signal("rate_delay", "s", "delay of velocities and yaw rate", 0.0, 0.0, LATEST, spread=0.2),
         ),
         typical={"pose_delay": 0.1, "rate_delay": 0.1},
         corrections={"inputs": inputs, "outputs": outputs},

@@ -28,7 +28,9 @@ def rate_damping() -> Effect:
         name="rate_damping",
         doc="soil that resists fast sinking by another amount than declared",
         reference="soil contact model: sigma -= R V_n",
-        parameters=Layout.of(Signal("damping_change", "Pa s/m", "damping beyond the declared", 0.0, -3e4, 1e5)),
+        parameters=Layout.of(
+            Signal("damping_change", "Pa s/m", "damping beyond the declared", 0.0, -3e4, 1e5, spread=30000)
+        ),
         typical={"damping_change": -5e3},
         corrections={"contacts": each_wheel(compute)},
         confusable=("steering_gain", "payload"),
@@ -49,7 +51,7 @@ def bulldozing() -> Effect:
         name="bulldozing",
         doc="soil pushed aside by the wheel's side wall",
         reference="Hegedus; Ishigami 2007; passive earth pressure after Lancellotta 2002",
-        parameters=Layout.of(Signal("soil_density", "N/m^3", "unit weight of the soil", 0.0, 0.0, 25e3)),
+        parameters=Layout.of(Signal("soil_density", "N/m^3", "unit weight of the soil", 0.0, 0.0, 25e3, spread=20000)),
         typical={"soil_density": 8e3},
         corrections={"forces": each_wheel(compute)},
         confusable=("steering_gain",),
@@ -72,7 +74,7 @@ def slip_sinkage() -> Effect:
         name="slip_sinkage",
         doc="a wheel that slips digs itself in",
         reference="Vasilev; Lyasko 2010: h (1 + s)/(1 - s/2) and like laws",
-        parameters=Layout.of(Signal("slip_sinkage", "", "sinkage per unit slip", 0.0, 0.0, 10.0)),
+        parameters=Layout.of(Signal("slip_sinkage", "", "sinkage per unit slip", 0.0, 0.0, 10.0, spread=2)),
         typical={"slip_sinkage": 1.0},
         corrections={"contacts": each_wheel(compute)},
         confusable=("rate_damping",),
@@ -97,7 +99,7 @@ def soil_change() -> Effect:
         doc="the soil changes where the vehicle drives",
         reference="piecewise homogeneous terrain",
         parameters=Layout.of(
-            Signal("n_change", "", "change of the sinkage exponent", 0.0, -0.8, 0.8),
+            Signal("n_change", "", "change of the sinkage exponent", 0.0, -0.8, 0.8, spread=0.3),
             Signal("change_x", "m", "world x of the change", far, -far, far),
             Signal("change_y", "m", "world y of the change", 0.0, -far, far),
             Signal("change_heading", "rad", "direction across the line of change", 0.0, -100.0, 100.0),
@@ -139,7 +141,9 @@ def relaxation() -> Effect:
         name="relaxation",
         doc="tyre force that needs a travelled length to build up",
         reference="first-order tyre relaxation (Pacejka)",
-        parameters=Layout.of(Signal("relaxation_length", "m", "relaxation length beyond 0.15 m", 0.0, 0.0, 2.0)),
+        parameters=Layout.of(
+            Signal("relaxation_length", "m", "relaxation length beyond 0.15 m", 0.0, 0.0, 2.0, spread=0.7)
+        ),
         typical={"relaxation_length": 0.2},
         corrections={"balance": balance},
         states=states,

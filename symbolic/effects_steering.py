@@ -62,7 +62,7 @@ def steering_lag() -> Effect:
         name="steering_lag",
         doc="road wheels follow the command with a first-order lag",
         reference="first-order actuator",
-        parameters=Layout.of(Signal("steering_lag", "s", "time constant of the steering", 0.0, 0.0, 1.0)),
+        parameters=Layout.of(Signal("steering_lag", "s", "time constant of the steering", 0.0, 0.0, 1.0, spread=0.4)),
         typical={"steering_lag": 0.1},
         corrections={"inputs": _added("lagged")},
         memories=(Memory("steering_lag", cells, _difference("lagged", "the lag"), read, advance, start),),
@@ -84,7 +84,7 @@ def steering_delay() -> Effect:
         name="steering_delay",
         doc="road wheels follow the command after a dead time",
         reference="transport delay",
-        parameters=Layout.of(Signal("steering_delay", "s", "dead time of the steering", 0.0, 0.0, 0.4)),
+        parameters=Layout.of(Signal("steering_delay", "s", "dead time of the steering", 0.0, 0.0, 0.4, spread=0.4)),
         typical={"steering_delay": 0.1},
         corrections={"inputs": _added("delayed")},
         memories=(late_by("steering_delay", "delayed", DELAY_VALUES, present, still, DELAY_CELLS, DELAY_SPACING),),
@@ -111,7 +111,9 @@ def backlash() -> Effect:
         name="backlash",
         doc="play in the steering",
         reference="play operator (hysteresis)",
-        parameters=Layout.of(Signal("backlash", "rad", "half width of the play at the road wheels", 0.0, 0.0, 0.2)),
+        parameters=Layout.of(
+            Signal("backlash", "rad", "half width of the play at the road wheels", 0.0, 0.0, 0.2, spread=0.1)
+        ),
         typical={"backlash": 0.03},
         corrections={
             "inputs": lambda q: {"delta": q["delta"] + q["play_added"], "delta_rate": q["delta_rate"] + q["play_rate"]}
@@ -140,7 +142,7 @@ def steering_offset() -> Effect:
         name="steering_offset",
         doc="road wheels stand off the command by a constant angle",
         reference="wheel alignment",
-        parameters=Layout.of(Signal("steering_offset", "rad", "constant steering angle", 0.0, -0.2, 0.2)),
+        parameters=Layout.of(Signal("steering_offset", "rad", "constant steering angle", 0.0, -0.2, 0.2, spread=0.05)),
         typical={"steering_offset": 0.02},
         corrections={"inputs": lambda q: {"delta": q["delta"] + q["steering_offset"]}},
         confusable=("bank", "side_force", "yaw_moment"),
@@ -154,7 +156,7 @@ def steering_gain() -> Effect:
         name="steering_gain",
         doc="road wheels turn by another ratio than the command says",
         reference="steering ratio",
-        parameters=Layout.of(Signal("steering_gain", "", "road-wheel angle over command", 1.0, 0.5, 1.5)),
+        parameters=Layout.of(Signal("steering_gain", "", "road-wheel angle over command", 1.0, 0.5, 1.5, spread=0.1)),
         typical={"steering_gain": 1.05},
         corrections={
             "inputs": lambda q: {

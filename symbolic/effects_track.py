@@ -31,7 +31,8 @@ def load_transfer() -> Effect:
 
     a is the lateral specific force as the rolled body has followed it (first order, ROLL_TIME). Two tracks then carry the
     yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. While the body rolls, a
-    wheel that leans with it sweeps its contact sideways: v_y += roll_sweep da/dt at the rear (roll rate times radius).
+    wheel that leans with it sweeps its contact sideways: v_y += roll_sweep da/dt at the rear (roll rate times radius),
+    in proportion to the mass that rolls.
     """
     cells = Layout.of(
         Signal("a_y_roll", "m/s^2", "lateral specific force that the rolled body has followed"),
@@ -57,9 +58,15 @@ def load_transfer() -> Effect:
         start=lambda q: {"a_y_roll": q["u"] * q["omega_z"], "a_y_roll_rate": 0.0},
     )
     parameters = Layout.of(
-        Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0),
+        Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0, spread=1),
         Signal(
-            "roll_sweep", "s^2", "sideways sweep of the rear contact per rate of lateral acceleration", 0.0, -0.03, 0.03
+            "roll_sweep",
+            "s^2",
+            "sideways sweep of the rear contact per rate of lateral acceleration",
+            0.0,
+            -0.03,
+            0.03,
+            spread=0.01,
         ),
     )
     return Effect(
@@ -78,7 +85,8 @@ def load_transfer() -> Effect:
 def _leaning(q: Quantities, corner: Corner) -> Corner:
     if corner.axle != "r" or corner.contact is None:
         return corner
-    return corner.with_(contact=replace(corner.contact, v_y=corner.contact.v_y + q["roll_sweep"] * q["a_y_body_rate"]))
+    sweep = q["roll_sweep"] * q["burden"] * q["a_y_body_rate"]
+    return corner.with_(contact=replace(corner.contact, v_y=corner.contact.v_y + sweep))
 
 
 def _two_tracks(q: Quantities) -> Quantities:
@@ -133,7 +141,9 @@ def multipass(wheelbase: float) -> Effect:
         doc="rear wheels run in the front wheels' ruts, in soil that is sheared already",
         reference="soil contact model: shear path is a property of the soil and is never reset",
         parameters=Layout.of(
-            Signal("kappa", "", "share of the front wheels' shear path that the rear wheels meet", 0.0, 0.0, 1.5)
+            Signal(
+                "kappa", "", "share of the front wheels' shear path that the rear wheels meet", 0.0, 0.0, 1.5, spread=1
+            )
         ),
         typical={"kappa": 0.7},
         corrections={"contacts": each_wheel(_in_rut)},

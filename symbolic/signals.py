@@ -20,8 +20,9 @@ class Signal:
     """One scalar quantity.
 
     name: a C identifier; unit: SI symbol, "" for a pure number; doc: one line;
-    nominal: default value; lower, upper: bounds (lower <= nominal <= upper).
-    Raises ValueError for a name that is no identifier or bounds that exclude the nominal value.
+    nominal: default value; lower, upper: bounds (lower <= nominal <= upper); spread: how far from nominal it plausibly lies (one
+    standard deviation), infinite where nothing is known.
+    Raises ValueError for a name that is no identifier, bounds that exclude the nominal value or a spread that is not positive.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Signal:
     nominal: float = 0.0
     lower: float = -math.inf
     upper: float = math.inf
+    spread: float = math.inf
 
     def __post_init__(self) -> None:
         if not _NAME.match(self.name):
@@ -39,6 +41,8 @@ class Signal:
                 f"signal {self.name}: expected lower <= nominal <= upper, "
                 f"found {self.lower} <= {self.nominal} <= {self.upper}"
             )
+        if not self.spread > 0:
+            raise ValueError(f"signal {self.name}: expected spread > 0, found {self.spread}")
 
 
 @dataclass(frozen=True)

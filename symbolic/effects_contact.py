@@ -1,0 +1,86 @@
+"""Effects of where the soil's stresses act: off the wheels' centres, sideways and lengthwise."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from symbolic.bicycle import Corner
+from symbolic.effects import Effect
+from symbolic.model import Memory, Quantities, Scalar
+from symbolic.signals import Layout, Signal
+
+PITCH_TIME = 0.15
+"""s: how long a suspended body takes to follow a pitching moment (first order)."""
+
+
+def aligning_moment() -> Effect:
+    """Lateral forces act off the wheels' centres: M_z += share * sum over wheels of integral X dF_y, by the force law itself.
+
+    1 is what the soil under a rigid wheel does; a suspension whose trail or compliance takes part of it up leaves less.
+    """
+
+    def compute(q: Quantities) -> Quantities:
+        moment = sum(corner.count * corner.force.m_z for corner in q["wheels"])
+        return {"moment_z": q["moment_z"] + q["aligning_share"] * moment}
+
+    return Effect(
+        name="aligning_moment",
+        doc="the aligning moment of the contacts: lateral stress acts ahead of and behind the wheels' centres",
+        reference="moment of the contact stresses about the wheel's vertical",
+        parameters=Layout.of(
+            Signal("aligning_share", "", "share of the force law's aligning moment", 0.0, 0.0, 2.0, spread=1)
+        ),
+        typical={"aligning_share": 1.0},
+        corrections={"balance": compute},
+        confusable=("payload", "load_transfer"),
+        separates="turns at several speeds and steering rates",
+    )
+
+
+def pressure_offset() -> Effect:
+    """Pressure acts ahead of the wheels' centres: the axle loads balance there, share * sum W X_p/L moves to the rear.
+
+    X_p is the centre of pressure by the force law, as the suspended body has followed it (first order, PITCH_TIME). It takes
+    the place of a constant `load_offset`, which stands for one soil and one sinkage.
+    """
+
+    def advance(q: Quantities) -> Quantities:
+        share = 1.0 - ca.exp(-q["dt"] / PITCH_TIME)
+        before = q["memory"]["pitch_moment"]
+        return {"pitch_moment": before + share * (_pressure_moment(q) - before)}
+
+    def loads(q: Quantities) -> Quantities:
+        moved = q["pressure_share"] * q["pressure_moment"] / (q["l_f"] + q["l_r"])
+        return {"load_f": q["load_f"] - moved, "load_r": q["load_r"] + moved}
+
+    memory = Memory(
+        "pressure_offset",
+        Layout.of(Signal("pitch_moment", "N m", "moment of the pressures that the body has followed")),
+        Layout.of(Signal("pressure_moment", "N m", "moment of the pressures that the body has followed")),
+        read=lambda q: {"pressure_moment": q["memory"]["pitch_moment"]},
+        advance=advance,
+        start=lambda q: {"pitch_moment": _pressure_moment(q)},
+    )
+    return Effect(
+        name="pressure_offset",
+        doc="pressure acts ahead of the wheels' centres and moves load to the rear axle, more in soft soil",
+        reference="moment balance in pitch; moment of the contact stresses about the wheel's axis",
+        parameters=Layout.of(
+            Signal("pressure_share", "", "share of the force law's centre of pressure", 0.0, 0.0, 2.0, spread=1)
+        ),
+        typical={"pressure_share": 1.0},
+        corrections={"loads": loads},
+        memories=(memory,),
+        confusable=("payload",),
+        separates="soils of different sinkage",
+    )
+
+
+def _pressure_moment(q: Quantities) -> Scalar:
+    """Sum of W X_p over the wheels (N m): m_y without what the longitudinal shear does at the middle of its depth."""
+    return -sum(corner.count * _pitch(corner, q["radius"]) for corner in q["wheels"])
+
+
+def _pitch(corner: Corner, radius: Scalar) -> Scalar:
+    force = corner.force
+    return force.m_y + (radius - 0.5 * force.sinkage) * force.f_x  # type: ignore[union-attr]
