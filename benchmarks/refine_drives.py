@@ -10,8 +10,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from mpc_demo.blind_test import declared_for, score
+from mpc_demo.blind_test import score
 from mpc_demo.logs import named_soil
+from mpc_demo.options_model import declaration
 from mpc_demo.refine_words import falls
 from recording.read import read_drive
 from refinement.refine import refine
@@ -47,7 +48,7 @@ def main() -> None:
     ]
     for path in paths:
         effect, soil, truth = EFFECTS.get(_name(path), ("", named_soil(_name(path)) or "clay", {}))
-        found = refine([read_drive(path)], declared_for(soil), workers=1)
+        found = refine([read_drive(path)], declaration(None, soil, "turn_slip", None), workers=1)
         case = {"kind": "effect" if effect else "clean", "name": effect, "truth": truth}
         good, why = score(case, found)
         right += good

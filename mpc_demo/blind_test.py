@@ -28,7 +28,7 @@ MOST_ALIKE = 2
 PLANT_VEHICLE = PROJECT / "vehicles" / "plant.toml"
 
 
-def declared_for(soil: str) -> Declaration:
+def plant_on(soil: str) -> Declaration:
     """The plant's vehicle with its declared effects on a built-in soil, whose n is the class's: a wrong first guess."""
     return Declaration(load_vehicle(PLANT_VEHICLE), load_soil(soil))
 
@@ -38,7 +38,7 @@ def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:
     began = time.perf_counter()
     recording = drive_case(case)
     drove = time.perf_counter() - began
-    found = refine([recording], declared_for(case["soil"]), workers=1, candidates=case.get("candidates"))
+    found = refine([recording], plant_on(case["soil"]), workers=1, candidates=case.get("candidates"))
     right, why = score(case, found)
     ranking = [
         {"name": c.name, "gain": c.gain, "std": c.std, "whole": c.whole, "values": c.fit.named()}

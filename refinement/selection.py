@@ -21,15 +21,20 @@ term gain some, up to 17 % on multi-sine drives with nothing added."""
 LATER_GAIN = 0.35
 """A second effect must remove this share of what the first has left: the smaller the remainder, the more of it is the declared
 model's own error. So must a first one where the steering repeats one wave: few ways of moving make any two effects alike."""
-LEAST_WHOLE = 0.08
+LEAST_WHOLE = 0.15
 """An effect must remove this share of the whole held-out cost, sensor noise and all: less would not show in what the model
-predicts. Where nothing was added none removed more than 4 % of it on multi-sine drives of the plant."""
+predicts, and what the catalogue lacks can look like one of its entries by as much (12 % for odd tyres as a payload)."""
+LEAST_WHOLE_SENSOR = 0.08
+"""The same for an effect that enters the outputs alone. It contradicts kinematics, which no force law knows of: the declared
+model's own error hardly looks like it (3 % at most where nothing was added)."""
 CHANCE = 0.05
 """Chance that a candidate reaches its gain by the scatter of the held-out windows alone (Student's t, few as they are). Its
 parameter is tested on the windows of the fit, so that the chance of both, over all candidates, is about one per cent."""
 LEAST_PARAMETER_SIGMAS = 3.0
-"""Its leading parameter must stand this many standard errors from absence, or what it removes from the fit windows from nothing:
-a size that trades with n is uncertain even where absence is out of the question."""
+"""Its leading parameter must stand this many standard errors from absence, unless the held-out windows alone leave no doubt."""
+BEYOND_DOUBT = 0.0004
+"""Chance of a gain by scatter alone that over all candidates makes one per cent: a size that trades with n is uncertain even
+where absence is out of the question."""
 MOST_EFFECTS = 3
 MOST_ALIKE = 2
 """Of more effects than this that explain the data alike none is named: that would be a guess."""
@@ -107,17 +112,23 @@ def contended(bench: Bench, ranking: Sequence[Candidate], workers: int) -> list[
 def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -> bool:
     """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified."""
     sigmas = least_sigmas(len(candidate.windows))
-    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= LEAST_WHOLE):
+    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= least_whole(effect)):
         return False
     lead = effect.parameters[0].name
     if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
         return False
-    return max(strength(candidate.fit, effect), candidate.sure) >= LEAST_PARAMETER_SIGMAS
+    beyond_doubt = candidate.gain >= least_sigmas(len(candidate.windows), BEYOND_DOUBT) * candidate.std
+    return beyond_doubt or strength(candidate.fit, effect) >= LEAST_PARAMETER_SIGMAS
 
 
-def least_sigmas(windows: int) -> float:
-    """Standard errors that a gain must reach over so many held-out windows; NaN for a single one."""
-    return float(stdtrit(windows - 1, 1.0 - CHANCE)) if windows > 1 else float("nan")
+def least_whole(effect: Effect) -> float:
+    """Share of the whole held-out cost that the effect must remove."""
+    return LEAST_WHOLE_SENSOR if set(effect.corrections) == {"outputs"} else LEAST_WHOLE
+
+
+def least_sigmas(windows: int, chance: float = CHANCE) -> float:
+    """Standard errors that a gain over so many held-out windows reaches by scatter with this chance; NaN for a single one."""
+    return float(stdtrit(windows - 1, 1.0 - chance)) if windows > 1 else float("nan")
 
 
 def strength(fit: Fit, effect: Effect) -> float:

@@ -41,7 +41,7 @@ class Candidate:
 
     name; fit: of its parameters together with n; windows (H,): cost of each held-out window; gain: share of the held-out
     cost beyond sensor noise that it removes; std: standard error of the gain, over windows; whole: share of the whole cost,
-    noise and all, that it removes; sure: what it removes from the fit windows, in standard errors over them.
+    noise and all, that it removes.
     """
 
     name: str
@@ -50,7 +50,6 @@ class Candidate:
     gain: float
     std: float
     whole: float = float("nan")
-    sure: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -181,13 +180,8 @@ def fit_base(bench: Bench) -> Fit:
 
 def held_cost(bench: Bench, p: Array) -> Array:
     """(H,) cost of every held-out window of every drive for parameters p (D, n_p)."""
-    return window_cost(bench, p, bench.held)
-
-
-def window_cost(bench: Bench, p: Array, windows: Sequence[NDArray[np.int_]]) -> Array:
-    """(H,) cost of the given windows of every drive for parameters p (D, n_p)."""
-    parts = zip(bench.shootings, windows, p, strict=True)
-    return np.concatenate([bench.weights.cost(s.residual(row)[chosen]) for s, chosen, row in parts])
+    parts = zip(bench.shootings, bench.held, p, strict=True)
+    return np.concatenate([bench.weights.cost(s.residual(row)[held]) for s, held, row in parts])
 
 
 def try_effect(
@@ -212,9 +206,7 @@ def try_effect(
     best = replace(best, at_bound=tuple(name for name in best.at_bound if name not in loose))
     base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
     whole = float(1.0 - mine_cost.sum() / base.sum())
-    less = window_cost(bench, bench.absent, bench.fitted) - window_cost(bench, best.p, bench.fitted)
-    sure = float(less.mean() * np.sqrt(len(less)) / max(less.std(ddof=1), 1e-300))
-    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor), whole, sure)
+    return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor), whole)
 
 
 def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> list[list[Mapping[str, float]]]:

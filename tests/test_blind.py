@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from mpc_demo import commands_blind
 from mpc_demo.blind_cases import INSIDE, KINDS, OUTSIDE, draw_cases, drive_case
-from mpc_demo.blind_test import declared_for, run_blind, score, totals
+from mpc_demo.blind_test import plant_on, run_blind, score, totals
 from mpc_demo.cli import app
 from plant.effects import Effects
 from refinement.sweep import RESULTS
@@ -26,7 +26,7 @@ def test_cases_are_the_seed_s_and_say_what_the_catalogue_calls_it():
     assert [kinds.count(kind) for kind in ("effect", "clean", "outside")] == [25, 10, 5]
     named = {case["name"] for case in cases if case["kind"] == "effect"}
     assert named == set(INSIDE)
-    declared = declared_for("clay")
+    declared = plant_on("clay")
     known = catalogue(declared.vehicle)
     for case in cases:
         Effects.from_table({k: v for k, v in case["effects"].items() if k != "soil_change"})
@@ -72,7 +72,7 @@ def test_wrong_names_and_sizes_do_not_score(traced):
     """The score can fail: the same finding against another truth."""
     from refinement.refine import Refinement, TracedEffect
 
-    case, declared = traced[0][0], declared_for("clay")
+    case, declared = traced[0][0], plant_on("clay")
     lead = catalogue(declared.vehicle)[case["name"]].parameters[0].name
 
     def finding(name, value):
