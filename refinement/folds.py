@@ -1,4 +1,4 @@
-"""Candidates judged on the whole drive: every third window by a fit to the others."""
+"""Candidates judged on the whole drive: a third of its windows at a time, by a fit to the others."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from refinement.trace import Bench, Candidate, fit_base, gain_of, held_cost
 Array = NDArray[np.float64]
 
 FOLDS = 3
-"""Turns in which windows are held out: each turn's come from the whole drive, so that what is met on a part of it, as a change of
-soil, is both fitted and judged in every turn."""
+"""Turns in which windows are held out."""
 
 
-def cross_validated(bench: Bench, candidates: Sequence[Candidate], workers: int = 1) -> list[Candidate]:
+def cross_validated(
+    bench: Bench, candidates: Sequence[Candidate], workers: int = 1, one_wave: bool = False
+) -> list[Candidate]:
     """The candidates with gain, its standard error and windows over all folds, best gain first.
 
-    Every third window of every drive is held out in turns: a few held-out windows tell a small effect from none only by luck.
-    workers: threads.
+    A third of the windows is held out in turns: a few held-out windows tell a small effect from none only by luck.
+    workers: threads; one_wave: as of `folded`.
     """
     if not candidates:
         return []
-    parts = [folded(bench, fold) for fold in range(FOLDS)]
+    parts = [folded(bench, fold, one_wave) for fold in range(FOLDS)]
     before = np.concatenate([held_cost(part, fit_base(part).p) for part in parts])
 
     def one(candidate: Candidate) -> Candidate:
@@ -46,12 +47,16 @@ def cross_validated(bench: Bench, candidates: Sequence[Candidate], workers: int 
     return sorted(found, key=lambda c: -c.gain)
 
 
-def folded(bench: Bench, fold: int) -> Bench:
-    """The bench with every third window of every drive, from number `fold` on, held out and the rest fitted."""
+def folded(bench: Bench, fold: int, one_wave: bool = False) -> Bench:
+    """The bench with a third of every drive's windows, number `fold`, held out and the rest fitted.
+
+    Every third window, so that what is met on a part of a drive, as a change of soil, is both fitted and judged in every turn;
+    a contiguous third where the steering repeats one wave: there, neighbouring windows are copies of each other.
+    """
     fitted, held = [], []
     for shooting in bench.shootings:
         rows = np.arange(len(shooting.rows))
-        out = rows[fold::FOLDS]
+        out = np.array_split(rows, FOLDS)[fold] if one_wave else rows[fold::FOLDS]
         held.append(out)
         fitted.append(np.setdiff1d(rows, out))
     return replace(bench, fitted=tuple(fitted), held=tuple(held))

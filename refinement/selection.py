@@ -81,7 +81,7 @@ def select(
     seen: set[frozenset[str]] = set()
     while len(accepted) < MOST_EFFECTS:
         least = LATER_GAIN if accepted or one_wave else LEAST_GAIN
-        ranking = contended(bench, ranking, workers)
+        ranking = contended(bench, ranking, workers, one_wave)
         if not accepted:
             first = ranking
         best = next((c for c in ranking if supported(c, open_effects[c.name], least)), None)
@@ -102,10 +102,10 @@ def select(
     return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()))
 
 
-def contended(bench: Bench, ranking: Sequence[Candidate], workers: int) -> list[Candidate]:
-    """The ranking with the best few judged on the whole drive by so many `workers`, before the others."""
+def contended(bench: Bench, ranking: Sequence[Candidate], workers: int, one_wave: bool) -> list[Candidate]:
+    """The ranking with the best few judged on the whole drive, before the others; workers, one_wave: as of `select`."""
     few = [c for c in ranking if c.gain >= CONTENDER * LEAST_GAIN][:CONTENDERS]
-    judged = cross_validated(bench, few, workers)
+    judged = cross_validated(bench, few, workers, one_wave)
     return [*judged, *(c for c in ranking if c not in few)]
 
 

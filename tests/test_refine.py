@@ -186,9 +186,11 @@ def test_few_windows_ask_for_more():
     assert math.isnan(least_sigmas(1))
 
 
-def test_every_window_is_held_out_once(declared):
+@pytest.mark.parametrize("one_wave", [False, True])
+def test_every_window_is_held_out_once(declared, one_wave):
     bench = make_bench([drive({})], declared, 2.0, names=("bank",))
-    parts = [folded(bench, fold) for fold in range(FOLDS)]
+    parts = [folded(bench, fold, one_wave) for fold in range(FOLDS)]
+    assert all(np.all(np.diff(part.held[0]) == (1 if one_wave else FOLDS)) for part in parts)
     held = np.concatenate([part.held[0] for part in parts])
     assert np.array_equal(np.sort(held), np.arange(len(bench.shootings[0].rows)))
     for part in parts:
