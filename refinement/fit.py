@@ -30,7 +30,7 @@ class Free:
     """One free number: the model parameters it sets (more than one where they are tied), scale, bounds.
 
     drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common;
-    known: value and standard deviation that are known beforehand, None for nothing; it counts as one observation.
+    known: value and standard deviation that are known beforehand, None for nothing; it counts as one channel of one window.
     """
 
     name: str
@@ -164,8 +164,8 @@ class _Problem:
         return np.nan_to_num(np.concatenate(parts, axis=1) / self.weights.sigma)
 
     def cost(self, value: Array, z: Array) -> float:
-        """Mean robust square of the residuals z (W, N, 6), and of what departs from what is known: as a window each."""
-        return float(np.mean(_huber(z)) + np.sum(self._known(value)[0] ** 2) / len(z))
+        """Mean robust square of the residuals z (W, N, 6), and of what departs from what is known: as a channel of a window."""
+        return float(np.mean(_huber(z)) + np.sum(self._known(value)[0] ** 2) / (len(z) * z.shape[-1]))
 
     def _known(self, value: Array) -> tuple[Array, Array]:
         """(K,) departures from what is known in standard deviations, and their derivatives; 0 where nothing is."""
@@ -190,7 +190,7 @@ class _Problem:
         """The damped Gauss-Newton step that stays inside the bounds: cut off at them, a step goes where none should."""
         weighted, z = self._weighted(jacobian, residual)
         away, slope = self._known(value)
-        samples = z.shape[1]  # of a window: what is known weighs as much as one
+        samples = residual.shape[1]  # of a channel in a window: what is known weighs as much
         hessian = np.einsum("wmk,wml->kl", weighted, jacobian) + samples * np.diag(slope**2)
         gradient = self.scale * (np.einsum("wmk,wm->k", weighted, z) + samples * slope * away)
         scaled = hessian * np.outer(self.scale, self.scale)
@@ -204,12 +204,12 @@ class _Problem:
     def std(self, value: Array, jacobian: Array, residual: Array) -> Array:
         """Sandwich with windows as clusters: residuals inside a window are anything but independent."""
         weighted, z = self._weighted(jacobian, residual)
-        known = z.shape[1] * np.diag((self._known(value)[1] * self.scale) ** 2)
+        known = residual.shape[1] * np.diag((self._known(value)[1] * self.scale) ** 2)
         hessian = np.einsum("wmk,wml->kl", weighted, jacobian) * np.outer(self.scale, self.scale) + known
         per_window = np.einsum("wmk,wm->wk", weighted, z) * self.scale
         per_window = per_window - per_window.mean(axis=0)
         inverse = np.linalg.pinv(hessian, rcond=1e-10)
         count = len(per_window)
-        scatter = per_window.T @ per_window * count / max(count - len(self.free), 1) + z.shape[1] * known
+        scatter = per_window.T @ per_window * count / max(count - len(self.free), 1) + residual.shape[1] * known
         cov = inverse @ scatter @ inverse
         return self.scale * np.sqrt(np.maximum(np.diag(cov), 0.0))

@@ -20,13 +20,16 @@ LEAST_GAIN = 0.2
 term gain some, up to 17 % on multi-sine drives with nothing added."""
 LATER_GAIN = 0.35
 """A second effect must remove this share of what the first has left: the smaller the remainder, the more of it is the declared
-model's own error. So must a first one where the steering repeats one wave: few ways of moving make any two effects alike."""
+model's own error."""
 LEAST_WHOLE = 0.15
 """An effect must remove this share of the whole held-out cost, sensor noise and all: less would not show in what the model
 predicts, and what the catalogue lacks can look like one of its entries by as much (12 % for odd tyres as a payload)."""
 LEAST_WHOLE_SENSOR = 0.08
 """The same for an effect that enters the outputs alone. It contradicts kinematics, which no force law knows of: the declared
 model's own error hardly looks like it (3 % at most where nothing was added)."""
+ONE_WAVE_GAIN = 0.5
+"""A first effect must remove this share where the steering repeats one wave: few ways of moving make any two effects alike, and
+the declared model's own error has made one gain 34 %."""
 CHANCE = 0.05
 """Chance that a candidate reaches its gain by the scatter of the held-out windows alone (Student's t, few as they are). Its
 parameter is tested on the windows of the fit, so that the chance of both, over all candidates, is about one per cent."""
@@ -38,8 +41,9 @@ where absence is out of the question."""
 MOST_EFFECTS = 3
 MOST_ALIKE = 2
 """Of more effects than this that explain the data alike none is named: that would be a guess."""
-CONTENDERS, CONTENDER = 5, 0.5
-"""How many of the best are judged on the whole drive, and the share of LEAST_GAIN from which on they are."""
+CONTENDERS, CONTENDER = 5, 0.04
+"""How many of the best over all windows are judged on the whole drive, and the share of the cost from which on they are: the last
+third alone may hold little of what an effect changes."""
 SECOND_LOOK = 8
 """Effects of the first ranking that are looked at again once one has been accepted."""
 LIKE_GAIN = 0.03
@@ -80,11 +84,12 @@ def select(
     groups: dict[str, tuple[str, ...]] = {}
     seen: set[frozenset[str]] = set()
     while len(accepted) < MOST_EFFECTS:
-        least = LATER_GAIN if accepted or one_wave else LEAST_GAIN
-        ranking = contended(bench, ranking, workers, one_wave)
+        least = ONE_WAVE_GAIN if one_wave else LATER_GAIN if accepted else LEAST_GAIN
+        judged, others = contended(bench, ranking, workers, one_wave)
+        ranking = [*judged, *others]
         if not accepted:
             first = ranking
-        best = next((c for c in ranking if supported(c, open_effects[c.name], least)), None)
+        best = next((c for c in judged if supported(c, open_effects[c.name], least)), None)
         if best is None:
             break
         groups[best.name] = (best.name, *like(best, ranking, bench))
@@ -102,17 +107,27 @@ def select(
     return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()))
 
 
-def contended(bench: Bench, ranking: Sequence[Candidate], workers: int, one_wave: bool) -> list[Candidate]:
-    """The ranking with the best few judged on the whole drive, before the others; workers, one_wave: as of `select`."""
-    few = [c for c in ranking if c.gain >= CONTENDER * LEAST_GAIN][:CONTENDERS]
-    judged = cross_validated(bench, few, workers, one_wave)
-    return [*judged, *(c for c in ranking if c not in few)]
+def contended(
+    bench: Bench, ranking: Sequence[Candidate], workers: int, one_wave: bool
+) -> tuple[list[Candidate], list[Candidate]]:
+    """The best few of a ranking, judged on the whole drive, and the others as they are; workers, one_wave: as of `select`."""
+    fitted = sum(len(part) for part in bench.fitted)
+    before = held_cost(replace(bench, held=bench.fitted), bench.absent).sum() + held_cost(bench, bench.absent).sum()
+
+    def removed(candidate: Candidate) -> float:
+        """Share of the cost of all windows, fitted and held out, that the candidate's first fit removes."""
+        return float(1.0 - (candidate.fit.cost * fitted + candidate.windows.sum()) / before)
+
+    few = [c for c in sorted(ranking, key=lambda c: -removed(c)) if removed(c) >= CONTENDER][:CONTENDERS]
+    return cross_validated(bench, few, workers, one_wave), [c for c in ranking if c not in few]
 
 
 def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -> bool:
     """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified."""
     sigmas = least_sigmas(len(candidate.windows))
-    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= least_whole(effect)):
+    if not (
+        candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= least_whole(effect)
+    ):
         return False
     lead = effect.parameters[0].name
     if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):

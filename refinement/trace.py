@@ -233,7 +233,7 @@ def gain_of(before: Array, after: Array, floor: float = 0.0) -> tuple[float, flo
 def _free(effect: Effect, name: str) -> Free:
     signal = effect.parameters[name]
     scale = abs(effect.typical[name] - signal.nominal) or 0.1
-    # Weakly known, as one window would tell it: where a part of a drive says nothing of it, it stays near absence.
+    # Weakly known: where a part of a drive says nothing of it, it stays near absence.
     reach = max(signal.upper - signal.nominal, signal.nominal - signal.lower)
     known = (signal.nominal, min(signal.spread, reach / 2))
     return Free(name, (name,), scale, signal.lower, signal.upper, known=known)

@@ -75,7 +75,7 @@ def test_a_start_in_a_corner_leaves_it() -> None:
     assert corner.cost == pytest.approx(inside.cost, rel=2e-3)
 
 
-def test_what_is_known_weighs_as_one_window() -> None:
+def test_what_is_known_weighs_as_one_channel_of_a_window() -> None:
     """One parameter, linear: the estimate is the mean of the data's and the known value, weighed by their information."""
     rng = np.random.default_rng(1)
     columns = np.zeros((WINDOWS * ROWS * 6, 3))
@@ -85,7 +85,7 @@ def test_what_is_known_weighs_as_one_window() -> None:
     alone = fitted(curved, [free], np.zeros(1))
     std = 0.5
     both = fitted(curved, [replace(free, known=(3.0, std))], np.zeros(1))
-    expected = (WINDOWS * curved.data.mean() + 3.0 / std**2) / (WINDOWS + 1 / std**2)
+    expected = (6 * WINDOWS * curved.data.mean() + 3.0 / std**2) / (6 * WINDOWS + 1 / std**2)
     assert alone.value[0] == pytest.approx(curved.data.mean(), abs=1e-6)
     assert both.value[0] == pytest.approx(expected, abs=1e-6)
     assert both.std[0] < std
