@@ -119,7 +119,8 @@ def _ranking(found: Refinement) -> str:
     caption = (
         f"Each effect alone, fitted together with n. An effect is named if it removes at least {100 * LEAST_GAIN:.0f} % of the "
         f"held-out cost beyond sensor noise, if windows that gain nothing would not show as much ({100 * CHANCE:g} %), "
-        f"and if its parameter stands {LEAST_PARAMETER_SIGMAS:g} standard errors from absence, not at a bound."
+        f"and if its parameter stands {LEAST_PARAMETER_SIGMAS:g} standard errors from absence (or those windows leave no "
+        "doubt) and not at a bound."
     )
     return _figure(lambda path: draw_ranking(found, path), caption, "narrow")
 
