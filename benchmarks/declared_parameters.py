@@ -67,6 +67,7 @@ def of_the_plant() -> None:
     vehicle = load_vehicle(VEHICLES / "plant.toml")
     for soil in DRIVES:
         recordings = [drive_case(case) for case in cases if case["soil"] == soil]
+        print(f"{soil:10s} true n " + ", ".join(f"{case['n']:.4f}" for case in cases if case["soil"] == soil))
         from_sensors(recordings, Declaration(vehicle, load_soil(soil)), (*FREE.values(), ALIGNING))
 
 
