@@ -23,8 +23,6 @@ WITHIN = 0.3
 """A parameter is right within this share of its departure from absence."""
 MOST_ALIKE = 2
 """Effects in a group that cannot be separated, of which one is the true one."""
-
-
 PLANT_VEHICLE = PROJECT / "vehicles" / "plant.toml"
 
 

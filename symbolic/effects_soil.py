@@ -29,7 +29,7 @@ def rate_damping() -> Effect:
         doc="soil that resists fast sinking by another amount than declared",
         reference="soil contact model: sigma -= R V_n",
         parameters=Layout.of(
-            Signal("damping_change", "Pa s/m", "damping beyond the declared", 0.0, -3e4, 1e5, spread=30000)
+            Signal("damping_change", "Pa s/m", "damping beyond the declared", 0.0, -3e4, 1e5, spread=3e4)
         ),
         typical={"damping_change": -5e3},
         corrections={"contacts": each_wheel(compute)},
@@ -51,7 +51,7 @@ def bulldozing() -> Effect:
         name="bulldozing",
         doc="soil pushed aside by the wheel's side wall",
         reference="Hegedus; Ishigami 2007; passive earth pressure after Lancellotta 2002",
-        parameters=Layout.of(Signal("soil_density", "N/m^3", "unit weight of the soil", 0.0, 0.0, 25e3, spread=20000)),
+        parameters=Layout.of(Signal("soil_density", "N/m^3", "unit weight of the soil", 0.0, 0.0, 25e3, spread=2e4)),
         typical={"soil_density": 8e3},
         corrections={"forces": each_wheel(compute)},
         confusable=("steering_gain",),

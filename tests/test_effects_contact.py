@@ -85,10 +85,8 @@ def test_the_centre_of_pressure_gives_the_plants_axle_loads(vehicle, drive):
 
 def test_a_share_of_pressure_offset_moves_load_and_loses_none(vehicle):
     model = declared_model(vehicle, CLAY)
-    x, u = (
-        model.x.pack(u=5.0),
-        model.u.pack(omega_fl=15.2, omega_fr=15.2, omega_rl=15.2, omega_rr=15.2, pressure_moment=800.0),
-    )
+    x = model.x.pack(u=5.0)
+    u = model.u.pack(omega_fl=15.2, omega_fr=15.2, omega_rl=15.2, omega_rr=15.2, pressure_moment=800.0)
     front, rear = model.probe("load_f", "load_r")(x, u, model.p.nominal).full()[:, 0]
     plain = add_effect(declared_model(vehicle.with_(effects={}), CLAY), catalogue(vehicle)["pressure_offset"])
     p = plain.p.nominal
