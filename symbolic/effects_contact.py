@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import casadi as ca
-
 from symbolic.bicycle import Corner
 from symbolic.effects import Effect
+from symbolic.history import lag_share
 from symbolic.model import Memory, Quantities, Scalar
 from symbolic.signals import Layout, Signal
 
@@ -45,7 +44,7 @@ def pressure_offset() -> Effect:
     """
 
     def advance(q: Quantities) -> Quantities:
-        share = 1.0 - ca.exp(-q["dt"] / PITCH_TIME)
+        share = lag_share(q["dt"], PITCH_TIME)
         before = q["memory"]["pitch_moment"]
         return {"pitch_moment": before + share * (_pressure_moment(q) - before)}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from symbolic.effects import Effect
-from symbolic.history import late_by
+from symbolic.history import lag_share, late_by
 from symbolic.model import Memory, Quantities
 from symbolic.signals import Layout, Signal
 
@@ -52,7 +52,7 @@ def steering_lag() -> Effect:
 
     def advance(q: Quantities) -> Quantities:
         angle, rate = follow(q)
-        share = 1.0 - ca.exp(-q["dt"] / (q["steering_lag"] + 1e-6))
+        share = lag_share(q["dt"], q["steering_lag"] + 1e-6)
         return {"lag_angle_state": angle, "lag_rate_state": rate, "lag_share": share}
 
     def start(q: Quantities) -> Quantities:

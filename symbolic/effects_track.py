@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import casadi as ca
-
 from symbolic.bicycle import Corner
 from symbolic.effects import Effect, each_wheel
+from symbolic.history import lag_share
 from symbolic.model import Memory, Quantities
 from symbolic.signals import Layout, Signal
 from symbolic.smooth import smooth_norm, smooth_positive
@@ -44,7 +43,7 @@ def load_transfer() -> Effect:
     )
 
     def advance(q: Quantities) -> Quantities:
-        share = 1.0 - ca.exp(-q["dt"] / ROLL_TIME)
+        share = lag_share(q["dt"], ROLL_TIME)
         before = q["memory"]["a_y_roll"]
         moved = share * (q["force_y"] / q["mass"] - before)
         return {"a_y_roll": before + moved, "a_y_roll_rate": moved / q["dt"]}

@@ -1,12 +1,19 @@
-"""Quantities as they were some time ago, from a history kept beside the states: what every dead time is made of."""
+"""What follows late, from a history kept beside the states: dead times and first-order lags."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symbolic.model import Compute, Memory, Quantities
+import casadi as ca
+
+from symbolic.model import Compute, Memory, Quantities, Scalar
 from symbolic.signals import Layout, Signal
 from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
+
+
+def lag_share(dt: Scalar, time: Scalar) -> Scalar:
+    """Share of the way that a first-order lag of the given time constant (s) goes in a step dt (s), its target held."""
+    return 1.0 - ca.exp(-dt / time)
 
 
 def late_by(
