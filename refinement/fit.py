@@ -20,8 +20,10 @@ RELATIVE_STEP = 1e-5
 are to 1e-5 (tests/test_derivatives.py). Algorithmic ones cost eight times the compiling and three times the rollouts, and at a
 bound where an effect is absent (a delay of 0) they give the branch that does not move; differences inwards give the other."""
 ITERATIONS = 12
-TRIALS = 7
-"""Steps tried from one linearisation, each damped ten times more than the one before."""
+LEAST_GAIN, LEAST_CHANGE = 1e-3, 0.03
+"""A fit is over when a step gains less than this share of the cost and moves no number by more than this share of its scale."""
+DAMPINGS = ((0.1, 1.0, 10.0, 100.0), (1e3, 1e4, 1e5, 1e6))
+"""Dampings tried from one linearisation, all of a group at once: of the last one that helped, which is 1."""
 N_NAMES = ("n_f", "n_r")
 
 
@@ -87,11 +89,15 @@ def fit(
     free: Sequence[Free],
     start: Array,
     p: Array,
+    *,
+    settle: bool = True,
+    errors: bool = True,
 ) -> Fit:
     """Free numbers that predict the given windows best.
 
     shootings: one per drive; windows: their indices to fit, per drive; start (K,), or (S, K): the best of them is taken;
-    p (D, n_p): all other parameters.
+    p (D, n_p): all other parameters; settle: go on until the numbers stop as well as the cost, which alone decides between
+    effects; errors: of the numbers, NaN without.
     """
     problem = _Problem(tuple(shootings), tuple(windows), weights, tuple(free), p)
     starts = [problem.clip(row) for row in np.atleast_2d(np.asarray(start, dtype=float))]
@@ -101,22 +107,21 @@ def fit(
     value, residual, cost, damping = starts[chosen], tried[chosen], costs[chosen], 1e-3
     for _ in range(ITERATIONS):
         jacobian = problem.jacobian(value, residual)
-        moved = False
-        for _ in range(TRIALS):
-            candidate = problem.clip(value + problem.step(value, jacobian, residual, damping))
-            new = problem.residual(candidate)
-            lower = problem.cost(candidate, new)
-            if lower < cost:
-                moved = True
+        for steps in DAMPINGS:
+            tries = [problem.clip(value + problem.step(value, jacobian, residual, damping * step)) for step in steps]
+            tried = problem.residuals(np.array(tries))
+            costs = [problem.cost(candidate, z) for candidate, z in zip(tries, tried, strict=True)]
+            chosen = int(np.argmin(costs))
+            if costs[chosen] < cost:
                 break
-            damping *= 10
-        if not moved:
+        else:
             break
-        gain, change = cost - lower, np.abs(candidate - value) / problem.scale
-        value, residual, cost, damping = candidate, new, lower, max(damping / 5, 1e-6)
-        if gain < 1e-3 * cost and change.max() < 0.03:
+        gain, change = cost - costs[chosen], np.abs(tries[chosen] - value) / problem.scale
+        value, residual, cost = tries[chosen], tried[chosen], costs[chosen]
+        damping = max(damping * steps[chosen] / 10, 1e-6)
+        if gain < LEAST_GAIN * cost and (not settle or change.max() < LEAST_CHANGE):
             break
-    std = problem.std(value, problem.jacobian(value, residual), residual)
+    std = problem.std(value, problem.jacobian(value, residual), residual) if errors else np.full(len(value), np.nan)
     bounds = [f.name for f, v in zip(free, value, strict=True) if _at_bound(f, v)]
     return Fit(tuple(free), value, std, problem.full(value), float(cost), tuple(bounds))
 

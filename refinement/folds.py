@@ -34,8 +34,9 @@ def cross_validated(
     def one(candidate: Candidate) -> Candidate:
         costs = []
         for part in parts:
+            tried = candidate.fit
             found = fit(
-                part.shootings, part.fitted, part.weights, candidate.fit.free, candidate.fit.value, candidate.fit.p
+                part.shootings, part.fitted, part.weights, tried.free, tried.value, tried.p, settle=False, errors=False
             )
             costs.append(held_cost(part, found.p))
         after = np.concatenate(costs)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import savgol_filter
 
+from estimator.compiled import CompiledFunction
 from estimator.inputs import measured_inputs, measured_states
 from estimator.loop import StepLoop
 from recording.clock import on_even_clock
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 
 BROKEN = 1e9
 """What a prediction that is not finite counts as, in the unit of its channel."""
+CORRECTIONS = 4
+"""Steps of the contraction that finds the states whose outputs were recorded."""
 SMOOTHING = 0.25
 """s: length of the polynomial that smooths recorded states; much shorter than any motion of a vehicle on soft soil."""
 
@@ -91,6 +94,7 @@ class Shooting:
             raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {count}")
         self.rows = drive.first + self.steps * np.arange(count)
         self._loop = _loop(model, drive.dt, substeps)
+        self._outputs = _outputs(model).map("outputs_along", "serial", len(drive.t), [1], [])
         self._start = start_memory(model)
         self._extra = model.x.nominal[len(STATE_CHANNELS) :]
         take = self.rows[:, None] + np.arange(self.steps + 1)
@@ -128,11 +132,17 @@ class Shooting:
         states = np.column_stack([drive.smooth, np.tile(self._extra, (len(drive.t), 1))])
         m0 = np.array([self._start(states[0], drive.inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
         states = np.tile(states, (len(p), 1, 1))
-        outputs, memory = self._loop.along(states, m0, drive.inputs, p, self.rows)
-        if np.abs(outputs - drive.smooth).max() > 1e-9:
-            for _ in range(2):  # the outputs differ from the states by a sensor's small effect: a contraction
-                states[:, :, :6] += drive.smooth - outputs
-                outputs, memory = self._loop.along(states, m0, drive.inputs, p, self.rows)
+        outputs = CompiledFunction(self._outputs, compiled=False)  # with buffers that no other thread writes
+        for row, found in zip(p, states, strict=True):
+            outputs.inputs[1][:, 0] = row
+            for _ in range(1 + CORRECTIONS):  # outputs differ from the states by a sensor's small effect: a contraction
+                outputs.inputs[0][...] = found.T
+                outputs.run()
+                missing = drive.smooth - outputs.outputs[0].T
+                if np.abs(missing).max() < 1e-9:
+                    break
+                found[:, : len(STATE_CHANNELS)] += missing
+        memory = self._loop.along(states, m0, drive.inputs, p, self.rows)[1]
         return states[:, self.rows], memory
 
 
@@ -146,9 +156,16 @@ def _loop(model: Model, dt: float, substeps: int) -> StepLoop:
         step = step_with_memory(model, dt, substeps=substeps)
         x, _, p = model.symbols()
         m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
-        # The outputs do not look at the histories: measured states are outputs of the states alone.
-        full = ca.vertcat(u, model.u.nominal[len(model.external) :])
-        outputs = model.measurement()(x, full, p)
+        outputs = _outputs(model)(x, p)
         results = ca.cse([*step(x, m, u, p), outputs])
         _LOOPS[key] = StepLoop(ca.Function("shooting_step", [x, m, u, p], results))
     return _LOOPS[key]
+
+
+def _outputs(model: Model) -> ca.Function:
+    """CasADi function [x, p] -> [y]: outputs do not look at inputs or histories, measured states are outputs of the states."""
+    x, u, p = model.symbols()
+    outputs = ca.cse(model.measurement()(x, u, p))
+    if ca.depends_on(outputs, u):
+        raise ValueError(f"model {model.name}: expected outputs of the states alone, found some of the inputs")
+    return ca.Function("outputs", [x, p], [outputs], ["x", "p"], ["y"])

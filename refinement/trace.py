@@ -200,7 +200,7 @@ def try_effect(
         for name, value in group[0].items():
             p[:, bench.model.p.index(name)] = value
         rows = [np.concatenate([[values[f.name] for f in mine], known]) for values in group]
-        found.append(fit(bench.shootings, bench.fitted, bench.weights, free, np.array(rows), p))
+        found.append(fit(bench.shootings, bench.fitted, bench.weights, free, np.array(rows), p, settle=False))
     best = min(found, key=lambda f: f.cost)
     loose = {f.name for f in bench.loose}  # their bounds are what is declared of them, and speak against no effect
     best = replace(best, at_bound=tuple(name for name in best.at_bound if name not in loose))
