@@ -52,7 +52,7 @@ def refine_command(
     with progress(", ".join(drive.name for drive in drives)) as told:
         found = refine(drives, declared, start=skip, workers=workers, progress=told)
     say(found)
-    report = write_report(drives, declared, found, skip, folder / "report.html")
+    report = write_report(declared, found, skip, folder / "report.html")
     say_written([*write_all(drives, found, folder), report])
 
 

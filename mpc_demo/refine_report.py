@@ -19,7 +19,7 @@ from mpc_demo.refine_words import (
     verdict_sentence,
     with_error,
 )
-from recording.drive import CHANNEL_UNITS, STATE_CHANNELS, Recording
+from recording.drive import CHANNEL_UNITS, STATE_CHANNELS
 from refinement.refine import Refinement
 from refinement.selection import CHANCE, LEAST_GAIN, LEAST_PARAMETER_SIGMAS
 from refinement.structure import STRONG
@@ -48,14 +48,9 @@ ul { padding-left: 1.2rem; max-width: 46rem; } code { font-size: .92em; }
 """
 
 
-def write_report(
-    recordings: Sequence[Recording], declared: Declaration, found: Refinement, start: float, path: Path
-) -> Path:
-    """Write the report of what `refine` found and return its path.
-
-    recordings, declared, start: as given to `refine`.
-    """
-    views = drive_views(recordings, found, start)
+def write_report(declared: Declaration, found: Refinement, start: float, path: Path) -> Path:
+    """Write the report of what `refine` found and return its path; declared, start: as given to `refine`."""
+    views = drive_views(found, start)
     names = ", ".join(view.name for view in views)
     parts = [
         _head(names, declared, found),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,12 +44,12 @@ class DriveView:
     path_after: Array
 
 
-def drive_views(recordings: Sequence[Recording], found: Refinement, start: float) -> list[DriveView]:
+def drive_views(found: Refinement, start: float) -> list[DriveView]:
     """A view of each drive that was refined on.
 
-    recordings: as given to refine; found: what it returned; start: seconds left out at the beginning, as given to it.
+    found: what refine returned; start: seconds left out at the beginning, as given to it.
     """
-    return [_view(recording, found, i, start) for i, recording in enumerate(recordings)]
+    return [_view(recording, found, i, start) for i, recording in enumerate(found.recordings)]
 
 
 def _view(recording: Recording, found: Refinement, i: int, start: float) -> DriveView:

@@ -18,9 +18,10 @@ from estimator.inputs import sensor_std
 from recording.dart import L_R, RADIUS, WHEELBASE, read_dart
 from recording.drive import STATE_CHANNELS, Recording
 from refinement.fit import Fit, Free, Weights, fit
+from refinement.ranking import rank
 from refinement.selection import like, supported
 from refinement.shooting import Shooting, shooting_drive
-from refinement.trace import FIT_SHARE, LEAST_SIGMA, Bench, Candidate, gain_of, held_cost, rank
+from refinement.trace import FIT_SHARE, LEAST_SIGMA, Bench, Candidate, gain_of, held_cost
 from symbolic.bicycle import bicycle
 from symbolic.catalogue import catalogue
 from symbolic.effects import Effect, neutral

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from estimator.horizons import HORIZONS
 from recording.drive import STATE_CHANNELS, Recording
+from recording.forward import forward_part
 from refinement.excitation import one_wave
 from refinement.fit import N_NAMES, Fit
 from refinement.selection import LEAST_GAIN, Selection, select
@@ -47,7 +48,8 @@ class Refinement:
     tell apart; would_separate: the manoeuvre that would; ranking: all candidates of the first round; holdout: (from, to)
     of the first drive (s); before, after: horizon -> state -> mean squared error on held-out windows, declared model and
     refined model, n fitted on the fit windows for both; n_before, n_after: per drive; structure: what is left at the end;
-    declaration: the refined one; bench: the declared model's; selection; notes; seconds.
+    declaration: the refined one; bench: the declared model's; selection; recordings: what was used of the drives; notes;
+    seconds.
     """
 
     verdict: str
@@ -64,6 +66,7 @@ class Refinement:
     declaration: Declaration
     bench: Bench
     selection: Selection
+    recordings: tuple[Recording, ...]
     seconds: float
     notes: tuple[str, ...] = field(default_factory=tuple)
 
@@ -103,12 +106,14 @@ def refine(
 ) -> Refinement:
     """Find what the declared model lacks on one or more drives of one soil class, from sensor channels only.
 
-    The first two thirds of each drive are fitted, the rest judges. start: seconds left out at the beginning of each;
+    The first two thirds of each drive are fitted, the rest judges; of a drive with standstills, its longest stretch forwards.
+    start: seconds left out at the beginning of each;
     candidates: names of the effects that are tried, default all that are not declared, without those that a measurement
     excludes;
     workers: effects tried at once. Raises ValueError for drives that cannot be used.
     """
     began = time.perf_counter()
+    recordings = [forward_part(recording) for recording in recordings]
     bench = make_bench(recordings, declaration, start, names=_possible(recordings, declaration, candidates))
     repeated = all(one_wave(recording) for recording in recordings)
     selection = select(loosened(bench, declaration), declaration, workers, progress, repeated)
@@ -143,6 +148,7 @@ def refine(
         declaration=_refined(declaration, effects, final, float(np.mean(n_after))),
         bench=bench,
         selection=selection,
+        recordings=tuple(recordings),
         seconds=time.perf_counter() - began,
         notes=notes,
     )

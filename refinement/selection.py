@@ -10,7 +10,8 @@ from scipy.special import stdtrit
 
 from refinement.fit import Fit
 from refinement.folds import cross_validated
-from refinement.trace import Bench, Candidate, fit_base, held_cost, rank, reweighted
+from refinement.ranking import placed, rank
+from refinement.trace import Bench, Candidate, fit_base, held_cost, reweighted
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
 from symbolic.effects import Effect
@@ -24,9 +25,9 @@ model's own error."""
 LEAST_WHOLE = 0.15
 """An effect must remove this share of the whole held-out cost, sensor noise and all: less would not show in what the model
 predicts, and what the catalogue lacks can look like one of its entries by as much (12 % for odd tyres as a payload)."""
-LEAST_WHOLE_SENSOR = 0.08
-"""The same for an effect that enters the outputs alone. It contradicts kinematics, which no force law knows of: the declared
-model's own error hardly looks like it (3 % at most where nothing was added)."""
+LEAST_WHOLE_APART = 0.08
+"""The same for an effect of the outputs alone or of a place. Kinematics and places are nothing that a force law knows of, so that
+the declared model's own error hardly looks like it (3 % at most where nothing was added)."""
 ONE_WAVE_GAIN = 0.5
 """A first effect must remove this share where the steering repeats one wave: few ways of moving make any two effects alike, and
 the declared model's own error has made one gain 34 %."""
@@ -138,7 +139,7 @@ def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -
 
 def least_whole(effect: Effect) -> float:
     """Share of the whole held-out cost that the effect must remove."""
-    return LEAST_WHOLE_SENSOR if set(effect.corrections) == {"outputs"} else LEAST_WHOLE
+    return LEAST_WHOLE_APART if set(effect.corrections) == {"outputs"} or placed(effect) else LEAST_WHOLE
 
 
 def least_sigmas(windows: int, chance: float = CHANCE) -> float:

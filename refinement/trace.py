@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from estimator.inputs import sensor_std
 from recording.drive import Recording
 from refinement.fit import N_NAMES, Fit, Free, Weights, fit
-from refinement.shooting import Drive, Shooting, shooting_drive
+from refinement.shooting import Shooting, shooting_drive
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
 from symbolic.effects import Effect, neutral
@@ -187,34 +186,23 @@ def held_cost(bench: Bench, p: Array) -> Array:
 def try_effect(
     bench: Bench, effect: Effect, starts: Sequence[Mapping[str, float]], fixed: Sequence[str] = ()
 ) -> Candidate:
-    """The effect's parameters fitted together with n, from each of the starts; the best on the fit windows is judged.
+    """The effect's parameters fitted together with n from the best of the starts, and judged on the held-out windows.
 
-    fixed: parameters of the effect that keep their value of the start.
+    fixed: parameters of the effect that keep their value of the first start.
     """
     mine = [_free(effect, name) for name in effect.parameters.names if name not in fixed]
     free = [*mine, *bench.known, *free_n(bench)]
     known = np.array([bench.absent[f.drive or 0, bench.model.p.index(f.sets[0])] for f in free[len(mine) :]])
-    found: list[Fit] = []
-    for group in _same_fixed(starts, fixed):
-        p = bench.absent.copy()
-        for name, value in group[0].items():
-            p[:, bench.model.p.index(name)] = value
-        rows = [np.concatenate([[values[f.name] for f in mine], known]) for values in group]
-        found.append(fit(bench.shootings, bench.fitted, bench.weights, free, np.array(rows), p, settle=False))
-    best = min(found, key=lambda f: f.cost)
+    p = bench.absent.copy()
+    for name, value in starts[0].items():
+        p[:, bench.model.p.index(name)] = value
+    rows = np.array([np.concatenate([[values[f.name] for f in mine], known]) for values in starts])
+    best = fit(bench.shootings, bench.fitted, bench.weights, free, rows, p, settle=False)
     loose = {f.name for f in bench.loose}  # their bounds are what is declared of them, and speak against no effect
     best = replace(best, at_bound=tuple(name for name in best.at_bound if name not in loose))
     base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
     whole = float(1.0 - mine_cost.sum() / base.sum())
     return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor), whole)
-
-
-def _same_fixed(starts: Sequence[Mapping[str, float]], fixed: Sequence[str]) -> list[list[Mapping[str, float]]]:
-    """Starts grouped by the values that stay fixed: one fit each, from the best start of the group."""
-    groups: dict[tuple, list[Mapping[str, float]]] = {}
-    for values in starts:
-        groups.setdefault(tuple(values[name] for name in fixed), []).append(values)
-    return list(groups.values())
 
 
 def gain_of(before: Array, after: Array, floor: float = 0.0) -> tuple[float, float]:
@@ -237,49 +225,3 @@ def _free(effect: Effect, name: str) -> Free:
     reach = max(signal.upper - signal.nominal, signal.nominal - signal.lower)
     known = (signal.nominal, min(signal.spread, reach / 2))
     return Free(name, (name,), scale, signal.lower, signal.upper, known=known)
-
-
-def starts_of(effect: Effect, drive: Drive) -> tuple[list[dict[str, float]], tuple[str, ...]]:
-    """Where the fit of an effect starts, and which parameters stay there.
-
-    Plausible sizes, with the leading parameter on both sides of absence where its bounds allow; a change of soil is tried
-    at places along the drive.
-    """
-    if effect.name == "soil_change":
-        last = drive.first + int((len(drive.t) - drive.first) * FIT_SHARE)
-        rows = np.linspace(drive.first, last, 8).astype(int)[1:-1]
-        names = ("change_x", "change_y", "change_heading")
-        places = [(drive.smooth[k, 0], drive.smooth[k, 1], drive.smooth[k, 2]) for k in rows]
-        changes = [{"n_change": size, **dict(zip(names, at, strict=True))} for at in places for size in (0.1, -0.1)]
-        return changes, names
-    lead = effect.parameters[0]
-    mirrored = 2 * lead.nominal - effect.typical[lead.name]
-    starts = [dict(effect.typical)]
-    if lead.lower <= mirrored:
-        starts.append({**effect.typical, lead.name: mirrored})
-    return starts, ()
-
-
-def rank(
-    bench: Bench, effects: Mapping[str, Effect], workers: int, progress: Callable[[float], None]
-) -> list[Candidate]:
-    """All given effects that the bench's model has, best held-out gain first; workers: threads."""
-    effects = {name: effect for name, effect in effects.items() if name in bench.model.effects}
-
-    def one(effect: Effect) -> Candidate:
-        starts, fixed = starts_of(effect, bench.shootings[0].drive)
-        return try_effect(bench, effect, starts, fixed)
-
-    found: list[Candidate] = []
-    if workers <= 1:
-        for effect in effects.values():
-            found.append(one(effect))
-            progress(len(found) / len(effects))
-    else:
-        # Threads: the rollouts are C that releases the interpreter.
-        for candidate in Parallel(n_jobs=workers, prefer="threads", return_as="generator_unordered")(
-            delayed(one)(effect) for effect in effects.values()
-        ):
-            found.append(candidate)
-            progress(len(found) / len(effects))
-    return sorted(found, key=lambda c: -c.gain)

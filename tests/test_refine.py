@@ -78,7 +78,7 @@ def test_nothing_is_invented_where_nothing_was_added(declared):
 
 def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
     paths = write_all([offset_drive], found, tmp_path)
-    paths.append(write_report([offset_drive], declared, found, 2.0, tmp_path / "report.html"))
+    paths.append(write_report(declared, found, 2.0, tmp_path / "report.html"))
     assert [path.name for path in paths] == ["refine.json", "refined.toml", "report.html"]
     content = json.loads(paths[0].read_text(encoding="utf-8"), parse_constant=pytest.fail)
     expected = {
@@ -111,6 +111,36 @@ def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
 def test_unknown_candidate_is_named(offset_drive, declared):
     with pytest.raises(ValueError, match=r"candidates: expected names of multipass.*found 'wind'"):
         refine([offset_drive], declared, candidates=["wind"])
+
+
+def test_a_drive_that_ends_standing_and_reversing_is_refined_on_its_forward_part(offset_drive, declared, found):
+    still = {name: np.full(400, values[-1]) for name, values in offset_drive.channels.items()}
+    still["t"] = offset_drive.t[-1] + offset_drive.dt * np.arange(1, 401)
+    still["u"] = np.r_[np.zeros(200), np.full(200, -1.0)]
+    channels = {name: np.r_[values, still[name]] for name, values in offset_drive.channels.items()}
+    stopped = refine([Recording("stopped", channels)], declared, workers=1, candidates=CANDIDATES)
+    assert stopped.effects[0].parameters == found.effects[0].parameters
+    assert any("the vehicle stands or reverses" in note for note in stopped.notes)
+    np.testing.assert_array_equal(stopped.recordings[0].t, offset_drive.t)
+
+
+def test_a_change_of_soil_is_found_where_it_is(declared):
+    change = {"n_change": 0.25, "change_x": 55.0, "change_y": 0.0, "change_heading": 0.2}
+    found = refine([drive({"soil_change": change})], declared, workers=1, candidates=("soil_change", "bank"))
+    assert [effect.name for effect in found.effects] == ["soil_change"]
+    value, std, _ = found.effects[0].parameters["n_change"]
+    assert abs(value - 0.25) < max(4 * std, 0.03)
+    crossed = found.recordings[0]
+    rows = [int(np.argmax(crossed["x"] * math.cos(h) + crossed["y"] * math.sin(h) > d)) for h, d in _borders(found, change)]
+    assert abs(crossed.t[rows[0]] - crossed.t[rows[1]]) < 0.8
+
+
+def _borders(found, change):
+    """Heading and distance from the origin of the border that was found and of the true one."""
+    values = {name: entry[0] for name, entry in found.effects[0].parameters.items()}
+    for at in (values, change):
+        h = at["change_heading"]
+        yield h, at["change_x"] * math.cos(h) + at["change_y"] * math.sin(h)
 
 
 @pytest.mark.parametrize(
