@@ -31,6 +31,9 @@ the declared model's own error hardly looks like it (3 % at most where nothing w
 ONE_WAVE_GAIN = 0.5
 """A first effect must remove this share where the steering repeats one wave: few ways of moving make any two effects alike, and
 the declared model's own error has made one gain 34 %."""
+LEAST_SIZE = 0.05
+"""An effect must reach this share of its plausible spread: every declared model has a fault of smaller size (44 N m of yaw moment on
+a drive with nothing added), and without noise the smallest one stands out."""
 CHANCE = 0.05
 """Chance that a candidate reaches its gain by the scatter of the held-out windows alone (Student's t, few as they are). Its
 parameter is tested on the windows of the fit, so that the chance of both, over all candidates, is about one per cent."""
@@ -133,6 +136,8 @@ def supported(candidate: Candidate, effect: Effect, least: float = LEAST_GAIN) -
     lead = effect.parameters[0].name
     if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
         return False
+    if size(candidate.fit, effect) < LEAST_SIZE:
+        return False
     beyond_doubt = candidate.gain >= least_sigmas(len(candidate.windows), BEYOND_DOUBT) * candidate.std
     return beyond_doubt or strength(candidate.fit, effect) >= LEAST_PARAMETER_SIGMAS
 
@@ -145,6 +150,19 @@ def least_whole(effect: Effect) -> float:
 def least_sigmas(windows: int, chance: float = CHANCE) -> float:
     """Standard errors that a gain over so many held-out windows reaches by scatter with this chance; NaN for a single one."""
     return float(stdtrit(windows - 1, 1.0 - chance)) if windows > 1 else float("nan")
+
+
+def size(fit: Fit, effect: Effect) -> float:
+    """The effect's departure from absence over its plausible spread: of the leading parameter or one of its kind (its unit)."""
+    values, lead = fit.named(), effect.parameters[0]
+    return max(
+        (
+            abs(values[s.name][0] - s.nominal) / s.spread
+            for s in effect.parameters
+            if s.name in values and s.unit == lead.unit and np.isfinite(s.spread)
+        ),
+        default=float("inf"),
+    )
 
 
 def strength(fit: Fit, effect: Effect) -> float:
