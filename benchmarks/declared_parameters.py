@@ -5,8 +5,8 @@ together with every drive's n to the first two thirds of the drives. Last, and a
 loads (`true_fz_*`, a weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
 
 `python benchmarks/declared_parameters.py plant` does the same for vehicles/plant.toml, on the clean drives that the blind
-test draws for the seeds 11 to 14: kappa, roll_sweep and transfer_height, aligning_share, and pressure_share with them in the last
-fit. That one is made for several yaw inertias as well, which are no parameter of the model: their costs say which is the vehicle's.
+test draws for the seeds 11 to 14: kappa, roll_sweep and transfer_height, aligning_share, and pressure_share with them in the
+last fit. That one is made for several yaw inertias as well, which are no parameter of the model: the cost says which it is.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,13 +16,14 @@ from recording.drive import STATE_CHANNELS, Recording
 from recording.forward import forward_part
 from refinement.excitation import one_wave
 from refinement.fit import N_NAMES, Fit
-from refinement.selection import LEAST_GAIN, Selection, select
+from refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
 from refinement.shooting import Shooting
 from refinement.structure import Structure, structure
 from refinement.trace import Bench, Candidate, fit_base, loosened, make_bench, open_effects
 from refinement.wheel_speeds import all_open, locked_axles
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
+from symbolic.effects import Effect
 from symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -249,6 +250,12 @@ def _possible(
     return [name for name in open_effects(declaration, names) if name != "locked_differential"]
 
 
+def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
+    """The leading parameter of a candidate, as it was fitted."""
+    lead = known[candidate.name].parameters[0]
+    return f"{lead.name} {candidate.fit.named()[lead.name][0]:.2g} {lead.unit}".rstrip()
+
+
 def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, selection: Selection) -> tuple[str, ...]:
     notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
     for recording in recordings:
@@ -268,6 +275,11 @@ def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, sele
     for candidate in selection.ranking:
         if candidate.name not in accepted and candidate.gain > LEAST_GAIN and candidate.fit.at_bound:
             notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
+    known = catalogue(vehicle)
+    for candidate in selection.ranking:
+        small = size(candidate.fit, known[candidate.name]) < LEAST_SIZE
+        if small and candidate.gain > LEAST_GAIN and candidate.name not in accepted:
+            notes.append(f"{candidate.name}: not named, smaller than the faults of a declared model ({_lead(candidate, known)})")
     for group in selection.groups:
         if len(group) > 1 and group[0] not in accepted:
             notes.append(f"not named, since these data cannot separate them: {', '.join(group)}")

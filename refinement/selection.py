@@ -32,8 +32,8 @@ ONE_WAVE_GAIN = 0.5
 """A first effect must remove this share where the steering repeats one wave: few ways of moving make any two effects alike, and
 the declared model's own error has made one gain 34 %."""
 LEAST_SIZE = 0.05
-"""An effect must reach this share of its plausible spread: every declared model has a fault of smaller size (44 N m of yaw moment on
-a drive with nothing added), and without noise the smallest one stands out."""
+"""An effect must reach this share of its plausible spread: every declared model has a fault of smaller size (44 N m of yaw moment
+on a drive with nothing added), and without noise the smallest one stands out."""
 CHANCE = 0.05
 """Chance that a candidate reaches its gain by the scatter of the held-out windows alone (Student's t, few as they are). Its
 parameter is tested on the windows of the fit, so that the chance of both, over all candidates, is about one per cent."""

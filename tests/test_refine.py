@@ -20,7 +20,7 @@ from recording.read import read_drive, write_drive
 from refinement.excitation import one_wave, strongest_line
 from refinement.folds import FOLDS, folded
 from refinement.refine import inseparable, refine
-from refinement.selection import Selection, least_sigmas
+from refinement.selection import LEAST_GAIN, Selection, least_sigmas
 from refinement.trace import DECLARED_WITHIN, Candidate, gain_of, loosened, make_bench
 from refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from symbolic.catalogue import declared_model
@@ -122,6 +122,13 @@ def test_a_drive_that_ends_standing_and_reversing_is_refined_on_its_forward_part
     assert stopped.effects[0].parameters == found.effects[0].parameters
     assert any("the vehicle stands or reverses" in note for note in stopped.notes)
     np.testing.assert_array_equal(stopped.recordings[0].t, offset_drive.t)
+
+
+def test_an_effect_of_no_size_is_not_named_and_said(declared):
+    found = refine([drive({"yaw_moment": {"yaw_moment": 50.0}})], declared, workers=1, candidates=("yaw_moment",))
+    assert found.ranking[0].gain > LEAST_GAIN
+    assert found.verdict == "none" and not found.effects
+    assert any(note.startswith("yaw_moment: not named, smaller than") for note in found.notes)
 
 
 def test_a_change_of_soil_is_found_where_it_is(declared):
