@@ -7,6 +7,7 @@ from scipy.signal import savgol_filter
 from estimator.inputs import measured_inputs, measured_states
 from estimator.predictor import Predictor
 from mpc_demo.blind_test import PLANT_VEHICLE
+from plant.machine import load_plant_vehicle
 from plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from plant.simulate import simulate
 from recording.drive import Recording
@@ -19,8 +20,6 @@ from symbolic.vehicle import load_vehicle
 START = 200
 """Rows left out at the beginning."""
 WHEELS = ("fl", "fr", "rl", "rr")
-BODIES = 1795.0
-"""kg m^2: yaw inertia of the plant's bodies together, which true forces turn; the bicycle's forces ask for a smaller one."""
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +31,15 @@ def vehicle():
 def drive(request) -> tuple[Soil, Recording]:
     soil = request.param
     return soil, simulate(Manoeuvre("turns", MultiSine(seed=4), Speed(5.0, 1.0, 9.0)), soil, 20.0, seed=4)
+
+
+def bodies_yaw_inertia() -> float:
+    """Yaw inertia of the plant's bodies together (kg m^2), which true forces turn; the bicycle's forces ask for a smaller one."""
+    machine = load_plant_vehicle().machine
+    mass = np.r_[machine.sprung_mass, machine.unsprung_mass]
+    place = np.vstack([np.zeros(2), machine.paths[:, :2, 0, 0]])
+    place -= mass @ place / mass.sum()
+    return float(machine.sprung_inertia[2, 2] + mass @ (place**2).sum(axis=1))
 
 
 def along(model: Model, drive: Recording, *names: str) -> np.ndarray:
@@ -48,7 +56,7 @@ def test_the_plants_yaw_balance_asks_for_the_aligning_moment(vehicle, drive):
     force = {name: log.truth[f"true_{name}"] for wheel in WHEELS for name in (f"fx_{wheel}", f"fy_{wheel}")}
     lever = vehicle.l_f * (force["fy_fl"] + force["fy_fr"]) - vehicle.l_r * (force["fy_rl"] + force["fy_rr"])
     tracks = vehicle.track / 2 * (force["fx_fr"] + force["fx_rr"] - force["fx_fl"] - force["fx_rl"])
-    turn = BODIES * savgol_filter(log["omega_z"], 21, 2, deriv=1, delta=log.dt)
+    turn = bodies_yaw_inertia() * savgol_filter(log["omega_z"], 21, 2, deriv=1, delta=log.dt)
     missing = savgol_filter(turn - lever - tracks, 21, 2)[START:]
     model = declared_model(vehicle, soil)
     model = model.correct("balance", lambda q: {"aligning": sum(w.count * w.force.m_z for w in q["wheels"])})

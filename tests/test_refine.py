@@ -20,10 +20,10 @@ from recording.read import read_drive, write_drive
 from refinement.excitation import one_wave, strongest_line
 from refinement.folds import FOLDS, folded
 from refinement.refine import inseparable, refine
-from refinement.selection import LEAST_GAIN, Selection, least_sigmas
+from refinement.selection import LEAST_GAIN, Selection, least_sigmas, least_whole
 from refinement.trace import DECLARED_WITHIN, Candidate, gain_of, loosened, make_bench
 from refinement.wheel_speeds import all_open, differential_shares, locked_axles
-from symbolic.catalogue import declared_model
+from symbolic.catalogue import catalogue, declared_model
 from symbolic.declaration import Declaration, load_declaration
 from symbolic.soil import CLAY
 
@@ -129,6 +129,11 @@ def test_an_effect_of_no_size_is_not_named_and_said(declared):
     assert found.ranking[0].gain > LEAST_GAIN
     assert found.verdict == "none" and not found.effects
     assert any(note.startswith("yaw_moment: not named, smaller than") for note in found.notes)
+
+
+def test_what_no_force_law_knows_of_is_held_to_less(declared):
+    known = catalogue(declared.vehicle)
+    assert least_whole(known["soil_change"]) == least_whole(known["gyro_bias"]) < least_whole(known["payload"])
 
 
 def test_a_change_of_soil_is_found_where_it_is(declared):
