@@ -165,7 +165,7 @@ class _Problem:
         """(S, W, N, 6) residuals for many values (S, K) at once."""
         p = np.array([self.full(value) for value in values])
         parts = [
-            shooting.residual(p[:, d])[:, windows]
+            shooting.residual(p[:, d], windows)
             for d, (shooting, windows) in enumerate(zip(self.shootings, self.windows, strict=True))
         ]
         return np.nan_to_num(np.concatenate(parts, axis=1) / self.weights.sigma)

@@ -29,23 +29,26 @@ def cross_validated(
     if not candidates:
         return []
     parts = [folded(bench, fold, one_wave) for fold in range(FOLDS)]
-    before = np.concatenate([held_cost(part, fit_base(part).p) for part in parts])
 
-    def one(candidate: Candidate) -> Candidate:
-        costs = []
-        for part in parts:
-            tried = candidate.fit
-            found = fit(
-                part.shootings, part.fitted, part.weights, tried.free, tried.value, tried.p, settle=False, errors=False
-            )
-            costs.append(held_cost(part, found.p))
-        after = np.concatenate(costs)
-        gain, std = gain_of(before, after, bench.floor)
-        whole = float(1.0 - after.sum() / before.sum())
-        return replace(candidate, windows=after, gain=gain, std=std, whole=whole)
+    def one(candidate: Candidate | None, part: Bench) -> Array:
+        """Cost of the part's held-out windows, with the candidate or without one."""
+        if candidate is None:
+            return held_cost(part, fit_base(part).p)
+        tried = candidate.fit
+        found = fit(
+            part.shootings, part.fitted, part.weights, tried.free, tried.value, tried.p, settle=False, errors=False
+        )
+        return held_cost(part, found.p)
 
-    found = Parallel(n_jobs=workers, prefer="threads")(delayed(one)(candidate) for candidate in candidates)
-    return sorted(found, key=lambda c: -c.gain)
+    pairs = [(candidate, part) for candidate in (None, *candidates) for part in parts]
+    costs = Parallel(n_jobs=workers, prefer="threads")(delayed(one)(*pair) for pair in pairs)
+    before, *after = [np.concatenate(costs[i : i + FOLDS]) for i in range(0, len(costs), FOLDS)]
+
+    def judged(candidate: Candidate, cost: Array) -> Candidate:
+        gain, std = gain_of(before, cost, bench.floor)
+        return replace(candidate, windows=cost, gain=gain, std=std, whole=float(1.0 - cost.sum() / before.sum()))
+
+    return sorted(map(judged, candidates, after), key=lambda c: -c.gain)
 
 
 def folded(bench: Bench, fold: int, one_wave: bool = False) -> Bench:

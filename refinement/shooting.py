@@ -93,73 +93,75 @@ class Shooting:
         if count < 2:
             raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {count}")
         self.rows = drive.first + self.steps * np.arange(count)
-        self._loop = _loop(model, drive.dt, substeps)
-        self._outputs = _outputs(model).map("outputs_along", "serial", len(drive.t), [1], [])
-        self._start = start_memory(model)
+        self._loop, self._start, outputs = _functions(model, drive.dt, substeps)
+        self._outputs = outputs.map("outputs_along", "serial", len(drive.t), [1], [])
         self._extra = model.x.nominal[len(STATE_CHANNELS) :]
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded = drive.measured[take][:, 1:]
         self._inputs = drive.inputs[take]
 
-    def predict(self, p: ArrayLike) -> Array:
+    def predict(self, p: ArrayLike, windows: NDArray[np.int_] | None = None) -> Array:
         """Outputs predicted over the windows, from one step after their start to their end.
 
         p (n_p,): (W, N, 6); p (K, n_p), many parameter sets at once, which is faster: (K, W, N, 6).
+        windows: indices, increasing, of those that are wanted, default all; the drive after the last is not looked at.
         """
         rows = np.atleast_2d(np.asarray(p, dtype=float))
-        starts, memory = self._starts(rows)
-        count = len(self.rows)
-        inputs = np.broadcast_to(self._inputs, (len(rows), *self._inputs.shape))
+        wanted = np.arange(len(self.rows)) if windows is None else windows
+        starts, memory = self._starts(rows, self.rows[wanted])
+        count, inputs = len(wanted), self._inputs[wanted]
         outputs = self._loop.windows(
             starts.reshape(len(rows) * count, -1),
             memory.reshape(len(rows) * count, -1),
-            inputs.reshape(len(rows) * count, *self._inputs.shape[1:]),
+            np.broadcast_to(inputs, (len(rows), *inputs.shape)).reshape(len(rows) * count, *inputs.shape[1:]),
             np.repeat(rows, count, axis=0),
         ).reshape(len(rows), count, self.steps + 1, -1)[:, :, 1:]
         return outputs if np.ndim(p) == 2 else outputs[0]
 
-    def residual(self, p: ArrayLike) -> Array:
+    def residual(self, p: ArrayLike, windows: NDArray[np.int_] | None = None) -> Array:
         """Predicted - recorded, psi on (-pi, pi], in the shapes of `predict`; NaN where nothing was recorded."""
+        recorded = self.recorded if windows is None else self.recorded[windows]
         # A prediction that broke down is as wrong as can be; only what was not recorded is unknown.
-        error = np.nan_to_num(self.predict(p), nan=BROKEN, posinf=BROKEN, neginf=-BROKEN) - self.recorded
+        error = np.nan_to_num(self.predict(p, windows), nan=BROKEN, posinf=BROKEN, neginf=-BROKEN) - recorded
         psi = STATE_CHANNELS.index("psi")
         error[..., psi] = np.angle(np.exp(1j * error[..., psi]))
         return error
 
-    def _starts(self, p: Array) -> tuple[Array, Array]:
-        """States (K, W, n_x) at the starts of windows, whose outputs are the smoothed record, and memories (K, W, n_m) there."""
+    def _starts(self, p: Array, rows: NDArray[np.int_]) -> tuple[Array, Array]:
+        """States (K, W, n_x) at the rows (W,), whose outputs are the smoothed record, and memories (K, W, n_m) there."""
         drive = self.drive
-        states = np.column_stack([drive.smooth, np.tile(self._extra, (len(drive.t), 1))])
+        end = rows[-1] + 1
+        states = np.column_stack([drive.smooth[:end], np.tile(self._extra, (end, 1))])
         m0 = np.array([self._start(states[0], drive.inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
         states = np.tile(states, (len(p), 1, 1))
         outputs = CompiledFunction(self._outputs, compiled=False)  # with buffers that no other thread writes
         for row, found in zip(p, states, strict=True):
             outputs.inputs[1][:, 0] = row
             for _ in range(1 + CORRECTIONS):  # outputs differ from the states by a sensor's small effect: a contraction
-                outputs.inputs[0][...] = found.T
+                outputs.inputs[0][:, :end] = found.T
                 outputs.run()
-                missing = drive.smooth - outputs.outputs[0].T
+                missing = drive.smooth[:end] - outputs.outputs[0].T[:end]
                 if np.abs(missing).max() < 1e-9:
                     break
                 found[:, : len(STATE_CHANNELS)] += missing
-        memory = self._loop.along(states, m0, drive.inputs, p, self.rows)[1]
-        return states[:, self.rows], memory
+        memory = self._loop.along(states, m0, drive.inputs[:end], p, rows)[1]
+        return states[:, rows], memory
 
 
-_LOOPS: dict[tuple, StepLoop] = {}
+_FUNCTIONS: dict[tuple, tuple[StepLoop, ca.Function, ca.Function]] = {}
 
 
-def _loop(model: Model, dt: float, substeps: int) -> StepLoop:
-    """The compiled loop of a model, kept for the other horizons and drives of the same step."""
+def _functions(model: Model, dt: float, substeps: int) -> tuple[StepLoop, ca.Function, ca.Function]:
+    """The compiled loop of a model, its memory's start and its outputs, kept for other horizons and drives of the same step."""
     key = (model.name, model.effects, model.p.names, model.stages, dt, substeps)
-    if key not in _LOOPS:
-        step = step_with_memory(model, dt, substeps=substeps)
+    if key not in _FUNCTIONS:
+        step, outputs = step_with_memory(model, dt, substeps=substeps), _outputs(model)
         x, _, p = model.symbols()
         m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
-        outputs = _outputs(model)(x, p)
-        results = ca.cse([*step(x, m, u, p), outputs])
-        _LOOPS[key] = StepLoop(ca.Function("shooting_step", [x, m, u, p], results))
-    return _LOOPS[key]
+        results = ca.cse([*step(x, m, u, p), outputs(x, p)])
+        loop = StepLoop(ca.Function("shooting_step", [x, m, u, p], results))
+        _FUNCTIONS[key] = loop, start_memory(model), outputs
+    return _FUNCTIONS[key]
 
 
 def _outputs(model: Model) -> ca.Function:

@@ -180,7 +180,7 @@ def fit_base(bench: Bench) -> Fit:
 def held_cost(bench: Bench, p: Array) -> Array:
     """(H,) cost of every held-out window of every drive for parameters p (D, n_p)."""
     parts = zip(bench.shootings, bench.held, p, strict=True)
-    return np.concatenate([bench.weights.cost(s.residual(row)[held]) for s, held, row in parts])
+    return np.concatenate([bench.weights.cost(s.residual(row, held)) for s, held, row in parts])
 
 
 def try_effect(
