@@ -110,12 +110,13 @@ class Shooting:
         wanted = np.arange(len(self.rows)) if windows is None else windows
         starts, memory = self._starts(rows, self.rows[wanted])
         count, inputs = len(wanted), self._inputs[wanted]
+        jobs = len(rows) * count
         outputs = self._loop.windows(
-            starts.reshape(len(rows) * count, -1),
-            memory.reshape(len(rows) * count, -1),
-            np.broadcast_to(inputs, (len(rows), *inputs.shape)).reshape(len(rows) * count, *inputs.shape[1:]),
+            starts.reshape(jobs, starts.shape[-1]),
+            memory.reshape(jobs, memory.shape[-1]),
+            np.broadcast_to(inputs, (len(rows), *inputs.shape)).reshape(jobs, *inputs.shape[1:]),
             np.repeat(rows, count, axis=0),
-        ).reshape(len(rows), count, self.steps + 1, -1)[:, :, 1:]
+        ).reshape(len(rows), count, self.steps + 1, len(STATE_CHANNELS))[:, :, 1:]
         return outputs if np.ndim(p) == 2 else outputs[0]
 
     def residual(self, p: ArrayLike, windows: NDArray[np.int_] | None = None) -> Array:
@@ -130,7 +131,7 @@ class Shooting:
     def _starts(self, p: Array, rows: NDArray[np.int_]) -> tuple[Array, Array]:
         """States (K, W, n_x) at the rows (W,), whose outputs are the smoothed record, and memories (K, W, n_m) there."""
         drive = self.drive
-        end = rows[-1] + 1
+        end = int(rows.max(initial=0)) + 1
         states = np.column_stack([drive.smooth[:end], np.tile(self._extra, (end, 1))])
         m0 = np.array([self._start(states[0], drive.inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
         states = np.tile(states, (len(p), 1, 1))

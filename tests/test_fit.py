@@ -32,10 +32,10 @@ class Curved:
         """(M,) residuals for p (3,)."""
         return self.columns @ p + 0.05 * np.sin(self.columns[:, 0] * p[1]) - self.data
 
-    def residual(self, p: np.ndarray) -> np.ndarray:
-        """(..., W, N, 6) for p (..., 3)."""
+    def residual(self, p: np.ndarray, windows: np.ndarray) -> np.ndarray:
+        """(..., W, N, 6) for p (..., 3), of the windows asked for."""
         rows = np.atleast_2d(p)
-        found = np.array([self.of(row) for row in rows]).reshape(len(rows), WINDOWS, ROWS, 6)
+        found = np.array([self.of(row) for row in rows]).reshape(len(rows), WINDOWS, ROWS, 6)[:, windows]
         return found if np.ndim(p) > 1 else found[0]
 
 

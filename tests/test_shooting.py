@@ -1,0 +1,27 @@
+"""Multiple shooting: predictions over windows of a drive."""
+
+import numpy as np
+import pytest
+
+from drives import MULTI_LOG, reference_vehicle
+from recording.read import read_drive
+from refinement.shooting import Shooting, shooting_drive
+from symbolic.catalogue import catalogue
+from symbolic.declaration import Declaration
+from symbolic.effects import neutral
+from symbolic.soil import CLAY
+
+
+@pytest.fixture(scope="module")
+def shooting() -> Shooting:
+    vehicle = reference_vehicle()
+    model = neutral(Declaration(vehicle, CLAY).build(), catalogue(vehicle)["lever_arm"])
+    return Shooting(model, shooting_drive(read_drive(MULTI_LOG), model, 1.0), 0.5)
+
+
+@pytest.mark.parametrize("windows", [[], [0], [1, 4, 5]])
+def test_windows_asked_for_are_those_of_all(shooting: Shooting, windows: list[int]) -> None:
+    p = np.tile(shooting.model.p.nominal, (2, 1))
+    p[1, shooting.model.p.index("velocity_lever")] = 0.5
+    chosen = np.array(windows, dtype=int)
+    np.testing.assert_array_equal(shooting.residual(p, chosen), shooting.residual(p)[:, chosen])
