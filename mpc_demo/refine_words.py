@@ -73,7 +73,7 @@ def bound_words(candidate: Candidate) -> str:
 
 
 def split_sentence(found: Refinement) -> str:
-    """Which part was fitted and which part judged."""
+    """Which part was fitted and which part judged, and what the parameters are from."""
     start, stop = found.holdout
     first = found.bench.shootings[0]
     rows = first.drive.first
@@ -81,7 +81,11 @@ def split_sentence(found: Refinement) -> str:
     more = (
         "" if len(found.bench.shootings) == 1 else f" (first drive; all {len(found.bench.shootings)} are split alike)"
     )
-    return f"Fitted on {begin:.1f} to {start:.1f} s, judged on {start:.1f} to {stop:.1f} s, which that fit has not seen{more}."
+    last = " The parameters are from a fit to all of it, after that." if found.effects else ""
+    return (
+        f"Fitted on {begin:.1f} to {start:.1f} s, judged on {start:.1f} to {stop:.1f} s, which that fit has not seen{more}."
+        f"{last}"
+    )
 
 
 def group_sentences(found: Refinement) -> list[str]:

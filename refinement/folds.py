@@ -9,8 +9,8 @@ import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from refinement.fit import fit
-from refinement.trace import Bench, Candidate, fit_base, gain_of, held_cost
+from refinement.fit import Fit, fit
+from refinement.trace import Bench, Candidate, everything, fit_base, gain_of, held_cost, of_effect
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ FOLDS = 3
 def cross_validated(
     bench: Bench, candidates: Sequence[Candidate], workers: int = 1, one_wave: bool = False
 ) -> list[Candidate]:
-    """The candidates with gain, its standard error and windows over all folds, best gain first.
+    """The candidates with gain, its standard error and windows over all folds, and a fit to all windows; best gain first.
 
     A third of the windows is held out in turns: a few held-out windows tell a small effect from none only by luck.
     workers: threads; one_wave: as of `folded`.
@@ -30,25 +30,24 @@ def cross_validated(
         return []
     parts = [folded(bench, fold, one_wave) for fold in range(FOLDS)]
 
-    def one(candidate: Candidate | None, part: Bench) -> Array:
-        """Cost of the part's held-out windows, with the candidate or without one."""
-        if candidate is None:
-            return held_cost(part, fit_base(part).p)
+    def again(candidate: Candidate, part: Bench, errors: bool = False) -> Fit:
         tried = candidate.fit
-        found = fit(
-            part.shootings, part.fitted, part.weights, tried.free, tried.value, tried.p, settle=False, errors=False
-        )
-        return held_cost(part, found.p)
+        more = {"settle": False, "errors": errors}
+        return of_effect(part, fit(part.shootings, part.fitted, part.weights, tried.free, tried.value, tried.p, **more))
 
-    pairs = [(candidate, part) for candidate in (None, *candidates) for part in parts]
-    costs = Parallel(n_jobs=workers, prefer="threads")(delayed(one)(*pair) for pair in pairs)
-    before, *after = [np.concatenate(costs[i : i + FOLDS]) for i in range(0, len(costs), FOLDS)]
+    jobs = [delayed(lambda part: held_cost(part, fit_base(part).p))(part) for part in parts]
+    jobs += [delayed(lambda c, part: held_cost(part, again(c, part).p))(c, part) for c in candidates for part in parts]
+    jobs += [delayed(again)(candidate, everything(bench), errors=True) for candidate in candidates]
+    done = Parallel(n_jobs=workers, prefer="threads")(jobs)
+    ends = FOLDS * (1 + np.arange(1 + len(candidates)))
+    before, *after = [np.concatenate(done[end - FOLDS : end]) for end in ends]
 
-    def judged(candidate: Candidate, cost: Array) -> Candidate:
+    def judged(candidate: Candidate, cost: Array, overall: Fit) -> Candidate:
         gain, std = gain_of(before, cost, bench.floor)
-        return replace(candidate, windows=cost, gain=gain, std=std, whole=float(1.0 - cost.sum() / before.sum()))
+        whole = float(1.0 - cost.sum() / before.sum())
+        return replace(candidate, windows=cost, gain=gain, std=std, whole=whole, overall=overall)
 
-    return sorted(map(judged, candidates, after), key=lambda c: -c.gain)
+    return sorted(map(judged, candidates, after, done[ends[-1] :]), key=lambda c: -c.gain)
 
 
 def folded(bench: Bench, fold: int, one_wave: bool = False) -> Bench:

@@ -19,7 +19,7 @@ from refinement.fit import N_NAMES, Fit
 from refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
 from refinement.shooting import Shooting
 from refinement.structure import Structure, structure
-from refinement.trace import Bench, Candidate, fit_base, loosened, make_bench, open_effects
+from refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
 from refinement.wheel_speeds import all_open, locked_axles
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
@@ -45,11 +45,12 @@ class TracedEffect:
 class Refinement:
     """What refine found.
 
-    verdict: "effect", "none" or "unexplained"; effects: in the order found; inseparable: groups that these data cannot
-    tell apart; would_separate: the manoeuvre that would; ranking: all candidates of the first round; holdout: (from, to)
-    of the first drive (s); before, after: horizon -> state -> mean squared error on held-out windows, declared model and
-    refined model, n fitted on the fit windows for both; n_before, n_after: per drive; structure: what is left at the end;
-    declaration: the refined one; bench: the declared model's; selection; recordings: what was used of the drives; notes;
+    verdict: "effect", "none" or "unexplained"; effects: in the order found, parameters fitted to the whole drives;
+    inseparable: groups that these data cannot tell apart; would_separate: the manoeuvre that would; ranking: all candidates
+    of the first round; holdout: (from, to) of the first drive (s); before, after: horizon -> state -> mean squared error on
+    held-out windows, declared model and refined model, both fitted on the fit windows alone; n_before (fit windows), n_after
+    (whole drives): per drive; structure: what is left at the end; declaration: the refined one, by the whole drives; bench:
+    the declared model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives; notes;
     seconds.
     """
 
@@ -107,8 +108,8 @@ def refine(
 ) -> Refinement:
     """Find what the declared model lacks on one or more drives of one soil class, from sensor channels only.
 
-    The first two thirds of each drive are fitted, the rest judges; of a drive with standstills, its longest stretch forwards.
-    start: seconds left out at the beginning of each;
+    The first two thirds of each drive are fitted, the rest judges, then what was found is fitted to the whole; of a drive with
+    standstills, its longest stretch forwards. start: seconds left out at the beginning of each;
     candidates: names of the effects that are tried, default all that are not declared, without those that a measurement
     excludes;
     workers: effects tried at once. Raises ValueError for drives that cannot be used.
@@ -127,10 +128,11 @@ def refine(
         final, last = bench, fit_base(bench)
         left = _left(recordings, final, declaration.vehicle, start)
     selection = replace(selection, bench=final)
-    refined_p = final.absent
-    effects = tuple(_traced(declaration, candidate.name, final, last) for candidate in selection.accepted)
+    # Judged by the fit to a part; what is handed on is fitted to all there is.
+    whole, last = settled(everything(bench), everything(final)) if selection.accepted else (final, last)
+    effects = tuple(_traced(declaration, candidate.name, whole, last) for candidate in selection.accepted)
     index = bench.model.p.index("n_f")
-    n_before, n_after = tuple(bench.absent[:, index]), tuple(refined_p[:, index])
+    n_before, n_after = tuple(bench.absent[:, index]), tuple(whole.absent[:, index])
     groups = inseparable(selection)
     notes = _notes(recordings, declaration.vehicle, bench, selection)
     verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
@@ -142,11 +144,11 @@ def refine(
         ranking=selection.ranking,
         holdout=_holdout(bench),
         before=held_mse(bench, bench.absent),
-        after=held_mse(final, refined_p),
+        after=held_mse(final, final.absent),
         n_before=n_before,
         n_after=n_after,
         structure=left,
-        declaration=_refined(declaration, effects, final, float(np.mean(n_after))),
+        declaration=_refined(declaration, effects, whole, float(np.mean(n_after))),
         bench=bench,
         selection=selection,
         recordings=tuple(recordings),

@@ -40,7 +40,7 @@ class Candidate:
 
     name; fit: of its parameters together with n; windows (H,): cost of each held-out window; gain: share of the held-out
     cost beyond sensor noise that it removes; std: standard error of the gain, over windows; whole: share of the whole cost,
-    noise and all, that it removes.
+    noise and all, that it removes; overall: of a contender, the fit to all windows.
     """
 
     name: str
@@ -49,6 +49,7 @@ class Candidate:
     gain: float
     std: float
     whole: float = float("nan")
+    overall: Fit | None = None
 
 
 @dataclass(frozen=True)
@@ -131,6 +132,11 @@ def make_bench(
     return bench
 
 
+def everything(bench: Bench) -> Bench:
+    """The bench with all windows to fit, the held-out ones among them: for what is not judged on them."""
+    return replace(bench, fitted=tuple(np.arange(len(shooting.rows)) for shooting in bench.shootings))
+
+
 def loosened(bench: Bench, declaration: Declaration) -> Bench:
     """The bench with the parameters of declared effects free within DECLARED_WITHIN, fitted together with n."""
     loose = tuple(
@@ -197,12 +203,16 @@ def try_effect(
     for name, value in starts[0].items():
         p[:, bench.model.p.index(name)] = value
     rows = np.array([np.concatenate([[values[f.name] for f in mine], known]) for values in starts])
-    best = fit(bench.shootings, bench.fitted, bench.weights, free, rows, p, settle=False)
-    loose = {f.name for f in bench.loose}  # their bounds are what is declared of them, and speak against no effect
-    best = replace(best, at_bound=tuple(name for name in best.at_bound if name not in loose))
+    best = of_effect(bench, fit(bench.shootings, bench.fitted, bench.weights, free, rows, p, settle=False))
     base, mine_cost = held_cost(bench, bench.absent), held_cost(bench, best.p)
     whole = float(1.0 - mine_cost.sum() / base.sum())
     return Candidate(effect.name, best, mine_cost, *gain_of(base, mine_cost, bench.floor), whole)
+
+
+def of_effect(bench: Bench, found: Fit) -> Fit:
+    """The fit of an effect without the bounds of what is loose: they are what is declared of it, and speak against no effect."""
+    loose = {free.name for free in bench.loose}
+    return replace(found, at_bound=tuple(name for name in found.at_bound if name not in loose))
 
 
 def gain_of(before: Array, after: Array, floor: float = 0.0) -> tuple[float, float]:
