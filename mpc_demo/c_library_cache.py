@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -18,7 +19,10 @@ WRITERS = ((symbolic, "**/*"), (estimator, "*"), (mpc_demo, "c_library*"))
 SUFFIXES = (".py", ".in", ".toml")
 
 
-def asked_for(*said: object) -> bytes:
+Said = str | float | bool | Path | None
+
+
+def asked_for(*said: Said) -> bytes:
     """What identifies a request: each thing said as text, and the bytes of the file that a Path leads to."""
     parts = []
     for thing in said:
@@ -30,16 +34,31 @@ def asked_for(*said: object) -> bytes:
 
 def texts_from_cache(asked: bytes, make: Callable[[], dict[str, str]]) -> dict[str, str]:
     """Path inside the library's folder -> text: from the cache where the same was `asked` of the same code, else made anew."""
-    path = cache_folder() / f"clibrary_{_key(asked)}.json"
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    texts = kept_texts(asked)
+    if texts is None:
         texts = make()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    scratch = path.with_suffix(f".{hashlib.sha256(repr(id(texts)).encode()).hexdigest()[:8]}")
-    scratch.write_text(json.dumps(texts), encoding="utf-8")
-    scratch.replace(path)
+        keep(_place(asked), json.dumps(texts))
     return texts
+
+
+def kept_texts(asked: bytes) -> dict[str, str] | None:
+    """The texts that the same code made of the same request before; None where there are none."""
+    try:
+        return json.loads(_place(asked).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
+def keep(path: Path, text: str) -> None:
+    """Write a file of the cache so that another process never sees half of it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    scratch = path.with_suffix(f".{os.getpid()}")
+    scratch.write_text(text, encoding="utf-8")
+    scratch.replace(path)
+
+
+def _place(asked: bytes) -> Path:
+    return cache_folder() / f"clibrary_{_key(asked)}.json"
 
 
 def _key(asked: bytes) -> str:

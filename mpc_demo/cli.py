@@ -59,12 +59,3 @@ app = typer.Typer(
 @app.callback()
 def softsoil() -> None:
     """Vehicles on deformable soil: terrain estimated, states predicted, models refined from logs."""
-
-
-def main() -> None:
-    """Run the command line; exits with 0 (done), 2 (bad input) or 1 (a failure of its own)."""
-    app()
-
-
-if __name__ == "__main__":
-    main()

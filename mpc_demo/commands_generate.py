@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from mpc_demo.c_library_cache import asked_for, texts_from_cache
+from mpc_demo.generate_again import remember
 from mpc_demo.options_model import (
     REFERENCE_VEHICLE,
     STEP,
@@ -51,10 +53,13 @@ def generate(
         return c_library_texts(declaration(vehicle, soil, law, model), dt, fmi)
 
     ground = Path(soil) if soil is not None and soil not in SOILS else soil
-    texts = texts_from_cache(asked_for(vehicle or REFERENCE_VEHICLE, ground, law, model, dt, fmi), make)
+    said = (vehicle or REFERENCE_VEHICLE, ground, law, model, dt, fmi)
+    texts = texts_from_cache(asked_for(*said), make)
     written = output_folder(folder or out, "generate")
     paths = write_library(written, texts)
-    if fmi:
+    if not fmi:
+        remember(sys.argv[1:], said, written)
+    else:
         from mpc_demo.c_library_fmu import pack_fmu
 
         paths.append(pack_fmu(written))
