@@ -21,7 +21,7 @@ from mpc_demo.refine_words import (
 )
 from recording.drive import CHANNEL_UNITS, STATE_CHANNELS
 from refinement.refine import Refinement
-from refinement.selection import CHANCE, LEAST_GAIN, LEAST_PARAMETER_SIGMAS
+from refinement.selection import CHANCE, LEAST_GAIN, LEAST_PARAMETER_SIGMAS, PLACE_SIGMAS
 from refinement.structure import STRONG
 from symbolic.catalogue import catalogue
 from symbolic.declaration import Declaration
@@ -93,7 +93,7 @@ def _parameters(declared: Declaration, found: Refinement) -> str:
         for shooting, before, after in zip(found.bench.shootings, found.n_before, found.n_after, strict=True):
             words = f"sinkage exponent, {shooting.drive.name}; {before:.3f} with the declared model"
             rows.append(_row(["soil", "<code>n</code>", f"{after:.3f}", "", escape(words)], "  r  "))
-    head = _row(["effect", "parameter", "value ± std", "unit", "what it is"], "  r  ", "th")
+    head = _row(["effect", "parameter", "value ± std, whole drive", "unit", "what it is"], "  r  ", "th")
     return f"<table>{head}{''.join(rows)}</table>"
 
 
@@ -115,7 +115,8 @@ def _ranking(found: Refinement) -> str:
         f"Each effect alone, fitted together with n. An effect is named if it removes at least {100 * LEAST_GAIN:.0f} % of the "
         f"held-out cost beyond sensor noise, if windows that gain nothing would not show as much ({100 * CHANCE:g} %), "
         f"and if its parameter stands {LEAST_PARAMETER_SIGMAS:g} standard errors from absence (or those windows leave no "
-        "doubt) and not at a bound."
+        f"doubt) and not at a bound; a change at a place also if it stands {PLACE_SIGMAS:g} of them from absence in a fit to "
+        "the whole drive."
     )
     return _figure(lambda path: draw_ranking(found, path), caption, "narrow")
 
