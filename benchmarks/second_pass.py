@@ -1,0 +1,152 @@
+"""A wheel that follows in a rut, as a rear wheel does: the force law against the plant's soil.
+
+`python benchmarks/second_pass.py`: two wheels of the rig's size pass one after the other over the same soil in a straight line, each under its own constant load,
+slip angle and slip; nothing is fitted. Lateral and longitudinal force and sinkage of the second are printed three ways: the
+soil contact model; the law as the model has it (fresh geometry, shear path of the first wheel as its exit path says); and the
+law's own equations integrated finely on the geometry of a rut: contact from the rut's floor on, which the elastic soil has raised
+by sigma/K, a path that the first wheel left by the same fine integration, and a slip floor of 0.001 instead of 0.01.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
+from scipy.optimize import brentq
+
+from plant.contact import REACH, tiles_within_reach, wheel_contact
+from plant.grid import RutGrid
+from plant.soil_field import SoilField
+from symbolic.contact_line import bulk_modulus
+from symbolic.soil import CLAY, SANDY_LOAM, Soil
+from symbolic.turn_slip import TurnSlip
+from symbolic.vehicle import GRAVITY
+from symbolic.wheel import Contact, Wheel
+
+Array = NDArray[np.float64]
+
+WHEEL = Wheel(0.330229, 0.2121)
+SOILS = (CLAY.with_(n=0.62), SANDY_LOAM.with_(n=0.75))
+SPEED, SLIP, FIRST_LOAD = 5.0, 0.03, 2950.0
+FIRST_ANGLES, LOADS, ANGLES = (0.02, 0.1), (3000.0, 3900.0, 5100.0), (0.01, 0.03, 0.06)
+STEP, SPACING = 1e-3, 0.02
+SECONDS, SETTLED = 1.2, 0.5
+POINTS = 400
+LEAST_SLIP = 1e-3
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What a wheel is told: load (N), slip angle (rad)."""
+
+    load: float
+    angle: float
+
+    @property
+    def spin(self) -> float:
+        """rad/s."""
+        return SPEED / (WHEEL.radius * (1.0 - SLIP))
+
+
+@dataclass(frozen=True)
+class Felt:
+    """Forces in the wheel frame (N), sinkage (m), and the shear path that stays in the soil (m)."""
+
+    f_x: float
+    f_y: float
+    sinkage: float
+    path: float = float("nan")
+
+
+def by_plant(soil: Soil, passes: tuple[Pass, ...]) -> list[Felt]:
+    """What each wheel feels on the soil contact model, mean over the settled part."""
+    field, grid = SoilField.uniform(soil), RutGrid(SPACING)
+    room = tiles_within_reach(WHEEL.radius, WHEEL.width, SPACING)
+    felt = []
+    for told in passes:
+        cos, sin = np.cos(told.angle), np.sin(told.angle)
+        axis, rate = np.array([-sin, cos, 0.0]), told.spin * np.array([-sin, cos, 0.0])
+        x, z, rise, force, moment, rows = 0.0, WHEEL.radius, 0.0, np.zeros(3), np.zeros(3), []
+        for _ in range(round(SECONDS / STEP)):
+            grid.reserve(2 * room)
+            wheel_contact(
+                grid.keys, grid.slots, grid.count, grid.nodes, 0, grid.spacing, REACH, field.values, 0, field.meta, 1.0, 0.0,
+                np.array([x, 0.0, z]), axis, np.array([SPEED, 0.0, rise]), rate, WHEEL.radius, WHEEL.width, STEP, force, moment,
+            )  # fmt: skip
+            rise = 0.98 * (rise + STEP * (force[2] * GRAVITY / told.load - GRAVITY))  # its bounce dies out
+            x, z = x + STEP * SPEED, z + STEP * rise
+            rows.append([force[0] * cos + force[1] * sin, -force[0] * sin + force[1] * cos, WHEEL.radius - z])
+        f_x, f_y, sinkage = np.array(rows)[round(SETTLED / STEP) :].mean(axis=0)
+        felt.append(Felt(f_x, f_y, sinkage))
+    return felt
+
+
+def by_law(soil: Soil, told: Pass, path: float) -> Felt:
+    """What the law says, in soil that another wheel has sheared by `path` (m) before."""
+    v_x, v_y = SPEED * np.cos(told.angle), -SPEED * np.sin(told.angle)
+    contact = Contact(v_x=v_x, v_y=v_y, omega=told.spin, load=told.load, entry_path=path, overlap=1.0)
+    force = TurnSlip(contact_step=STEP)(soil, WHEEL, contact)
+    return Felt(*(float(ca.DM(value)) for value in (force.f_x, force.f_y, force.sinkage, force.exit_path)))
+
+
+def by_hand(soil: Soil, told: Pass, path: float, rut: float) -> Felt:
+    """The law's equations in a rut of depth `rut` (m; 0: fresh soil) sheared by `path`, integrated finely; no side entry."""
+    stiffness, r = float(bulk_modulus(soil, WHEEL)), WHEEL.radius
+    floor = rut - stiffness * rut**soil.n / soil.K
+
+    def pressed(h: float) -> tuple[Array, Array]:
+        """Places from front to rear (m) and pressure there (Pa)."""
+        e = h - floor
+        ahead = np.linspace(np.sqrt(e * (2 * r - e)), 0.0, POINTS)
+        depth = np.sqrt(r * r - ahead**2) - (r - h)
+        front = np.minimum(stiffness * np.maximum(depth, 0.0) ** soil.n, soil.K * np.maximum(depth - floor, 0.0))
+        peak = front[-1]
+        behind = np.linspace(0.0, -np.sqrt(2 * r * peak / soil.K), POINTS)
+        rear = peak * (1.0 - (behind / behind[-1]) ** 2)
+        x = np.concatenate([ahead, behind[1:]])
+        return x, np.maximum(np.concatenate([front, rear[1:]]) + soil.R * told.spin * x, 0.0)
+
+    def missing(h: float) -> float:
+        x, sigma = pressed(h)
+        return -WHEEL.width * float(np.trapezoid(sigma, x)) - told.load
+
+    h = float(brentq(missing, max(floor, 0.0) + 1e-6, 0.8 * r))
+    x, sigma = pressed(h)
+    u_x = SPEED * np.cos(told.angle) - told.spin * np.sqrt(r * r - x * x)
+    u_y = -SPEED * np.sin(told.angle)
+    size = np.sqrt(u_x**2 + u_y**2 + (LEAST_SLIP * SPEED) ** 2)
+    spent = -cumulative_trapezoid(size, x, initial=0.0) / SPEED + 0.5 * STEP * size
+    tau = np.where(sigma > 0.0, soil.c + sigma * np.tan(soil.phi), 0.0) * (1.0 - np.exp(-(path + spent) / soil.k))
+    f_x, f_y = (WHEEL.width * float(np.trapezoid(tau * u / size, x)) for u in (u_x, u_y))
+    return Felt(f_x, f_y, h, float(spent[-1]))
+
+
+def main() -> None:
+    """Read the command line and run."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    print(" " * 44 + "f_y true   law    fine     f_x true    law   fine     h true    law   fine")
+    for soil in SOILS:
+        for first_angle in FIRST_ANGLES:
+            before = Pass(FIRST_LOAD, first_angle)
+            law_before, fine_before = by_law(soil, before, 0.0), by_hand(soil, before, 0.0, 0.0)
+            for load in LOADS:
+                for angle in ANGLES:
+                    told = Pass(load, angle)
+                    true = by_plant(soil, (before, told))[1]
+                    law = by_law(soil, told, law_before.path)
+                    fine = by_hand(soil, told, fine_before.path, fine_before.sinkage)
+                    print(
+                        f"{soil.name:11s}{soil.n:5.2f} after {first_angle:.2f} rad: {load:5.0f} N {angle:.2f} rad  "
+                        f"{true.f_y:7.0f}{law.f_y / true.f_y:8.3f}{fine.f_y / true.f_y:8.3f}   "
+                        f"{true.f_x:8.0f}{law.f_x:7.0f}{fine.f_x:7.0f}   "
+                        f"{true.sinkage:8.4f}{law.sinkage:8.4f}{fine.sinkage:8.4f}",
+                        flush=True,
+                    )
+
+
+if __name__ == "__main__":
+    main()
