@@ -1,10 +1,11 @@
 """A wheel that follows in a rut, as a rear wheel does: the force law against the plant's soil.
 
-`python benchmarks/second_pass.py`: two wheels of the rig's size pass one after the other over the same soil in a straight line, each under its own constant load,
-slip angle and slip; nothing is fitted. Lateral and longitudinal force and sinkage of the second are printed three ways: the
-soil contact model; the law as the model has it (fresh geometry, shear path of the first wheel as its exit path says); and the
-law's own equations integrated finely on the geometry of a rut: contact from the rut's floor on, which the elastic soil has raised
-by sigma/K, a path that the first wheel left by the same fine integration, and a slip floor of 0.001 instead of 0.01.
+`python benchmarks/second_pass.py`: two wheels of the rig's size pass one after the other over the same soil in a straight line,
+each under its own constant load, slip angle and slip; nothing is fitted. Lateral and longitudinal force and sinkage of the second
+are printed three ways: the soil contact model; the law as the model has it (fresh geometry, shear path of the first wheel as its
+exit path says); and the law's own equations integrated finely on the geometry of a rut: contact from the rut's floor on, which
+the elastic soil has raised by sigma/K, a path that the first wheel left by the same fine integration, and a slip floor of 0.001
+instead of 0.01.
 """
 
 from __future__ import annotations
