@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,10 +19,11 @@ from recording.drive import Recording
 from recording.noise import add_noise
 from recording.read import read_drive, write_drive
 from refinement.excitation import one_wave, strongest_line
+from refinement.fit import Fit, Free
 from refinement.folds import FOLDS, folded
-from refinement.refine import inseparable, refine
-from refinement.selection import LEAST_GAIN, Selection, least_sigmas, least_whole
-from refinement.trace import DECLARED_WITHIN, Candidate, gain_of, loosened, make_bench
+from refinement.refine import held_mse, inseparable, refine
+from refinement.selection import LEAST_GAIN, Selection, least_sigmas, least_whole, placed_for_sure
+from refinement.trace import DECLARED_WITHIN, Candidate, everything, fit_base, gain_of, loosened, make_bench
 from refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from symbolic.catalogue import catalogue, declared_model
 from symbolic.declaration import Declaration, load_declaration
@@ -134,6 +136,35 @@ def test_an_effect_of_no_size_is_not_named_and_said(declared):
 def test_what_no_force_law_knows_of_is_held_to_less(declared):
     known = catalogue(declared.vehicle)
     assert least_whole(known["soil_change"]) == least_whole(known["gyro_bias"]) < least_whole(known["payload"])
+
+
+@pytest.mark.parametrize(
+    ("name", "sigmas", "gain", "sure"),
+    [
+        ("soil_change", 4.5, 0.05, True),
+        ("soil_change", -4.5, 0.05, True),
+        ("soil_change", 3.5, 0.05, False),
+        ("soil_change", 4.5, -0.01, False),
+        ("payload", 9.0, 0.05, False),
+    ],
+)
+def test_a_change_at_a_place_needs_certainty_and_any_gain(declared, name, sigmas, gain, sure):
+    effect = catalogue(declared.vehicle)[name]
+    lead = effect.parameters[0]
+    free = (Free(lead.name, (lead.name,), 0.1, lead.lower, lead.upper),)
+    overall = Fit(free, np.array([lead.nominal + 0.04 * sigmas]), np.array([0.04]), np.zeros((1, 1)), 1.0, ())
+    candidate = Candidate(name, overall, np.ones(9), gain, 0.1, 0.01, overall)
+    assert placed_for_sure(candidate, effect) is sure
+    assert not placed_for_sure(replace(candidate, overall=None), effect)
+
+
+def test_what_is_handed_on_is_fitted_to_the_whole_drive(found):
+    bench = found.selection.bench
+    part = bench.absent[0, bench.model.p.index("steering_offset")]
+    whole = fit_base(everything(bench)).named()["steering_offset"]
+    assert found.effects[0].parameters["steering_offset"][:2] == pytest.approx(whole)
+    assert part != pytest.approx(whole[0], rel=1e-4)
+    assert found.after == held_mse(bench, bench.absent)
 
 
 def test_a_change_of_soil_is_found_where_it_is(declared):
