@@ -14,10 +14,9 @@ import mpc_demo
 import symbolic
 from estimator.cache import cache_folder
 
-WRITERS = ((symbolic, "**/*"), (estimator, "*"), (mpc_demo, "c_library*"))
-"""Packages that the texts come from, and which of their files."""
+WRITERS = ((symbolic, "**/*"), (estimator, "*"), (mpc_demo, "c_library*"), (mpc_demo, "*generate*"), (mpc_demo, "options_model*"))
+"""Packages that the texts come from or whose defaults say what is asked for, and which of their files."""
 SUFFIXES = (".py", ".in", ".toml")
-
 
 Said = str | float | bool | Path | None
 
