@@ -9,7 +9,6 @@ wheels' toe (left minus right, mrad) and their common steering per lateral accel
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +19,12 @@ from estimator.predictor import Predictor
 from mpc_demo.blind_test import PLANT_VEHICLE
 from plant.effects import Effects
 from plant.machine import load_plant_vehicle
-from plant.manoeuvres import Manoeuvre, MultiSine, Speed
-from plant.observe import COLUMNS
-from plant.simulate import recording_of
+from plant.manoeuvres import Driver, Manoeuvre, MultiSine, Speed
+from plant.simulate import simulate
 from plant.start import Start
 from plant.state import TRAVEL
 from plant.suspension import AXLE_X, carrier
-from plant.world import Plant
+from plant.world import Plant, Sample
 from recording.drive import Recording
 from symbolic.catalogue import catalogue, declared_model
 from symbolic.effects import add_effect
@@ -38,37 +36,35 @@ Array = NDArray[np.float64]
 SOILS = (CLAY.with_(n=0.62), SANDY_LOAM.with_(n=0.75))
 PLACE = 2.3
 """m behind the front axle."""
-SECONDS, SAMPLE, START_UP = 30.0, 0.012, 200
+SECONDS, START_UP = 30.0, 200
 SMOOTH = 21
 """Rows of the quadratic that takes the wheels' bounce off the forces."""
 
 
-@dataclass(frozen=True)
-class Run:
-    """A drive; steer (N, 2): steering angle of the rear wheels, left and right (rad)."""
+class Watched:
+    """A driver beside whom the rear suspension is watched; steer: angles of the rear wheels, left and right, a row each (rad)."""
 
-    drive: Recording
-    steer: Array
+    def __init__(self, driver: Driver, plant: Plant) -> None:
+        self.name, self.steer = "payload", list[list[float]]()
+        self._driver, self._plant, self._paths = driver, plant, load_plant_vehicle().machine.paths
 
-
-def run(soil: Soil, payload: float, ruts: bool, seed: int) -> Run:
-    """A multi-sine drive of the plant, its suspension watched."""
-    effects = {"multipass": ruts, **({"payload": payload, "payload_at": [-PLACE, 0.0, 0.9]} if payload else {})}
-    plant = Plant(soil, effects=Effects.from_table(effects), start=Start(u=5.0))
-    driver, steps = Manoeuvre("payload", MultiSine(seed=seed), Speed(5.5, 1.2, 10.0)), round(SAMPLE / plant.dt)
-    machine, seen = load_plant_vehicle().machine, plant.sample()
-    value, by_q, by_angle = np.empty(13), np.empty(13), np.empty(13)
-    rows, steer = [], []
-    for _ in range(round(SECONDS / SAMPLE)):
-        plant.advance(np.ascontiguousarray(driver(plant.time + plant.dt * np.arange(steps), seen), dtype=float))
-        seen = plant.sample()
-        rows.append(np.array(seen.row[: len(COLUMNS)]))
+    def __call__(self, t: Array, seen: Sample) -> Array:
+        """What the driver commands at the times t (s)."""
+        value, by_q, by_angle = np.empty(13), np.empty(13), np.empty(13)
         angles = []
         for wheel in (2, 3):
-            carrier(machine.paths[wheel], plant.state[TRAVEL + wheel], 0.0, value, by_q, by_angle)
-            angles.append(-value[AXLE_X])
-        steer.append(angles)
-    return Run(recording_of(np.array(rows), driver.name, soil.name), np.array(steer))
+            carrier(self._paths[wheel], self._plant.state[TRAVEL + wheel], 0.0, value, by_q, by_angle)
+            angles.append(-float(value[AXLE_X]))
+        self.steer.append(angles)
+        return self._driver(t, seen)
+
+
+def run(soil: Soil, payload: float, ruts: bool, seed: int) -> tuple[Recording, Array]:
+    """A multi-sine drive of the plant, and the steering angles (N, 2) of its rear wheels (rad)."""
+    effects = {"multipass": ruts, **({"payload": payload, "payload_at": [-PLACE, 0.0, 0.9]} if payload else {})}
+    plant = Plant(soil, effects=Effects.from_table(effects), start=Start(u=5.0))
+    watched = Watched(Manoeuvre("payload", MultiSine(seed=seed), Speed(5.5, 1.2, 10.0)), plant)
+    return simulate(watched, soil, SECONDS, plant=plant), np.array(watched.steer)
 
 
 def modelled(drive: Recording, soil: Soil, payload: float, ruts: bool) -> Array:
@@ -90,8 +86,8 @@ def modelled(drive: Recording, soil: Soil, payload: float, ruts: bool) -> Array:
 
 def told_of(soil: Soil, payload: float, ruts: bool, seed: int) -> str:
     """One line of the table."""
-    done = run(soil, payload, ruts, seed)
-    truth, found = done.drive.truth, modelled(done.drive, soil, payload, ruts)
+    drive, steer = run(soil, payload, ruts, seed)
+    truth, found = drive.truth, modelled(drive, soil, payload, ruts)
 
     def smooth(values: Array) -> Array:
         return savgol_filter(values, SMOOTH, 2)[START_UP:-SMOOTH]
@@ -103,8 +99,8 @@ def told_of(soil: Soil, payload: float, ruts: bool, seed: int) -> str:
     force = [float(smooth(values) @ side / (side @ side)) for values, side in zip(found[:2], sides, strict=True)]
     load = [float(smooth(found[2 + i]).mean() / true("fz", axle).mean()) for i, axle in enumerate("fr")]
     apart, theirs = float(smooth(found[4] - found[5]).mean()), float(true("fy", "r", -1.0).mean())
-    left, right = (1e3 * smooth(column) for column in done.steer.T)
-    per = np.polyfit(smooth(done.drive["u"] * done.drive["omega_z"]), (left + right) / 2, 1)[0]
+    left, right = (1e3 * smooth(column) for column in steer.T)
+    per = np.polyfit(smooth(drive["u"] * drive["omega_z"]), (left + right) / 2, 1)[0]
     return (
         f"{soil.name:11s}{soil.n:5.2f}{payload:7.0f} kg  {'ruts' if ruts else 'none':5s}"
         f"{force[0]:7.3f}{force[1]:7.3f}   {load[0]:6.3f}{load[1]:7.3f}   {theirs:6.0f}{apart:6.0f}"

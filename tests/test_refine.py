@@ -22,7 +22,7 @@ from refinement.excitation import one_wave, strongest_line
 from refinement.fit import Fit, Free
 from refinement.folds import FOLDS, folded
 from refinement.refine import held_mse, inseparable, refine
-from refinement.selection import LEAST_GAIN, Selection, least_sigmas, least_whole, placed_for_sure
+from refinement.selection import LEAST_GAIN, Selection, least_sigmas, least_whole, placed_for_sure, supported
 from refinement.trace import DECLARED_WITHIN, Candidate, everything, fit_base, gain_of, loosened, make_bench
 from refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from symbolic.catalogue import catalogue, declared_model
@@ -156,6 +156,14 @@ def test_a_change_at_a_place_needs_certainty_and_any_gain(declared, name, sigmas
     candidate = Candidate(name, overall, np.ones(9), gain, 0.1, 0.01, overall)
     assert placed_for_sure(candidate, effect) is sure
     assert not placed_for_sure(replace(candidate, overall=None), effect)
+
+
+def test_a_change_too_small_for_its_gain_is_named_by_its_certainty(declared):
+    change = {"n_change": 0.06, "change_x": 55.0, "change_y": 0.0, "change_heading": 0.2}
+    found = refine([drive({"soil_change": change})], declared, workers=1, candidates=("soil_change", "bank"))
+    assert [effect.name for effect in found.effects] == ["soil_change"]
+    assert not supported(found.selection.accepted[0], catalogue(declared.vehicle)["soil_change"])
+    assert found.effects[0].parameters["n_change"][0] == pytest.approx(0.06, rel=0.5)
 
 
 def test_what_is_handed_on_is_fitted_to_the_whole_drive(found):
