@@ -138,13 +138,13 @@ def everything(bench: Bench) -> Bench:
 
 
 def loosened(bench: Bench, declaration: Declaration) -> Bench:
-    """The bench with the parameters of declared effects free within DECLARED_WITHIN, fitted together with n."""
+    """The bench with the parameters of declared effects (not the drawn ones) free within DECLARED_WITHIN, fitted with n."""
     loose = tuple(
         _within(effect.parameters[name], value)
         for key, values in declaration.vehicle.effects.items()
         for effect in (catalogue(declaration.vehicle)[key],)
         for name, value in values.items()
-        if value != effect.parameters[name].nominal
+        if value != effect.parameters[name].nominal and name not in effect.drawn
     )
     grown = replace(bench, loose=loose)
     return reweighted(replace(grown, absent=fit_base(grown).p)) if loose else bench

@@ -9,6 +9,7 @@ from symbolic.effects import Effect, add_effect
 from symbolic.effects_body import bank, grade, locked_differential, motion_resistance, payload, side_force, yaw_moment
 from symbolic.effects_contact import aligning_moment, pressure_offset
 from symbolic.effects_delay import sensor_delay
+from symbolic.effects_lean import wheel_lean
 from symbolic.effects_sensor import gyro_bias, lever_arm, speed_scale
 from symbolic.effects_soil import bulldozing, rate_damping, relaxation, slip_sinkage, soil_change
 from symbolic.effects_steering import backlash, steering_delay, steering_gain, steering_lag, steering_offset
@@ -22,9 +23,9 @@ from symbolic.wheel import ForceLaw
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
     """Every known effect by name, sized for the vehicle."""
     effects = (
-        multipass(vehicle.wheelbase), load_transfer(), aligning_moment(), pressure_offset(), rate_damping(), bulldozing(),
-        slip_sinkage(), motion_resistance(), steering_lag(), steering_delay(), steering_offset(), steering_gain(), backlash(),
-        relaxation(), bank(), grade(), side_force(), payload(), yaw_moment(), locked_differential(), soil_change(),
+        multipass(vehicle.wheelbase), load_transfer(), wheel_lean(), aligning_moment(), pressure_offset(), rate_damping(),
+        bulldozing(), slip_sinkage(), motion_resistance(), steering_lag(), steering_delay(), steering_offset(), steering_gain(),
+        backlash(), relaxation(), bank(), grade(), side_force(), payload(), yaw_moment(), locked_differential(), soil_change(),
         gyro_bias(), lever_arm(), speed_scale(), sensor_delay(),
     )  # fmt: skip
     return {effect.name: effect for effect in effects}

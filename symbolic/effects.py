@@ -19,7 +19,8 @@ class Effect:
     corrections: stage -> compute, applied to the quantities right after that stage;
     states, rates: extra states and their rates `d_<state>`, for effects that need them in every sigma point;
     memories: histories kept beside the states;
-    confusable: effects with a like signature; separates: the manoeuvre that tells them apart.
+    confusable: effects with a like signature; separates: the manoeuvre that tells them apart;
+    drawn: parameters of the vehicle's own build (its geometry, its shafts): once declared, no fit of another effect moves them.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Effect:
     memories: tuple[Memory, ...] = ()
     confusable: tuple[str, ...] = ()
     separates: str = ""
+    drawn: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if set(self.typical) != set(self.parameters.names):

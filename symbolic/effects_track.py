@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symbolic.bicycle import Corner
+from symbolic.body_roll import body_roll
 from symbolic.effects import Effect, each_wheel
-from symbolic.history import lag_share
 from symbolic.model import Memory, Quantities
 from symbolic.signals import Layout, Signal
 from symbolic.smooth import smooth_norm, smooth_positive
@@ -26,36 +26,14 @@ RUT_VALUES = (
 
 
 def load_transfer() -> Effect:
-    """Body roll: each wheel its own load, Delta F_z = share M a h/T per axle, and rear wheels that lean with the body.
+    """Body roll: each wheel its own load, Delta F_z = share (M a h + roll_moment)/T, and rear wheels that lean with the body.
 
     a is the lateral specific force as the rolled body has followed it (first order, ROLL_TIME). Two tracks then carry the
     yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. While the body rolls, a
     wheel that leans with it sweeps its contact sideways: v_y += roll_sweep da/dt at the rear (roll rate times radius),
-    in proportion to the mass that rolls.
+    in proportion to the mass that rolls. A roll_moment that is there when driving straight (a propeller shaft's reaction, a
+    centre of gravity off the middle) loads one side more for good.
     """
-    cells = Layout.of(
-        Signal("a_y_roll", "m/s^2", "lateral specific force that the rolled body has followed"),
-        Signal("a_y_roll_rate", "m/s^3", "its rate"),
-    )
-    provides = Layout.of(
-        Signal("a_y_body", "m/s^2", "lateral specific force that the rolled body has followed"),
-        Signal("a_y_body_rate", "m/s^3", "its rate"),
-    )
-
-    def advance(q: Quantities) -> Quantities:
-        share = lag_share(q["dt"], ROLL_TIME)
-        before = q["memory"]["a_y_roll"]
-        moved = share * (q["force_y"] / q["mass"] - before)
-        return {"a_y_roll": before + moved, "a_y_roll_rate": moved / q["dt"]}
-
-    memory = Memory(
-        "load_transfer",
-        cells,
-        provides,
-        read=lambda q: {"a_y_body": q["memory"]["a_y_roll"], "a_y_body_rate": q["memory"]["a_y_roll_rate"]},
-        advance=advance,
-        start=lambda q: {"a_y_roll": q["u"] * q["omega_z"], "a_y_roll_rate": 0.0},
-    )
     parameters = Layout.of(
         Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0, spread=1),
         Signal(
@@ -67,17 +45,19 @@ def load_transfer() -> Effect:
             0.03,
             spread=0.01,
         ),
+        Signal("roll_moment", "N m", "roll to the right when driving straight", 0.0, -2000.0, 2000.0, spread=300),
     )
     return Effect(
         name="load_transfer",
         doc="body roll: load transfer on two tracks with the yaw moment of unequal resistance, and the rear wheels' lean",
         reference="moment balance about the roll axis; two-track kinematics",
         parameters=parameters,
-        typical={"transfer_height": 0.63, "roll_sweep": 0.004},
+        typical={"transfer_height": 0.63, "roll_sweep": 0.004, "roll_moment": 0.0},
         corrections={"tracks": _two_tracks, "contacts": each_wheel(_leaning)},
-        memories=(memory,),
+        memories=(body_roll("load_transfer", "a_y_roll", "a_y_body", ROLL_TIME),),
         confusable=("locked_differential", "yaw_moment"),
         separates="turns of both signs at several lateral accelerations and speeds",
+        drawn=("roll_moment",),
     )
 
 
@@ -92,7 +72,7 @@ def _two_tracks(q: Quantities) -> Quantities:
     """Left and right wheels in the place of each axle's pair; delta_left - delta_right = ackermann delta^2 + toe."""
     half_track = q["track"] / 2
     spread = (q["ackermann"] * q["delta"] ** 2 + q["toe"]) / 2
-    moved = q["mass"] * q["a_y_body"] * q["transfer_height"] / q["track"]
+    moved = (q["mass"] * q["a_y_body"] * q["transfer_height"] + q["roll_moment"]) / q["track"]
     share = {"f": q["roll_share_f"], "r": 1.0 - q["roll_share_f"]}
     corners = []
     for axle in ("f", "r"):

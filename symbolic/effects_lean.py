@@ -1,0 +1,59 @@
+"""Front wheels that lean: with the body's roll, and with the steering because their steering axis leans back (caster)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from symbolic.bicycle import Corner
+from symbolic.body_roll import body_roll
+from symbolic.effects import Effect, each_wheel
+from symbolic.model import Quantities
+from symbolic.signals import Layout, Signal
+
+LEAN_TIME = 0.21
+"""s: how long a damped body takes to roll to its lateral acceleration (first order)."""
+
+
+def wheel_lean() -> Effect:
+    """Front wheels that lean by gamma = lean_roll a + lean_steer delta, positive where the left end of the axle is up.
+
+    a is the lateral specific force as the rolled body has followed it (first order, LEAN_TIME), in proportion to the mass that
+    rolls. The spin of a leaning wheel has a part omega sin(gamma) about the vertical: its rim sweeps sideways through the
+    contact as a yawing wheel's does, yaw rate += omega gamma; and while the lean changes, the contact moves sideways under the
+    wheel's centre, v_y += radius dgamma/dt. Both numbers are the suspension's geometry. The rear wheels are left out: what their
+    lean does, the force law in a rut lacks by about as much (`benchmarks/second_pass.py`).
+    """
+    return Effect(
+        name="wheel_lean",
+        doc="front wheels lean with the body's roll and with the steering, and their rims sweep sideways",
+        reference="rigid-body kinematics of a spinning wheel; caster and camber of the suspension",
+        parameters=Layout.of(
+            Signal("lean_steer", "", "lean of the front wheels per steering angle", 0.0, -0.5, 0.5, spread=0.2),
+            Signal(
+                "lean_roll",
+                "rad s^2/m",
+                "lean of the front wheels per lateral acceleration",
+                0.0,
+                -0.05,
+                0.05,
+                spread=0.02,
+            ),
+        ),
+        typical={"lean_steer": -0.12, "lean_roll": 0.02},
+        corrections={"contacts": each_wheel(_leaning)},
+        memories=(body_roll("wheel_lean", "a_y_lean", "a_y_leaning", LEAN_TIME),),
+        confusable=("steering_gain", "payload"),
+        separates="full lock and small steering angles at several speeds",
+        drawn=("lean_steer", "lean_roll"),
+    )
+
+
+def _leaning(q: Quantities, corner: Corner) -> Corner:
+    contact = corner.contact
+    if corner.axle != "f" or contact is None:
+        return corner
+    rolling = q["lean_roll"] * q["burden"]
+    lean = rolling * q["a_y_leaning"] + q["lean_steer"] * q["delta"]
+    rate = rolling * q["a_y_leaning_rate"] + q["lean_steer"] * q["delta_rate"]
+    swept = replace(contact, v_y=contact.v_y + q["radius"] * rate, yaw_rate=contact.yaw_rate + contact.omega * lean)
+    return corner.with_(contact=swept)

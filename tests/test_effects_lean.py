@@ -1,0 +1,137 @@
+"""Leaning wheels: the law against the plant's soil, and the declared numbers against the plant's suspension."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from mpc_demo.blind_test import PLANT_VEHICLE
+from plant.contact import REACH, tiles_within_reach, wheel_contact
+from plant.grid import RutGrid
+from plant.machine import load_plant_vehicle
+from plant.manoeuvres import Manoeuvre, MultiSine, Speed
+from plant.soil_field import SoilField
+from plant.start import Start
+from plant.state import PITMAN, TRAVEL, rotation
+from plant.suspension import AXLE_X, AXLE_Z, carrier
+from plant.world import Plant
+from symbolic.catalogue import catalogue, declared_model
+from symbolic.effects import add_effect
+from symbolic.effects_lean import LEAN_TIME
+from symbolic.soil import CLAY, SANDY_LOAM
+from symbolic.turn_slip import TurnSlip
+from symbolic.vehicle import GRAVITY, load_vehicle
+from symbolic.wheel import Contact, Wheel
+
+WHEEL = Wheel(0.330229, 0.2121)
+SPEED, SPIN, LOAD = 5.0, 15.6, 3000.0
+STEP, SPACING = 1e-3, 0.015
+
+
+def on_the_plants_soil(soil, angle: float, lean: float) -> float:
+    """Side force (N) in the wheel's plane frame of a wheel that rolls straight at a slip angle, leaning; settled mean."""
+    told = SoilField.uniform(soil)
+    grid, room = RutGrid(SPACING), tiles_within_reach(WHEEL.radius, WHEEL.width, SPACING)
+    axis = np.array([-np.sin(angle) * np.cos(lean), np.cos(angle) * np.cos(lean), np.sin(lean)])
+    x, z, rise, force, moment, found = 0.0, WHEEL.radius, 0.0, np.zeros(3), np.zeros(3), []
+    for _ in range(1000):
+        grid.reserve(2 * room)
+        wheel_contact(
+            grid.keys, grid.slots, grid.count, grid.nodes, 0, grid.spacing, REACH, told.values, 0, told.meta, 1.0, 0.0,
+            np.array([x, 0.0, z]), axis, np.array([SPEED, 0.0, rise]), SPIN * axis, WHEEL.radius, WHEEL.width, STEP,
+            force, moment,
+        )  # fmt: skip
+        rise = 0.98 * (rise + STEP * (force[2] * GRAVITY / LOAD - GRAVITY))  # its bounce dies out
+        x, z = x + STEP * SPEED, z + STEP * rise
+        found.append(-force[0] * np.sin(angle) + force[1] * np.cos(angle))
+    return float(np.mean(found[400:]))
+
+
+def by_the_law(soil, angle: float, lean: float) -> float:
+    contact = Contact(
+        v_x=SPEED * np.cos(angle), v_y=-SPEED * np.sin(angle), omega=SPIN, load=LOAD, yaw_rate=SPIN * np.sin(lean)
+    )
+    return float(ca.DM(TurnSlip(contact_step=STEP)(soil, WHEEL, contact).f_y))
+
+
+@pytest.mark.parametrize("soil", [CLAY.with_(n=0.6), SANDY_LOAM.with_(n=0.7)], ids=lambda soil: soil.name)
+@pytest.mark.parametrize("angle", [0.03, 0.1])
+def test_a_leaning_wheels_rim_sweeps_as_a_yawing_ones_does(soil, angle):
+    """What a lean of 0.06 to either side changes of the side force on the plant's soil, the law says without any fit."""
+    true = on_the_plants_soil(soil, angle, 0.06) - on_the_plants_soil(soil, angle, -0.06)
+    law = by_the_law(soil, angle, 0.06) - by_the_law(soil, angle, -0.06)
+    assert abs(true) > 0.03 * LOAD * np.tan(soil.phi)
+    assert law == pytest.approx(true, rel=0.25)
+
+
+def axle_of(wheel: int, travel: float, pitman: float) -> np.ndarray:
+    """Unit vector along a front wheel's axle, leftward, in the chassis frame: as the hardpoints say."""
+    value, by_travel, by_angle = np.empty(13), np.empty(13), np.empty(13)
+    carrier(load_plant_vehicle().machine.paths[wheel], travel, pitman, value, by_travel, by_angle)
+    across = np.sqrt(1.0 - value[AXLE_X] ** 2 - value[AXLE_Z] ** 2)
+    return np.array([value[AXLE_X], across, value[AXLE_Z]])
+
+
+def test_the_declared_lean_with_the_steering_is_what_the_hardpoints_do():
+    axles = np.array([[axle_of(wheel, 0.0, angle) for wheel in (0, 1)] for angle in np.linspace(-0.4, 0.4, 9)]).mean(
+        axis=1
+    )
+    slope = np.polyfit(np.arctan2(-axles[:, 0], axles[:, 1]), axles[:, 2], 1)[0]
+    assert load_vehicle(PLANT_VEHICLE).effects["wheel_lean"]["lean_steer"] == pytest.approx(slope, rel=0.05)
+
+
+def test_the_declared_lean_with_the_roll_is_what_the_plant_does():
+    """What is left of the front wheels' lean without the steering's part goes with the rolled lateral acceleration."""
+    plant, rows, rolled, turn = Plant(CLAY.with_(n=0.6), start=Start(u=5.0)), list[list[float]](), 0.0, np.empty((3, 3))
+    driver, seen, within = (
+        Manoeuvre("turns", MultiSine(seed=5), Speed(5.5, 1.2, 10.0)),
+        plant.sample(),
+        np.arange(6) * plant.dt,
+    )
+    declared = load_vehicle(PLANT_VEHICLE).effects["wheel_lean"]
+    for step in range(1500):
+        plant.advance(np.ascontiguousarray(driver(plant.time + within, seen)))
+        seen = plant.sample()
+        rolled += (1.0 - np.exp(-0.012 / LEAN_TIME)) * (seen["u"] * seen["omega_z"] - rolled)
+        rotation(plant.state, turn)
+        lean = np.mean([turn[2] @ axle_of(wheel, plant.state[TRAVEL + wheel], plant.state[PITMAN]) for wheel in (0, 1)])
+        if step > 200:
+            rows.append([lean - declared["lean_steer"] * seen["steer"], rolled])
+    rest, roll = np.array(rows).T
+    assert declared["lean_roll"] == pytest.approx(np.polyfit(roll, rest, 1)[0], rel=0.15)
+
+
+@pytest.fixture(scope="module")
+def bare():
+    return declared_model(load_vehicle(PLANT_VEHICLE).with_(effects={}), CLAY)
+
+
+def test_lean_turns_the_contacts_of_the_front_wheels(bare):
+    effect = catalogue(load_vehicle(PLANT_VEHICLE))["wheel_lean"]
+    model = add_effect(bare, effect, {"lean_steer": -0.15, "lean_roll": 0.02})
+
+    def seen(model):
+        return model.correct("contacts", lambda q: {f"turn_{w.axle}": w.contact.yaw_rate for w in q["wheels"]})
+
+    x = bare.x.pack(u=5.0, omega_z=0.3)
+    signals = {"steer": 0.2, "omega_fl": 15.0, "omega_fr": 15.0, "omega_rl": 15.0, "omega_rr": 15.0}
+    plain, leaning = seen(bare), seen(model)
+    before = plain.probe("turn_f", "turn_r")(x, plain.u.pack(**signals), plain.p.nominal).full()[:, 0]
+    u = leaning.u.pack(**signals, a_y_leaning=1.5)
+    after = leaning.probe("turn_f", "turn_r")(x, u, leaning.p.nominal).full()[:, 0]
+    assert after[0] - before[0] == pytest.approx(15.0 * (0.02 * 1.5 - 0.15 * 0.2))
+    assert after[1] == before[1]
+
+
+def test_a_roll_moment_loads_one_side(bare):
+    """To the right positive: it leaves the axles' loads and moves M/T from the left wheels to the right ones."""
+
+    def by_side(q):
+        return {f"side_{side}": sum(w.load for w in q["wheels"] if w.side == side) for side in (1, -1)}
+
+    vehicle, sides = load_vehicle(PLANT_VEHICLE), {}
+    for moment in (0.0, 300.0):
+        values = {"transfer_height": 0.8, "roll_sweep": 0.0, "roll_moment": moment}
+        model = add_effect(bare, catalogue(vehicle)["load_transfer"], values).correct("contacts", by_side)
+        u = model.u.pack(omega_fl=15.0, omega_fr=15.0, omega_rl=15.0, omega_rr=15.0)
+        sides[moment] = model.probe("side_1", "side_-1")(model.x.pack(u=5.0), u, model.p.nominal).full()[:, 0]
+    assert sides[300.0] - sides[0.0] == pytest.approx([-300.0 / vehicle.track, 300.0 / vehicle.track], rel=1e-3)
