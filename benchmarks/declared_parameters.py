@@ -1,12 +1,14 @@
 """Where drives put the declared effects' parameters: `python benchmarks/declared_parameters.py ../shared/data/chrono_vehicle`.
 
-Sensor channels of the multi-sine drives, two per soil: kappa alone, with roll_sweep, and with transfer_height too, each fitted
-together with every drive's n to the first two thirds of the drives. Last, and apart from it, what the simulator's own wheel
-loads (`true_fz_*`, a weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
+Sensor channels of the multi-sine and step drives, by soil: the parameters of load_transfer and multipass, and with them those
+of wheel_lean, each fitted together with every drive's n; for several yaw inertias, which are no parameter of the model: the cost
+says which it is. `paper_*` drives are not in it. Last, and apart from it, what the simulator's own wheel loads (`true_fz_*`, a
+weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
 
 `python benchmarks/declared_parameters.py plant` does the same for vehicles/plant.toml, on the clean drives that the blind
-test draws for the seeds 11 to 14: kappa, roll_sweep and transfer_height, aligning_share, and pressure_share with them in the
-last fit. That one is made for several yaw inertias as well, which are no parameter of the model: the cost says which it is.
+test draws for the seeds 11 to 14, with the shares of aligning_moment and pressure_offset in the last fit; the yaw inertia of
+the plant's bodies together is 1795 kg m^2, and its front suspension's hardpoints lean the wheels by -0.14 of the steering angle
+and 0.02 rad per m/s^2 (tests/test_effects_lean.py).
 """
 
 from __future__ import annotations
@@ -21,39 +23,53 @@ from mpc_demo.blind_cases import draw_cases, drive_case
 from recording.drive import Recording
 from recording.read import read_drive
 from refinement.fit import Fit, Free, fit
-from refinement.trace import Bench, free_n, make_bench
+from refinement.trace import Bench, everything, free_n, make_bench
 from symbolic.declaration import Declaration
 from symbolic.soil import load_soil
 from symbolic.vehicle import Vehicle, load_vehicle
 
 VEHICLES = Path(__file__).resolve().parents[1] / "vehicles"
 DRIVES = {
-    "clay": ("multi_clay_n0.50", "multi_clay_n0.65"),
-    "sandy_loam": ("multi_sandyloam_n0.55", "multi_sandyloam_n0.70"),
+    "clay": ("multi_clay_n0.50", "multi_clay_n0.65", "steps_clay_n0.50"),
+    "sandy_loam": ("multi_sandyloam_n0.55", "multi_sandyloam_n0.70", "steps_sandyloam_n0.80"),
 }
 FREE = {
     "kappa": Free("kappa", ("kappa",), 0.2, 0.0, 1.5),
     "roll_sweep": Free("roll_sweep", ("roll_sweep",), 0.003, -0.03, 0.03),
     "transfer_height": Free("transfer_height", ("transfer_height",), 0.3, 0.0, 2.0),
+    "roll_moment": Free("roll_moment", ("roll_moment",), 100.0, -2000.0, 2000.0),
+}
+LEAN = {
+    "lean_steer": Free("lean_steer", ("lean_steer",), 0.05, -0.5, 0.5),
+    "lean_roll": Free("lean_roll", ("lean_roll",), 0.01, -0.05, 0.05),
 }
 SOIL_MOMENTS = {name: Free(name, (name,), 0.3, 0.0, 2.0) for name in ("aligning_share", "pressure_share")}
-INERTIAS = (1570.0, 1630.0, 1690.0, 1740.0, 1795.0)
-"""kg m^2: of all bodies together it is 1795."""
+INERTIAS = {"plant": (1690.0, 1740.0, 1795.0, 1840.0), "reference": (1790.0, 1820.0, 1850.0, 1880.0)}
+"""kg m^2."""
 PLANT_SEEDS = (11, 12, 13, 14)
 START_UP = 2.0
 
 
-def from_sensors(recordings: list[Recording], declaration: Declaration, known: tuple[Free, ...]) -> None:
-    """Print the fits: of the first of the known parameters, of the first two, and so on."""
-    bench = make_bench(recordings, declaration, START_UP, names=())
-    for count in range(1, len(known) + 1):
-        print(f"{declaration.soil.name:10s} {told_of(fitted(bench, known[:count]))}", flush=True)
+def from_sensors(recordings: list[Recording], told: Declaration, sets: list[tuple[Free, ...]], inertias) -> None:
+    """Print the fits of each set of parameters for each yaw inertia, all weighed alike."""
+    weights = None
+    for inertia in inertias:
+        declared = replace(told, vehicle=told.vehicle.with_(yaw_inertia=inertia))
+        bench = make_bench(recordings, declared, START_UP, names=())
+        weights = bench.weights if weights is None else weights
+        for known in sets:
+            found = fitted(replace(bench, weights=weights), known)
+            print(
+                f"{told.soil.name:10s} yaw inertia {inertia:.0f} kg m^2: cost {found.cost:.4f}; {told_of(found)}",
+                flush=True,
+            )
 
 
 def fitted(bench: Bench, known: tuple[Free, ...]) -> Fit:
-    """The known parameters and every drive's n, fitted to the first two thirds of the drives."""
+    """The known parameters and every drive's n, fitted to all of the drives."""
     free = [*known, *free_n(bench)]
     start = np.array([bench.absent[f.drive or 0, bench.model.p.index(f.sets[0])] for f in free])
+    bench = everything(bench)
     return fit(bench.shootings, bench.fitted, bench.weights, free, start, bench.absent)
 
 
@@ -79,15 +95,9 @@ def of_the_plant() -> None:
     for soil in DRIVES:
         recordings = [drive_case(case) for case in cases if case["soil"] == soil]
         print(f"{soil:10s} true n " + ", ".join(f"{case['n']:.4f}" for case in cases if case["soil"] == soil))
-        free = (*FREE.values(), *SOIL_MOMENTS.values())
-        from_sensors(recordings, Declaration(vehicle, load_soil(soil)), free)
-        sigma = None
-        for inertia in INERTIAS:
-            told = Declaration(vehicle.with_(yaw_inertia=inertia), load_soil(soil))
-            bench = make_bench(recordings, told, START_UP, names=())
-            sigma = bench.weights if sigma is None else sigma
-            found = fitted(replace(bench, weights=sigma), free)
-            print(f"{soil:10s} yaw inertia {inertia:.0f} kg m^2: cost {found.cost:.4f}; {told_of(found)}", flush=True)
+        effects = (*FREE.values(), *LEAN.values())
+        sets = [tuple(FREE.values()), effects, (*effects, *SOIL_MOMENTS.values())]
+        from_sensors(recordings, Declaration(vehicle, load_soil(soil)), sets, INERTIAS["plant"])
 
 
 def of_the_reference(folder: Path) -> None:
@@ -95,9 +105,12 @@ def of_the_reference(folder: Path) -> None:
     vehicle = load_vehicle(VEHICLES / "reference.toml")
     for soil, names in DRIVES.items():
         recordings = [read_drive(folder / f"{name}.csv.gz") for name in names]
-        from_sensors(recordings, Declaration(vehicle, load_soil(soil)), tuple(FREE.values()))
+        sets = [tuple(FREE.values()), (*FREE.values(), *LEAN.values())]
+        from_sensors(recordings, Declaration(vehicle, load_soil(soil)), sets, INERTIAS["reference"])
         for recording in recordings:
-            print(f"{recording.name}: transfer_height {from_wheel_loads(recording, vehicle):.2f} m by the wheels' loads")
+            print(
+                f"{recording.name}: transfer_height {from_wheel_loads(recording, vehicle):.2f} m by the wheels' loads"
+            )
 
 
 def main() -> None:

@@ -34,7 +34,7 @@ def drive(request) -> tuple[Soil, Recording]:
 
 
 def bodies_yaw_inertia() -> float:
-    """Yaw inertia of the plant's bodies together (kg m^2), which true forces turn; the bicycle's forces ask for a smaller one."""
+    """Yaw inertia of the plant's bodies together (kg m^2)."""
     machine = load_plant_vehicle().machine
     mass = np.r_[machine.sprung_mass, machine.unsprung_mass]
     place = np.vstack([np.zeros(2), machine.paths[:, :2, 0, 0]])
