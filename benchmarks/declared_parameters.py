@@ -6,9 +6,9 @@ says which it is. `paper_*` drives are not in it. Last, and apart from it, what 
 weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
 
 `python benchmarks/declared_parameters.py plant` does the same for vehicles/plant.toml, on the clean drives that the blind
-test draws for the seeds 11 to 14, with the shares of aligning_moment and pressure_offset in the last fit; the yaw inertia of
-the plant's bodies together is 1795 kg m^2, and its front suspension's hardpoints lean the wheels by -0.14 of the steering angle
-and 0.02 rad per m/s^2 (tests/test_effects_lean.py).
+test draws for the seeds 11 to 14, once without wheel_lean, then with the shares of aligning_moment and pressure_offset in the
+last fit; the yaw inertia of the plant's bodies together is 1795 kg m^2, and its front suspension's hardpoints lean the wheels by
+-0.14 of the steering angle and 0.02 rad per m/s^2 (tests/test_effects_lean.py).
 """
 
 from __future__ import annotations
@@ -97,6 +97,10 @@ def of_the_plant() -> None:
         print(f"{soil:10s} true n " + ", ".join(f"{case['n']:.4f}" for case in cases if case["soil"] == soil))
         effects = (*FREE.values(), *LEAN.values())
         sets = [tuple(FREE.values()), effects, (*effects, *SOIL_MOMENTS.values())]
+        upright = vehicle.with_(effects={key: told for key, told in vehicle.effects.items() if key != "wheel_lean"})
+        print("without wheel_lean:")
+        from_sensors(recordings, Declaration(upright, load_soil(soil)), sets[:1], INERTIAS["plant"])
+        print("with it:")
         from_sensors(recordings, Declaration(vehicle, load_soil(soil)), sets, INERTIAS["plant"])
 
 

@@ -1,9 +1,11 @@
 """Front-axle lateral force of the laws on the reference simulator's drives: `python benchmarks/force_front_axle.py`.
 
-Nothing is fitted on these drives; the true_* columns judge, and in the first of two ways also give motion and load:
+Nothing is fitted on these drives; the true_* columns judge, and in the first two of three ways also give motion and load:
 - "own load": each wheel's true angle, velocity and load: the law alone;
+- "own load, lean": the same, and the wheels lean as the vehicle's `wheel_lean` declares;
 - "model load": velocities from u, v, omega_z, angles from the steering, loads static + longitudinal + lateral transfer.
-Printed: rms error over the peak force, rms over rms, and the gain of measured on predicted force.
+Printed: rms error over the peak force, rms over rms, and the gain of measured on predicted force. Then by how much the front
+wheels sink more than turn_slip says under their own loads (mm), and how that goes with their spin (mm per rad/s).
 """
 
 from __future__ import annotations
@@ -14,11 +16,13 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
+from scipy.signal import lfilter, savgol_filter
 
 from recording.drive import Recording
 from recording.read import read_drive
 from recording.rig import MOTION, SOIL_KEYS, moving_mean
 from symbolic.bekker import Bekker
+from symbolic.effects_lean import LEAN_TIME
 from symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 from symbolic.turn_slip import TurnSlip
 from symbolic.turn_slip_calibrated import TurnSlipCalibrated
@@ -29,6 +33,9 @@ PROJECT = Path(__file__).resolve().parents[1]
 DRIVES = PROJECT.parent / "shared" / "data" / "chrono_vehicle"
 SOILS = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
 SIDES = (("fl", 1.0), ("fr", -1.0))
+LEANING = "turn_slip"
+"""The law that is also tried on leaning wheels."""
+WAYS = {"own load": (True,), "own load, lean": (True, True), "model load": (False,)}
 START = 2.0
 """s: the start-up transient before is left out."""
 SMOOTH = 5
@@ -62,6 +69,32 @@ def motion(log: Recording, side: str, sign: float, vehicle: Vehicle, own: bool) 
     return np.array([v_x, v_y, log[f"omega_{side}"], load, log["omega_z"] + rate, rate, np.gradient(v_y, dt)]), angle
 
 
+def leaning(contact: np.ndarray, log: Recording, vehicle: Vehicle) -> np.ndarray:
+    """The contact (7, N) of a front wheel that leans with steering and roll."""
+    declared, dt = vehicle.effects["wheel_lean"], log.dt
+    share, sideways = 1.0 - np.exp(-dt / LEAN_TIME), log["u"] * log["omega_z"]
+    rolled = lfilter([share], [1.0, share - 1.0], sideways, zi=[(1.0 - share) * sideways[0]])[0]
+    lean = declared["lean_steer"] * log["steer"] + declared["lean_roll"] * rolled
+    moved = contact.copy()
+    moved[MOTION.index("v_y")] += vehicle.wheel.radius * np.gradient(lean, dt)
+    moved[MOTION.index("yaw_rate")] += moved[MOTION.index("omega")] * lean
+    return moved
+
+
+def sinks(log: Recording, vehicle: Vehicle) -> tuple[float, float]:
+    """What the front wheels sink beyond turn_slip's sinkage, mean (mm) and slope with the spin (mm per rad/s)."""
+    wheel, soil = vehicle.wheel, soil_of(log)
+    load, spin = ca.SX.sym("load"), ca.SX.sym("spin")
+    law = ca.Function("h", [load, spin], [TurnSlip()(soil, wheel, Contact(v_x=5.0, v_y=0.0, omega=spin, load=load)).sinkage])
+    apart, spins = [], []
+    for side, _ in SIDES:
+        carried, height = (savgol_filter(log.truth[f"true_{key}_{side}"], 21, 2) for key in ("fz", "z"))
+        spins.append(log[f"omega_{side}"])
+        told = law.map(len(log))(carried[None, :], spins[-1][None, :]).full()[0]
+        apart.append(1e3 * (wheel.radius - height - told))
+    return float(np.mean(apart)), float(np.polyfit(np.concatenate(spins), np.concatenate(apart), 1)[0])
+
+
 def force(law: ForceLaw, vehicle: Vehicle) -> ca.Function:
     """[motion, soil] -> [f_x, f_y] in the wheel frame."""
     m, s = ca.SX.sym("m", 7), ca.SX.sym("s", 6)
@@ -70,12 +103,13 @@ def force(law: ForceLaw, vehicle: Vehicle) -> ca.Function:
     return ca.Function("force", [m, s], [ca.vertcat(out.f_x, out.f_y)])
 
 
-def judge(log: Recording, function: ca.Function, vehicle: Vehicle, own: bool) -> tuple[float, float, float]:
+def judge(log: Recording, function: ca.Function, vehicle: Vehicle, own: bool, lean: bool = False) -> tuple[float, float, float]:
     """rms error over peak, rms error over rms, gain, of the front axle's lateral force in the vehicle frame."""
     soil = np.array([[getattr(soil_of(log), key)] for key in SOIL_KEYS])
     predicted, measured = np.zeros(len(log)), np.zeros(len(log))
     for side, sign in SIDES:
         contact, angle = motion(log, side, sign, vehicle, own)
+        contact = leaning(contact, log, vehicle) if lean else contact
         f_x, f_y = np.array(function(contact, soil))
         predicted += f_x * np.sin(angle) + f_y * np.cos(angle)
         measured += log.truth[f"true_fy_{side}"]
@@ -95,9 +129,10 @@ def table(folder: Path, laws: dict[str, ForceLaw]) -> list[tuple[str, dict[str, 
             log = read_drive(path)
             log = log.between(START, log.t[-1])
             row = {
-                f"{name}, {'own' if own else 'model'} load": judge(log, function, vehicle, own)
+                f"{name}, {way}": judge(log, function, vehicle, *how)
                 for name, function in functions.items()
-                for own in (True, False)
+                for way, how in WAYS.items()
+                if name == LEANING or way in ("own load", "model load")
             }
             rows.append((log.name, row))
     return rows
@@ -110,7 +145,7 @@ def main() -> None:
     base = TurnSlip()
     laws: dict[str, ForceLaw] = {
         "bekker": Bekker(),
-        "turn_slip": base,
+        LEANING: base,
         "without contact step": replace(base, contact_step=0.0),
         "with the rig's factors": TurnSlipCalibrated(base, on_reference_rig=True),
     }
@@ -126,6 +161,11 @@ def main() -> None:
         values = [np.array(list(row.values())) for name, row in rows if name.startswith(kind)]
         worst = np.max(values, axis=0) if values else []
         print(f"{'worst ' + kind:24s}" + "".join(f"{100 * p:22.1f} {100 * r:6.1f}       " for p, r, _ in worst))
+    vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
+    print("front wheels' sinkage beyond the law's: mm, mm per rad/s of spin")
+    for name, _ in rows:
+        log = read_drive(folder / f"{name}.csv.gz")
+        print(f"{name:24s}" + "{:8.2f}{:8.3f}".format(*sinks(log.between(START, log.t[-1]), vehicle)))
 
 
 if __name__ == "__main__":

@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
-from plant.contact import REACH, tiles_within_reach, wheel_contact
-from plant.grid import RutGrid
-from plant.soil_field import SoilField
+from plant.bed import SoilBed
 from symbolic.contact_line import bulk_modulus
 from symbolic.soil import CLAY, SANDY_LOAM, Soil
 from symbolic.turn_slip import TurnSlip
@@ -65,19 +63,13 @@ class Felt:
 
 def by_plant(soil: Soil, passes: tuple[Pass, ...]) -> list[Felt]:
     """What each wheel feels on the soil contact model, mean over the settled part."""
-    field, grid = SoilField.uniform(soil), RutGrid(SPACING)
-    room = tiles_within_reach(WHEEL.radius, WHEEL.width, SPACING)
-    felt = []
+    bed, felt = SoilBed(soil, SPACING), []
     for told in passes:
         cos, sin = np.cos(told.angle), np.sin(told.angle)
-        axis, rate = np.array([-sin, cos, 0.0]), told.spin * np.array([-sin, cos, 0.0])
-        x, z, rise, force, moment, rows = 0.0, WHEEL.radius, 0.0, np.zeros(3), np.zeros(3), []
+        axis, x, z, rise, rows = np.array([-sin, cos, 0.0]), 0.0, WHEEL.radius, 0.0, []
         for _ in range(round(SECONDS / STEP)):
-            grid.reserve(2 * room)
-            wheel_contact(
-                grid.keys, grid.slots, grid.count, grid.nodes, 0, grid.spacing, REACH, field.values, 0, field.meta, 1.0, 0.0,
-                np.array([x, 0.0, z]), axis, np.array([SPEED, 0.0, rise]), rate, WHEEL.radius, WHEEL.width, STEP, force, moment,
-            )  # fmt: skip
+            touch = bed.touch((x, 0.0, z), axis=axis, velocity=(SPEED, 0.0, rise), rate=told.spin * axis, dt=STEP)
+            force = touch.force
             rise = 0.98 * (rise + STEP * (force[2] * GRAVITY / told.load - GRAVITY))  # its bounce dies out
             x, z = x + STEP * SPEED, z + STEP * rise
             rows.append([force[0] * cos + force[1] * sin, -force[0] * sin + force[1] * cos, WHEEL.radius - z])

@@ -11,7 +11,7 @@ from symbolic.model import Quantities
 from symbolic.signals import Layout, Signal
 
 LEAN_TIME = 0.21
-"""s: how long a damped body takes to roll to its lateral acceleration (first order)."""
+"""s: how long a damped body takes to roll to the angle of its lateral acceleration (first order)."""
 
 
 def wheel_lean() -> Effect:

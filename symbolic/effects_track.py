@@ -13,7 +13,8 @@ from symbolic.smooth import smooth_norm, smooth_positive
 from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
 
 ROLL_TIME = 0.15
-"""s: how long a suspended body takes to follow its lateral acceleration in roll (first order)."""
+"""s: how late (first order) what the roll does to the wheels follows the lateral acceleration: between their loads, which the
+dampers carry at once, and the body's angle (`symbolic.effects_lean.LEAN_TIME`)."""
 RUT_CELLS = 40
 RUT_REACH = 1.3
 """Length of the rut that is remembered, over the wheelbase."""

@@ -5,15 +5,14 @@ import numpy as np
 import pytest
 
 from mpc_demo.blind_test import PLANT_VEHICLE
-from plant.contact import REACH, tiles_within_reach, wheel_contact
-from plant.grid import RutGrid
+from plant.bed import SoilBed
 from plant.machine import load_plant_vehicle
 from plant.manoeuvres import Manoeuvre, MultiSine, Speed
-from plant.soil_field import SoilField
 from plant.start import Start
 from plant.state import PITMAN, TRAVEL, rotation
 from plant.suspension import AXLE_X, AXLE_Z, carrier
 from plant.world import Plant
+from symbolic.body_roll import body_roll
 from symbolic.catalogue import catalogue, declared_model
 from symbolic.effects import add_effect
 from symbolic.effects_lean import LEAN_TIME
@@ -28,21 +27,14 @@ STEP, SPACING = 1e-3, 0.015
 
 
 def on_the_plants_soil(soil, angle: float, lean: float) -> float:
-    """Side force (N) in the wheel's plane frame of a wheel that rolls straight at a slip angle, leaning; settled mean."""
-    told = SoilField.uniform(soil)
-    grid, room = RutGrid(SPACING), tiles_within_reach(WHEEL.radius, WHEEL.width, SPACING)
+    """Side force (N) along the ground across the wheel of one that rolls straight at a slip angle, leaning; settled mean."""
+    bed, found, x, z, rise = SoilBed(soil, SPACING), [], 0.0, WHEEL.radius, 0.0
     axis = np.array([-np.sin(angle) * np.cos(lean), np.cos(angle) * np.cos(lean), np.sin(lean)])
-    x, z, rise, force, moment, found = 0.0, WHEEL.radius, 0.0, np.zeros(3), np.zeros(3), []
     for _ in range(1000):
-        grid.reserve(2 * room)
-        wheel_contact(
-            grid.keys, grid.slots, grid.count, grid.nodes, 0, grid.spacing, REACH, told.values, 0, told.meta, 1.0, 0.0,
-            np.array([x, 0.0, z]), axis, np.array([SPEED, 0.0, rise]), SPIN * axis, WHEEL.radius, WHEEL.width, STEP,
-            force, moment,
-        )  # fmt: skip
-        rise = 0.98 * (rise + STEP * (force[2] * GRAVITY / LOAD - GRAVITY))  # its bounce dies out
+        touch = bed.touch((x, 0.0, z), axis=axis, velocity=(SPEED, 0.0, rise), rate=SPIN * axis, dt=STEP)
+        rise = 0.98 * (rise + STEP * (touch.force[2] * GRAVITY / LOAD - GRAVITY))  # its bounce dies out
         x, z = x + STEP * SPEED, z + STEP * rise
-        found.append(-force[0] * np.sin(angle) + force[1] * np.cos(angle))
+        found.append(-touch.force[0] * np.sin(angle) + touch.force[1] * np.cos(angle))
     return float(np.mean(found[400:]))
 
 
@@ -105,21 +97,37 @@ def bare():
     return declared_model(load_vehicle(PLANT_VEHICLE).with_(effects={}), CLAY)
 
 
-def test_lean_turns_the_contacts_of_the_front_wheels(bare):
+def test_lean_turns_and_sweeps_the_contacts_of_the_front_wheels(bare):
     effect = catalogue(load_vehicle(PLANT_VEHICLE))["wheel_lean"]
     model = add_effect(bare, effect, {"lean_steer": -0.15, "lean_roll": 0.02})
 
     def seen(model):
-        return model.correct("contacts", lambda q: {f"turn_{w.axle}": w.contact.yaw_rate for w in q["wheels"]})
+        def contacts(q):
+            return {f"{key}_{w.axle}": getattr(w.contact, key) for w in q["wheels"] for key in ("yaw_rate", "v_y")}
+
+        return model.correct("contacts", contacts).probe("yaw_rate_f", "v_y_f", "yaw_rate_r", "v_y_r")
 
     x = bare.x.pack(u=5.0, omega_z=0.3)
-    signals = {"steer": 0.2, "omega_fl": 15.0, "omega_fr": 15.0, "omega_rl": 15.0, "omega_rr": 15.0}
-    plain, leaning = seen(bare), seen(model)
-    before = plain.probe("turn_f", "turn_r")(x, plain.u.pack(**signals), plain.p.nominal).full()[:, 0]
-    u = leaning.u.pack(**signals, a_y_leaning=1.5)
-    after = leaning.probe("turn_f", "turn_r")(x, u, leaning.p.nominal).full()[:, 0]
-    assert after[0] - before[0] == pytest.approx(15.0 * (0.02 * 1.5 - 0.15 * 0.2))
-    assert after[1] == before[1]
+    signals = {"steer": 0.2, "steer_rate": 0.4, "omega_fl": 15.0, "omega_fr": 15.0, "omega_rl": 15.0, "omega_rr": 15.0}
+    before = seen(bare)(x, bare.u.pack(**signals), bare.p.nominal).full()[:, 0]
+    u = model.u.pack(**signals, a_y_leaning=1.5, a_y_leaning_rate=2.0)
+    turned, swept, *rear = seen(model)(x, u, model.p.nominal).full()[:, 0] - before
+    assert turned == pytest.approx(15.0 * (0.02 * 1.5 - 0.15 * 0.2))
+    assert swept == pytest.approx(WHEEL.radius * (0.02 * 2.0 - 0.15 * 0.4))
+    assert rear == [0.0, 0.0]
+
+
+def test_the_body_follows_its_lateral_force_late():
+    """A step of force: 63 % of it after the lag's time, with the rate that leads there."""
+    memory, lag, dt = body_roll("roll", "kept", "read", 0.2), [], 0.01
+    cells = memory.start({"u": 5.0, "omega_z": 0.2})
+    assert cells == {"kept": 1.0, "kept_rate": 0.0}
+    for _ in range(20):
+        before, q = cells, {"dt": dt, "mass": 2.0, "force_y": 6.0, "memory": cells}
+        cells = {key: float(value) for key, value in memory.advance(q).items()}
+        assert cells["kept_rate"] == pytest.approx((cells["kept"] - before["kept"]) / dt)
+        lag.append(memory.read({"memory": cells})["read"])
+    assert lag[-1] == pytest.approx(3.0 - 2.0 * np.exp(-1.0), rel=0.02)
 
 
 def test_a_roll_moment_loads_one_side(bare):

@@ -37,6 +37,19 @@ def test_front_axle_force_on_drives(shared_data, benchmark, drive, own, model):
     assert benchmark.judge(log, function, vehicle, own=False)[0] < model
 
 
+@pytest.mark.shared
+@pytest.mark.parametrize("drive", ["paper_clay_n0.50", "paper_sand_n1.08", "steps_sandyloam_n0.80"])
+def test_front_wheels_that_lean_bear_what_they_bear_in_the_log(shared_data, benchmark, drive):
+    """The declared lean takes more than a quarter of the law's error away where the wheels steer far."""
+    vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
+    function = benchmark.force(TurnSlip(), vehicle)
+    log = read_drive(shared_data / "chrono_vehicle" / f"{drive}.csv.gz")
+    log = log.between(2.0, log.t[-1])
+    upright, leaning = (benchmark.judge(log, function, vehicle, True, lean) for lean in (False, True))
+    assert leaning[1] < 0.75 * upright[1]
+    assert leaning[2] == pytest.approx(1.0, abs=0.01)
+
+
 @pytest.mark.parametrize("any_soil", [False, True])
 def test_law_on_the_plants_own_rig(any_soil):
     """Against another program's stresses: soils of the paper, then any soil under wheels of other sizes."""

@@ -34,7 +34,7 @@ ALPHA, KAPPA, ZETA = 1.0, 0.0, 2.0
 STANDSTILL_SPEED, GATE_PATIENCE = 0.5, 25
 CONSISTENCY_WINDOW, INCONSISTENT, INCONSISTENT_SOIL = 80, 1.3, 1.35
 """Updates over which means of normalised innovations run, and where such a mean is beyond noise: four and a half and three
-standard deviations above 1. On drives of the declared soil the second stayed below 1.2, but for steps that jerk the vehicle."""
+standard deviations above 1."""
 INPUT_LIMIT = {"rad": 1.6, "rad/s": 1e3, "m/s^2": 200.0}
 OUTPUT_LIMIT = {"m": 1e8, "rad": 1e5, "m/s": 150.0, "rad/s": 50.0}
 """Beyond these a value is no measurement of a vehicle."""
