@@ -2,6 +2,7 @@
 
     python -m benchmarks.plant_vehicle ../shared/data/chrono_vehicle [--drives paper multi steps] [--figure docs/x.png]
 
+The plant's wheels find the soil as the independent simulator's do (`plant.raycast`); with --exact as cylinders do.
 The drives paper_*, multi_* and steps_* judge; the effect_* drives were looked at while the plant was built (--drives
 effect); change_* has a border in its soil (--drives change).
 Per window: yaw rate and lateral velocity, rms error over their own rms; per-axle lateral force correlation and gain;
@@ -16,6 +17,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from plant.effects import Effects
@@ -98,6 +100,11 @@ def windows(log: Recording) -> list[float]:
     return [*starts, last] if last - starts[-1] > 0.5 * WINDOW else starts
 
 
+def _window(log: Recording, begin: float, hold_speed: bool, cast: bool) -> tuple[Recording, Recording]:
+    soil, effects = conditions(log.name)
+    return replay(log, soil, begin, begin + WINDOW, effects=effects, hold_speed=hold_speed, cast=cast)
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -105,18 +112,24 @@ def main() -> None:
     parser.add_argument("--drives", nargs="+", default=["paper", "multi", "steps"], help="beginnings of the names")
     parser.add_argument("--figure", type=Path, help="draw the first window of the last drive")
     parser.add_argument("--hold-speed", action="store_true", help="give the plant the log's u and wheel speeds")
+    parser.add_argument(
+        "--exact", action="store_true", help="wheels as cylinders, not as the other's ray cast finds them"
+    )
+    parser.add_argument("--workers", type=int, default=2)
     arguments = parser.parse_args()
     columns = ("omega_z", "v", "u", "corr_f", "corr_r", "gain_f", "gain_r", "ratio", "c", "c_log")
     print(f"{'drive':<24}{'from':>5}" + "".join(f"{name:>9}" for name in columns))
+    logs = [read_drive(path) for d in arguments.drives for path in sorted(arguments.folder.glob(f"{d}_*.csv.gz"))]
+    tasks = [(log, begin) for log in sorted(logs, key=lambda log: log.name) for begin in windows(log)]
+    run = delayed(_window)
+    runs = Parallel(n_jobs=arguments.workers, return_as="generator")(
+        run(log, begin, arguments.hold_speed, not arguments.exact) for log, begin in tasks
+    )
     table = []
-    for path in sorted(p for d in arguments.drives for p in arguments.folder.glob(f"{d}_*.csv.gz")):
-        log = read_drive(path)
-        soil, effects = conditions(log.name)
-        for begin in windows(log):
-            ours, theirs = replay(log, soil, begin, begin + WINDOW, effects=effects, hold_speed=arguments.hold_speed)
-            found = compare(ours, theirs)
-            table.append([found[name] for name in columns])
-            print(f"{log.name:<24}{begin:>5.0f}" + "".join(f"{value:>9.3f}" for value in table[-1]), flush=True)
+    for (log, begin), (ours, theirs) in zip(tasks, runs, strict=True):
+        found = compare(ours, theirs)
+        table.append([found[name] for name in columns])
+        print(f"{log.name:<24}{begin:>5.0f}" + "".join(f"{value:>9.3f}" for value in table[-1]), flush=True)
     for label, reduce in (("median", np.median), ("greatest", np.max), ("least", np.min)):
         print(f"{label:<29}" + "".join(f"{value:>9.3f}" for value in reduce(table, axis=0)))
     tracked = np.mean([max(row[0], row[1]) <= 0.15 for row in table])

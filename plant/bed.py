@@ -27,16 +27,24 @@ class Touch:
 class SoilBed:
     """Deformable soil with its memory.
 
-    soil: a Soil or SoilField; spacing: of the grid (m); damping: with the soil's R; creep: speed below which shear fades.
+    soil: a Soil or SoilField; spacing: of the grid (m); damping: with the soil's R; creep: speed below which shear fades;
+    cast: find the wheel as the reference simulator does (`plant.raycast`).
     """
 
     def __init__(
-        self, soil: Soil | SoilField, spacing: float = 0.03, *, damping: bool = True, creep: float = 0.0
+        self,
+        soil: Soil | SoilField,
+        spacing: float = 0.03,
+        *,
+        damping: bool = True,
+        creep: float = 0.0,
+        cast: bool = False,
     ) -> None:
         self.field = SoilField.uniform(soil) if isinstance(soil, Soil) else soil
         self.grid = RutGrid(spacing)
         self.damped = float(damping)
         self.creep = creep
+        self.cast = int(cast)
 
     def touch(
         self,
@@ -55,6 +63,7 @@ class SoilBed:
         place, leftward, speed, turn = (np.array(a, dtype=float) for a in (centre, axis, velocity, rate))
         sinkage = wheel_contact(
             g.keys, g.slots, g.count, g.nodes, 0, g.spacing, REACH, self.field.values, 0, self.field.meta,
-            self.damped, self.creep, place, leftward, speed, turn, float(radius), float(width), float(dt), force, moment,
+            self.damped, self.creep, self.cast, place, leftward, speed, turn, float(radius), float(width), float(dt),
+            force, moment,
         )  # fmt: skip
         return Touch(force, moment, sinkage)

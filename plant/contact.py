@@ -10,7 +10,7 @@ Per node under the wheel, each step, with h the sinkage against the undeformed s
 
 v_t is the horizontal velocity of the wheel body at the node, spin and yaw included, so lateral and longitudinal shear
 share one Mohr limit. 1/b = perimeter / (2 area) of the convex hull of all nodes within reach of the wheel. h_plastic,
-yield and j stay.
+yield and j stay. h is the cylinder's own, or where the reference simulator's ray cast finds it (`plant.raycast`).
 """
 
 from __future__ import annotations
@@ -22,10 +22,14 @@ import numpy as np
 from plant.footprint import hull_area_perimeter
 from plant.grid import PLASTIC, SHEAR, SINKAGE, TILE, YIELD, add_tile, find_tile, tile_key
 from plant.kernel import inner, kernel
+from plant.raycast import EARLY, ray_hit
 from plant.soil_field import DAMPING, K_C, K_ELASTIC, K_PHI, K_SHEAR, TAN_PHI, C, N, soil_at
 
 REACH = 0.1
 """How far above the soil the search for the footprint looks (m), as in the reference simulator."""
+
+RAY = 0.5
+"""Length of the reference's rays (m), which end REACH above the node."""
 
 
 @inner
@@ -69,9 +73,23 @@ def _search(keys, slots, nodes, layer, spacing, reach, centre, axis, radius, wid
     return found
 
 
+@inner
+def _cast_depth(dx, dy, top, centre_z, axis, radius, width, simplex, share):
+    """Depth (m) at which a ray up to the height `top` (m), dx and dy from the wheel's centre, meets it; 0 without a hit."""
+    across = math.sqrt(axis[0] * axis[0] + axis[1] * axis[1])
+    x, y = axis[1] / across, -axis[0] / across  # forward; the third axis is forward x leftward
+    up_x, up_y, up_z = y * axis[2], -x * axis[2], across
+    low = top - RAY - centre_z
+    met = ray_hit(
+        dx * x + dy * y, dx * axis[0] + dy * axis[1] + low * axis[2], dx * up_x + dy * up_y + low * up_z,
+        RAY * axis[2], RAY * up_z, radius, 0.5 * width, simplex, share,
+    )  # fmt: skip
+    return RAY - top - met * RAY if 0.0 <= met < 1.0 else 0.0
+
+
 @kernel
 def wheel_contact(
-    keys, slots, count, nodes, layer, spacing, reach, field, side, meta, damped, creep,
+    keys, slots, count, nodes, layer, spacing, reach, field, side, meta, damped, creep, cast,
     centre, axis, velocity, rate, radius, width, dt, force, moment,
 ):  # fmt: skip
     """Force (N) and moment about the wheel centre (N m) of the soil on one wheel, in world axes; moves the soil on by
@@ -79,9 +97,9 @@ def wheel_contact(
 
     keys ... nodes: arrays of a RutGrid with room for every tile the wheel can touch; layer: which memory; spacing,
     reach: m; field, side, meta: soil map; damped: 1 or 0 for the damping R; creep: speed (m/s) below which shear fades
-    (0: none); centre, velocity (3,): of the wheel centre; axis (3,): unit vector along the axle, leftward; rate (3,):
-    angular velocity of the wheel body, spin included; radius, width: m; dt: s; force, moment (3,): written. Returns
-    the greatest sinkage (m).
+    (0: none); cast: 1 for the reference's ray cast, 0 for the cylinder; centre, velocity (3,): of the wheel centre;
+    axis (3,): unit vector along the axle, leftward; rate (3,): angular velocity of the wheel body, spin included;
+    radius, width: m; dt: s; force, moment (3,): written. Returns the greatest sinkage (m).
     """
     force[:] = 0.0
     moment[:] = 0.0
@@ -114,20 +132,34 @@ def wheel_contact(
     soil = np.empty(8)
     soil_at(field, side, meta, centre[0], centre[1], soil)
     cell = spacing * spacing
+    slack = EARLY if cast else 0.0
+    simplex, share = np.empty((4, 3)), np.empty(4)
     deepest = 0.0
     for a in range(columns):
         for b in range(low[a], high[a] + 1):
             h = -bottom[a, b]
-            if h <= 0.0:
+            if h + slack <= 0.0:
                 continue
             i, j = i0 + a, j0 + b
             row, column = i // TILE, j // TILE
             key = tile_key(layer, row, column)
             slot = find_tile(keys, slots, key)
+            x, y = i * spacing, j * spacing
+            if cast:
+                level = 0.0
+                if slot >= 0:
+                    at = (i - row * TILE) * TILE + j - column * TILE
+                    if h + slack < nodes[slot, at, PLASTIC]:
+                        continue
+                    level = -nodes[slot, at, SINKAGE]
+                h = _cast_depth(
+                    x - centre[0], y - centre[1], level + reach, centre[2], axis, radius, width, simplex, share
+                )
+                if h <= 0.0:
+                    continue
             if slot < 0:
                 slot = add_tile(keys, slots, count, key)
             node = nodes[slot, (i - row * TILE) * TILE + j - column * TILE]
-            x, y = i * spacing, j * spacing
             if not uniform:
                 soil_at(field, side, meta, x, y, soil)
             sigma = soil[K_ELASTIC] * (h - node[PLASTIC])

@@ -297,7 +297,7 @@ def _wheel(
     force, moment = np.empty(3), np.empty(3)
     layer = 0 if world.multipass > 0.0 else 1 + w
     sinkage = wheel_contact(
-        keys, slots, count, nodes, layer, spacing, REACH, field, w % 2, meta, world.damped, world.creep,
+        keys, slots, count, nodes, layer, spacing, REACH, field, w % 2, meta, world.damped, world.creep, world.cast,
         centre, world_axle, speed, rate, radius, machine.width[w] * world.width_factor[w], dt, force, moment,
     )  # fmt: skip
     for i in range(3):
@@ -309,6 +309,9 @@ def _wheel(
     for i in range(3):
         pull[i] = turn[0, i] * force[0] + turn[1, i] * force[1] + turn[2, i] * force[2]
         twist[i] = turn[0, i] * moment[0] + turn[1, i] * moment[1] + turn[2, i] * moment[2]
+    if w < 2:
+        # What the steering does not pass on of the soil's moment about the vertical (of the body).
+        twist[2] *= machine.steering_reaction
     # An imbalance turns with the wheel, in the plane across its axle.
     shake = world.imbalance[w] * spin * spin
     pull[0] += shake * math.cos(angle)

@@ -31,6 +31,7 @@ class World(NamedTuple):
     damped: float
     multipass: float
     creep: float
+    cast: int  # 1: the reference's ray cast finds the wheel
     imbalance: Array  # per wheel, kg m
     out_of_round: Array  # per wheel, m
     damper_factor: Array  # per wheel
@@ -126,8 +127,9 @@ class Effects:
         values: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in table.items()}
         return cls(**values)
 
-    def world(self, dt: float, origin: Array) -> World:
-        """The kernel's arrays; positions relative to the chassis frame's origin. ValueError for too long a delay."""
+    def world(self, dt: float, origin: Array, cast: bool = False) -> World:
+        """The kernel's arrays; positions relative to the chassis frame's origin; cast: see Plant. ValueError for too long
+        a delay."""
         if self.steer_delay / dt > MAX_DELAY_STEPS - 1:
             raise ValueError(
                 f"effects: expected a steer_delay below {(MAX_DELAY_STEPS - 1) * dt:g} s, found {self.steer_delay:g}"
@@ -145,6 +147,7 @@ class Effects:
             damped=float(self.damping),
             multipass=float(self.multipass),
             creep=float(self.creep),
+            cast=int(cast),
             imbalance=np.array(self.imbalance, dtype=float),
             out_of_round=np.array(self.out_of_round, dtype=float),
             damper_factor=np.array(self.damper_factor, dtype=float),

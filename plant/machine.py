@@ -45,6 +45,7 @@ class Machine(NamedTuple):
     bar: Array  # (2, 3) stiffness, damping, lever of each axle's roll bar; lever 1 and stiffness 0 where there is none
     steer_table: Array  # (N, 2) road-wheel angle a command stands for; pitman angle
     servo: Array  # (3,) natural frequency, damping ratio, inertia
+    steering_reaction: float  # share of the soil's moments about the verticals of steered wheels that is passed on
     final_drive: float
     box_inertia: Array  # (3,) centre, front and rear, at axle speed
     lock_limit: Array  # (3,) torque that the locks of centre, front and rear can hold, at axle speed
@@ -146,6 +147,7 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         bar=np.array(bars, dtype=float),
         steer_table=np.stack([angle, command * steering["max_angle"]], axis=1),
         servo=np.array([steering["natural_frequency"], steering["damping_ratio"], steering["inertia"]], dtype=float),
+        steering_reaction=float(steering["reaction"]),
         final_drive=float(final),
         box_inertia=np.array([shaft, drive["box_inertia"] + shaft, drive["box_inertia"] + shaft]),
         lock_limit=np.array([drive.get("centre_lock_limit", np.inf) * final, lock, lock], dtype=float),

@@ -59,13 +59,14 @@ def replay(
     vehicle: PlantVehicle | None = None,
     lead: float = LEAD,
     hold_speed: bool = False,
+    cast: bool = False,
 ) -> tuple[Recording, Recording]:
     """The plant and the log over begin < t <= end (s), both from the log's state at `begin`.
 
     For `lead` s before, the plant is led along the log's own track, so that the ruts lie where the log has them (where
     the log begins later: along its first heading). Then it runs free on the log's steering, throttle and brake; with
     `hold_speed` its speed u and wheel speeds are the log's at every row, so that a gear shifted at another moment does
-    not count.
+    not count; with `cast` its wheels meet the soil as the reference simulator's do (see Plant).
     Returns (plant, log) with equal rows. ValueError where the log does not reach from begin to end.
     """
     vehicle = vehicle or load_plant_vehicle()
@@ -77,7 +78,7 @@ def replay(
     brake = log["brake"] if "brake" in log else np.zeros(len(log))
     commands = np.stack([log["steer"], log["throttle"], brake], axis=1)
     driver = Logged(t, commands)
-    plant = _run_up(log, soil, early, int(gears[early]), effects, vehicle)
+    plant = _run_up(log, soil, early, int(gears[early]), effects, vehicle, cast)
     steps = round(log.dt / plant.dt)
     within = np.arange(steps, dtype=np.float64) * plant.dt
     for row in range(early, first):
@@ -132,12 +133,18 @@ def _hold_speed(plant: Plant, log: Recording, row: int) -> None:
 
 
 def _run_up(
-    log: Recording, soil: Soil | SoilField, row: int, gear: int, effects: Effects | None, vehicle: PlantVehicle
+    log: Recording,
+    soil: Soil | SoilField,
+    row: int,
+    gear: int,
+    effects: Effects | None,
+    vehicle: PlantVehicle,
+    cast: bool,
 ) -> Plant:
     """A plant that has come 1 s along a straight line to the place of a row, its wheels steered as the row says."""
     x, y, psi, u = (float(log[name][row]) for name in ("x", "y", "psi", "u"))
     start = Start(x - u * np.cos(psi), y - u * np.sin(psi), psi, u, gear=gear)
-    plant = Plant(soil, vehicle=vehicle, effects=effects, start=start)
+    plant = Plant(soil, vehicle=vehicle, effects=effects, start=start, cast=cast)
     drive(plant, Manoeuvre("run-up", Sine(0.0), Speed(u)), 0.996)
     steer = float(log["steer"][row])
     plant.state[PITMAN] = curve(vehicle.machine.steer_table, steer)

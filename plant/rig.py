@@ -80,7 +80,7 @@ class RigRun:
 
 @kernel
 def _run(
-    keys, slots, count, nodes, first, last, state, spacing, field, meta, rig, run, damped, creep, every, out
+    keys, slots, count, nodes, first, last, state, spacing, field, meta, rig, run, damped, creep, cast, every, out
 ):  # fmt: skip
     """Steps first..last of a run; state: x, z, dz/dt. Returns the step reached (short of `last` where the grid is
     full)."""
@@ -104,7 +104,7 @@ def _run(
         axis[0], axis[1] = -s, c
         rate[0], rate[1], rate[2] = -s * spin, c * spin, yaw_rate
         wheel_contact(
-            keys, slots, count, nodes, 0, spacing, REACH, field, 0, meta, damped, creep,
+            keys, slots, count, nodes, 0, spacing, REACH, field, 0, meta, damped, creep, cast,
             centre, axis, velocity, rate, radius, width, dt, force, moment,
         )  # fmt: skip
         if k % every == 0:
@@ -119,11 +119,18 @@ def _run(
 
 
 def run_rig(
-    run: RigRun, duration: float = 2.6, rig: Rig | None = None, every: int = 5, damping: bool = True, creep: float = 0.0
+    run: RigRun,
+    duration: float = 2.6,
+    rig: Rig | None = None,
+    every: int = 5,
+    damping: bool = True,
+    creep: float = 0.0,
+    cast: bool = False,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """One run of the rig from the drop on: times (N,) and the CHANNELS (N, 7), every `every` steps.
 
-    damping: with the soil's damping R; creep: speed below which shear fades (m/s), 0 as in the reference simulator.
+    damping: with the soil's damping R; creep: speed below which shear fades (m/s), 0 as in the reference simulator; cast:
+    find the wheel as that does (`plant.raycast`).
     """
     rig = rig or Rig()
     soil = SoilField.uniform(run.soil)
@@ -140,7 +147,7 @@ def run_rig(
         grid.reserve(2 * room)
         step = _run(
             grid.keys, grid.slots, grid.count, grid.nodes, step, steps + 1, state, grid.spacing, soil.values, soil.meta,
-            machine, told, damping, creep, every, out,
+            machine, told, damping, creep, int(cast), every, out,
         )  # fmt: skip
         if step > steps:
             break
