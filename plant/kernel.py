@@ -12,3 +12,6 @@ kernel = njit(**_OPTIONS)
 
 inner = njit(**_INNER)
 """A compiled function that only compiled ones call: without its Python side, which takes long to compile."""
+
+geometry = njit(**_INNER, fastmath=True)
+"""As `inner`, free to reorder sums and to divide by multiplying: for finite geometry whose last bit does not matter."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from plant.kernel import inner
+from plant.kernel import geometry
 
 EDGE = 0.01
 """Radius of the rounded edges (m): the reference's margin."""
@@ -25,11 +25,14 @@ FLAT = 1e-4
 MOST = 32
 """Most steps of one ray."""
 
+FAR = 1e30
+"""A squared distance beyond all (m^2)."""
+
 EARLY = 0.0125
 """How far below the wheel a hit can lie (m)."""
 
 
-@inner
+@geometry
 def _triangle(s, i, j, k, share):
     """Shares of vertices i, j, k in their triangle's point closest to the origin (Ericson, Real-Time Collision Detection,
     5.1.5); its squared distance."""
@@ -72,7 +75,7 @@ def _triangle(s, i, j, k, share):
     return x * x + y * y + z * z
 
 
-@inner
+@geometry
 def _beyond(s, i, j, k, m):
     """1 where the origin and vertex m lie on opposite sides of the plane through i, j, k; 0 if not; -1 without volume."""
     ux, uy, uz = s[j, 0] - s[i, 0], s[j, 1] - s[i, 1], s[j, 2] - s[i, 2]
@@ -84,7 +87,7 @@ def _beyond(s, i, j, k, m):
     return 1 if (s[i, 0] * nx + s[i, 1] * ny + s[i, 2] * nz) * fourth > 0.0 else 0
 
 
-@inner
+@geometry
 def _closest(s, count, share):
     """Shares (4,) of the vertices in the simplex' point closest to the origin; False where it is flat or holds it."""
     share[0] = share[1] = share[2] = share[3] = 0.0
@@ -103,7 +106,7 @@ def _closest(s, count, share):
         adb, bdc = _beyond(s, 0, 3, 1, 2), _beyond(s, 1, 3, 2, 0)
         if min(abc, acd, adb, bdc) < 0 or max(abc, acd, adb, bdc) == 0:
             return False
-        nearest = math.inf
+        nearest = FAR
         p = q = r = t = 0.0
         if abc > 0:
             nearest = _triangle(s, 0, 1, 2, share)
@@ -126,7 +129,7 @@ def _closest(s, count, share):
     return True
 
 
-@inner
+@geometry
 def ray_hit(x, y, z, ry, rz, radius, half_width, s, share):
     """Share of the ray from (x, y, z) along (0, ry, rz) at which it meets the wheel, or -1 (m, in the wheel's frame: centre
     0, axle along y).
