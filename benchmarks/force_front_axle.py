@@ -85,9 +85,7 @@ def sinks(log: Recording, vehicle: Vehicle) -> tuple[float, float]:
     """What the front wheels sink beyond turn_slip's sinkage, mean (mm) and slope with the spin (mm per rad/s)."""
     wheel, soil = vehicle.wheel, soil_of(log)
     load, spin = ca.SX.sym("load"), ca.SX.sym("spin")
-    law = ca.Function(
-        "h", [load, spin], [TurnSlip()(soil, wheel, Contact(v_x=5.0, v_y=0.0, omega=spin, load=load)).sinkage]
-    )
+    law = ca.Function("h", [load, spin], [TurnSlip()(soil, wheel, Contact(v_x=5.0, v_y=0.0, omega=spin, load=load)).sinkage])
     apart, spins = [], []
     for side, _ in SIDES:
         carried, height = (savgol_filter(log.truth[f"true_{key}_{side}"], 21, 2) for key in ("fz", "z"))
@@ -105,9 +103,7 @@ def force(law: ForceLaw, vehicle: Vehicle) -> ca.Function:
     return ca.Function("force", [m, s], [ca.vertcat(out.f_x, out.f_y)])
 
 
-def judge(
-    log: Recording, function: ca.Function, vehicle: Vehicle, own: bool, lean: bool = False
-) -> tuple[float, float, float]:
+def judge(log: Recording, function: ca.Function, vehicle: Vehicle, own: bool, lean: bool = False) -> tuple[float, float, float]:
     """rms error over peak, rms error over rms, gain, of the front axle's lateral force in the vehicle frame."""
     soil = np.array([[getattr(soil_of(log), key)] for key in SOIL_KEYS])
     predicted, measured = np.zeros(len(log)), np.zeros(len(log))

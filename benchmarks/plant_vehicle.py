@@ -2,7 +2,8 @@
 
     python -m benchmarks.plant_vehicle ../shared/data/chrono_vehicle [--drives paper multi steps] [--figure docs/x.png]
 
-The plant's wheels find the soil as the independent simulator's do (`plant.raycast`); with --exact as cylinders do.
+The plant's wheels find the soil as the independent simulator's do (`plant.raycast`); with --exact as cylinders do; with
+--carried the steering passes all of the soil's moments on to the chassis, which the independent simulator's does not.
 The drives paper_*, multi_* and steps_* judge; the effect_* drives were looked at while the plant was built (--drives
 effect); change_* has a border in its soil (--drives change).
 Per window: yaw rate and lateral velocity, rms error over their own rms; per-axle lateral force correlation and gain;
@@ -14,13 +15,16 @@ from __future__ import annotations
 
 import argparse
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from plant.effects import Effects
+from plant.machine import PlantVehicle, load_plant_vehicle
 from plant.replay import replay
 from plant.soil_field import SoilField
 from recording.drive import Recording
@@ -100,9 +104,15 @@ def windows(log: Recording) -> list[float]:
     return [*starts, last] if last - starts[-1] > 0.5 * WINDOW else starts
 
 
-def _window(log: Recording, begin: float, hold_speed: bool, cast: bool) -> tuple[Recording, Recording]:
+def with_the_others_steering() -> PlantVehicle:
+    """The plant's vehicle with a steering that keeps the soil's moments about the front wheels' verticals to itself."""
+    vehicle = load_plant_vehicle()
+    return replace(vehicle, machine=vehicle.machine._replace(steering_reaction=0.0))
+
+
+def _window(log: Recording, begin: float, options: dict[str, Any]) -> tuple[Recording, Recording]:
     soil, effects = conditions(log.name)
-    return replay(log, soil, begin, begin + WINDOW, effects=effects, hold_speed=hold_speed, cast=cast)
+    return replay(log, soil, begin, begin + WINDOW, effects=effects, **options)
 
 
 def main() -> None:
@@ -115,15 +125,17 @@ def main() -> None:
     parser.add_argument(
         "--exact", action="store_true", help="wheels as cylinders, not as the other's ray cast finds them"
     )
+    parser.add_argument("--carried", action="store_true", help="let the steering pass all of the soil's moments on")
     parser.add_argument("--workers", type=int, default=2)
     arguments = parser.parse_args()
     columns = ("omega_z", "v", "u", "corr_f", "corr_r", "gain_f", "gain_r", "ratio", "c", "c_log")
     print(f"{'drive':<24}{'from':>5}" + "".join(f"{name:>9}" for name in columns))
     logs = [read_drive(path) for d in arguments.drives for path in sorted(arguments.folder.glob(f"{d}_*.csv.gz"))]
     tasks = [(log, begin) for log in sorted(logs, key=lambda log: log.name) for begin in windows(log)]
-    run = delayed(_window)
+    vehicle = load_plant_vehicle() if arguments.carried else with_the_others_steering()
+    options = {"vehicle": vehicle, "hold_speed": arguments.hold_speed, "cast": not arguments.exact}
     runs = Parallel(n_jobs=arguments.workers, return_as="generator")(
-        run(log, begin, arguments.hold_speed, not arguments.exact) for log, begin in tasks
+        delayed(_window)(log, begin, options) for log, begin in tasks
     )
     table = []
     for (log, begin), (ours, theirs) in zip(tasks, runs, strict=True):

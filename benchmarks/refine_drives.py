@@ -54,9 +54,7 @@ def main() -> None:
         right += good
         traced = " + ".join(e.name for e in found.effects) or found.verdict
         alike = "; ".join(", ".join(group) for group in found.inseparable)
-        best = ", ".join(
-            f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} % ({100 * c.whole:.0f})" for c in found.ranking[:3]
-        )
+        best = ", ".join(f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} % ({100 * c.whole:.0f})" for c in found.ranking[:3])
         ratio = falls(found)
         print(
             f"{_name(path):24s} {'right' if good else 'WRONG'}  {traced} ({why})"

@@ -1,7 +1,5 @@
 """Where the soil's stresses act: the plant's yaw balance and axle loads do not close without it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.signal import savgol_filter
@@ -31,11 +29,8 @@ def vehicle():
 
 @pytest.fixture(scope="module", params=[CLAY.with_(n=0.65), SANDY_LOAM.with_(n=0.6)], ids=lambda soil: soil.name)
 def drive(request) -> tuple[Soil, Recording]:
-    """A drive of the plant with a steering that passes all of the soil's moments on."""
-    soil, plant = request.param, load_plant_vehicle()
-    carried = replace(plant, machine=plant.machine._replace(steering_reaction=1.0))
-    driver = Manoeuvre("turns", MultiSine(seed=4), Speed(5.0, 1.0, 9.0))
-    return soil, simulate(driver, soil, 20.0, seed=4, vehicle=carried)
+    soil = request.param
+    return soil, simulate(Manoeuvre("turns", MultiSine(seed=4), Speed(5.0, 1.0, 9.0)), soil, 20.0, seed=4)
 
 
 def bodies_yaw_inertia() -> float:

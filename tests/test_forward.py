@@ -19,9 +19,7 @@ def test_a_drive_without_a_standstill_is_left_alone():
 
 @pytest.mark.parametrize("speed", [0.0, -1.5])
 def test_the_longest_stretch_between_standstills_is_kept(speed):
-    drive = log(
-        np.r_[np.full(100, speed), np.full(300, 4.0), np.full(100, speed), np.full(500, 3.0), np.full(50, speed)]
-    )
+    drive = log(np.r_[np.full(100, speed), np.full(300, 4.0), np.full(100, speed), np.full(500, 3.0), np.full(50, speed)])
     part = forward_part(drive)
     np.testing.assert_array_equal(part.t, drive.t[500:1000])
     np.testing.assert_array_equal(part["u"], 3.0)

@@ -182,9 +182,7 @@ def test_a_change_of_soil_is_found_where_it_is(declared):
     value, std, _ = found.effects[0].parameters["n_change"]
     assert abs(value - 0.25) < max(4 * std, 0.03)
     crossed = found.recordings[0]
-    rows = [
-        int(np.argmax(crossed["x"] * math.cos(h) + crossed["y"] * math.sin(h) > d)) for h, d in _borders(found, change)
-    ]
+    rows = [int(np.argmax(crossed["x"] * math.cos(h) + crossed["y"] * math.sin(h) > d)) for h, d in _borders(found, change)]
     assert abs(crossed.t[rows[0]] - crossed.t[rows[1]]) < 0.8
 
 

@@ -194,9 +194,7 @@ def test_a_rut_shears_less_and_counts_by_its_share(turn_slip):
 
 def test_contact_step_is_half_a_step_of_path():
     with_step, without = (function(TurnSlip(contact_step=dt))[0] for dt in (0.002, 0.0))
-    x = point(
-        omega=30.0
-    )  # straight on, so that no soil comes in from the side, and spinning at nearly one speed all along
+    x = point(omega=30.0)  # straight on, so that no soil comes in from the side, and spinning at nearly one speed all along
     slowest = 5.0 - 30.0 * WHEEL.radius
     extra = float(with_step(x)[5]) - float(without(x)[5])
     assert extra == pytest.approx(0.001 * abs(slowest), rel=0.1)
@@ -253,10 +251,7 @@ def swept_path(values):
     motion = dict(zip(MOTION, values[: len(MOTION)], strict=True))
     line = contact_line(CLAY, WHEEL, motion["load"], motion["omega"], 5)
     x = np.linspace(-float(line.x_rear), float(line.x_front), 2001)
-    u_x, u_y = (
-        motion["v_x"] - motion["omega"] * np.sqrt(WHEEL.radius**2 - x * x),
-        motion["v_y"] + motion["yaw_rate"] * x,
-    )
+    u_x, u_y = motion["v_x"] - motion["omega"] * np.sqrt(WHEEL.radius**2 - x * x), motion["v_y"] + motion["yaw_rate"] * x
     speed = np.hypot(np.hypot(u_x, u_y), 0.01 * motion["v_x"])
     return np.trapezoid(speed, x) / motion["v_x"], out["exit_path"]
 
