@@ -147,7 +147,7 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         bar=np.array(bars, dtype=float),
         steer_table=np.stack([angle, command * steering["max_angle"]], axis=1),
         servo=np.array([steering["natural_frequency"], steering["damping_ratio"], steering["inertia"]], dtype=float),
-        steering_reaction=float(steering["reaction"]),
+        steering_reaction=float(steering.get("reaction", 1.0)),
         final_drive=float(final),
         box_inertia=np.array([shaft, drive["box_inertia"] + shaft, drive["box_inertia"] + shaft]),
         lock_limit=np.array([drive.get("centre_lock_limit", np.inf) * final, lock, lock], dtype=float),

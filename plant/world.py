@@ -60,7 +60,7 @@ class Plant:
 
     vehicle: PlantVehicle (default: the reference vehicle); soil: a Soil or a SoilField; effects: what is switched on;
     start: where and how fast the vehicle begins; step: s; spacing: of the soil's grid (m); cast: find the wheels over the
-    soil as the reference simulator does, up to 1 cm too low (`plant.raycast`), at a fifth of the speed.
+    soil as the reference simulator does, up to 1 cm too low (`plant.raycast`), at a third of the speed.
     Deterministic: the same arguments and commands give the same numbers.
     """
 
@@ -154,7 +154,7 @@ class Plant:
             soil = SoilField(data["soil_values"], (float(meta[0]), float(meta[1])), float(meta[2]), bool(meta[3]))
             plant = cls(
                 soil, vehicle=vehicle, effects=effects, step=float(data["step"]), spacing=float(data["spacing"]),
-                cast=bool(data["cast"]),
+                cast="cast" in data and bool(data["cast"]),
             )  # fmt: skip
             if plant.vehicle.name != str(data["vehicle"]):
                 raise ValueError(f"{path}: expected the vehicle {data['vehicle']}, found {plant.vehicle.name}")
