@@ -1,9 +1,10 @@
 """Many runs of the single-wheel rig over the paper's Table 4, for a force law to be judged on.
 
-    python -m plant.rig_sweep --out runs/rig_sweep [--runs 1600] [--seed 1] [--jobs 2]
+    python -m plant.rig_sweep --out runs/rig_sweep [--runs 1600] [--seed 1] [--jobs 2] [--cast]
 
 Writes one npz per soil class with the arrays of the shared single-wheel runs: conditions, t, series, channels
-(load with allow_pickle=False). `--experiment table3` writes the paper's Table 3 experiment instead.
+(load with allow_pickle=False). `--experiment table3` writes the paper's Table 3 experiment instead; with `--cast` the wheel is
+found as the reference simulator finds it (`plant.raycast`).
 """
 
 from __future__ import annotations
@@ -64,16 +65,16 @@ def run_of(row: np.void, soil: str = "soil") -> RigRun:
     )
 
 
-def series_of(row: np.void) -> NDArray[np.float32]:
+def series_of(row: np.void, cast: bool = False) -> NDArray[np.float32]:
     """(rows, 7) CHANNELS of one run over the rows kept."""
-    times, values = run_rig(run_of(row), LAST + INTERVAL)
+    times, values = run_rig(run_of(row), LAST + INTERVAL, cast=cast)
     keep = (times > FIRST - 1e-9) & (times < LAST + 1e-9)
     return values[keep].astype(np.float32)
 
 
-def sweep(conditions: NDArray[np.void], jobs: int) -> dict[str, NDArray]:
+def sweep(conditions: NDArray[np.void], jobs: int, cast: bool = False) -> dict[str, NDArray]:
     """The arrays of a file of runs, computed by so many processes."""
-    series = Parallel(n_jobs=jobs, batch_size=8)(delayed(series_of)(row) for row in conditions)
+    series = Parallel(n_jobs=jobs, batch_size=8)(delayed(series_of)(row, cast) for row in conditions)
     times = FIRST + INTERVAL * np.arange(len(series[0]))
     return {"conditions": conditions, "t": times, "series": np.stack(series), "channels": np.array(CHANNELS)}
 
@@ -86,6 +87,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--experiment", choices=("table3", "table4"), default="table4")
+    parser.add_argument("--cast", action="store_true", help="find the wheel by the reference's ray cast")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     begin, total = time.perf_counter(), 0
@@ -96,7 +98,7 @@ def main() -> None:
             for name, value in {**TABLE_3, "n": soil.n}.items():
                 conditions[name] = value
         path = arguments.out / f"{soil.name.replace('_', '')}_{arguments.experiment}.npz"
-        arrays = sweep(conditions, arguments.jobs)
+        arrays = sweep(conditions, arguments.jobs, arguments.cast)
         np.savez_compressed(
             path, conditions=arrays["conditions"], t=arrays["t"], series=arrays["series"], channels=arrays["channels"]
         )
