@@ -9,6 +9,7 @@ from benchmarks.plant_rig import errors
 from benchmarks.plant_vehicle import compare, conditions
 from plant.pictures import animation, picture
 from plant.replay import replay
+from plant.rig import CHANNELS
 from plant.rig_sweep import CONDITIONS, draw, sweep
 from plant.simulate import drive, simulate
 from plant.start import Start
@@ -46,6 +47,14 @@ def test_sweep_has_the_structure_of_the_shared_runs() -> None:
     assert arrays["t"][0] == 1.0
     assert list(arrays["channels"][:2]) == ["wheel_yaw", "omega"]
     assert np.all(np.isfinite(arrays["series"]))
+
+
+def test_the_sweep_takes_the_references_contact_search() -> None:
+    """It bears the wheel further back: a moment about the axle smaller by 5 to 30 N m."""
+    conditions = draw(CLAY, 3, 2)
+    moments = [sweep(conditions, 1, cast)["series"][:, :, CHANNELS.index("my")].mean(axis=1) for cast in (False, True)]
+    assert np.all(moments[0] - moments[1] > 5.0)
+    assert np.all(moments[0] - moments[1] < 30.0)
 
 
 def test_pictures(tmp_path: Path) -> None:
