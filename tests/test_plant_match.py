@@ -50,11 +50,11 @@ def test_sweep_has_the_structure_of_the_shared_runs() -> None:
 
 
 def test_the_sweep_takes_the_references_contact_search() -> None:
-    """It bears the wheel further back: a moment about the axle smaller by 5 to 30 N m."""
+    """Which makes the wheel as if a little larger: at the same speed and spin the soil holds it back more, by up to 40 N m."""
     conditions = draw(CLAY, 3, 2)
     moments = [sweep(conditions, 1, cast)["series"][:, :, CHANNELS.index("my")].mean(axis=1) for cast in (False, True)]
-    assert np.all(moments[0] - moments[1] > 5.0)
-    assert np.all(moments[0] - moments[1] < 30.0)
+    assert np.all(moments[0] - moments[1] > 2.0)
+    assert np.all(moments[0] - moments[1] < 40.0)
 
 
 def test_pictures(tmp_path: Path) -> None:
