@@ -110,7 +110,8 @@ def with_the_others_steering() -> PlantVehicle:
     return replace(vehicle, machine=vehicle.machine._replace(steering_reaction=0.0))
 
 
-def _window(log: Recording, begin: float, options: dict[str, Any]) -> tuple[Recording, Recording]:
+def window(log: Recording, begin: float, **options: Any) -> tuple[Recording, Recording]:
+    """The plant and the log over one window, on the soil and with the effects of its name; options: of `replay`."""
     soil, effects = conditions(log.name)
     return replay(log, soil, begin, begin + WINDOW, effects=effects, **options)
 
@@ -135,7 +136,7 @@ def main() -> None:
     vehicle = load_plant_vehicle() if arguments.carried else with_the_others_steering()
     options = {"vehicle": vehicle, "hold_speed": arguments.hold_speed, "cast": not arguments.exact}
     runs = Parallel(n_jobs=arguments.workers, return_as="generator")(
-        delayed(_window)(log, begin, options) for log, begin in tasks
+        delayed(window)(log, begin, **options) for log, begin in tasks
     )
     table = []
     for (log, begin), (ours, theirs) in zip(tasks, runs, strict=True):

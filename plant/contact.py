@@ -84,7 +84,7 @@ def _cast_depth(dx, dy, top, centre_z, axis, radius, width, simplex, share):
         dx * x + dy * y, dx * axis[0] + dy * axis[1] + low * axis[2], dx * up_x + dy * up_y + low * up_z,
         RAY * axis[2], RAY * up_z, radius, 0.5 * width, simplex, share,
     )  # fmt: skip
-    return RAY - top - met * RAY if 0.0 <= met < 1.0 else 0.0
+    return RAY - top - met * RAY if met >= 0.0 else 0.0
 
 
 @kernel

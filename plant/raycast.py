@@ -130,6 +130,15 @@ def _closest(s, count, share):
 
 
 @geometry
+def _from_wheel(x, y, z, vx, vy, vz, rim, side):
+    """From the wheel's farthest point in direction v to (x, y, z); rim, side: radius and half width less the rounding."""
+    across = math.sqrt(vx * vx + vz * vz)
+    length = math.sqrt(across * across + vy * vy)
+    out = rim / across + EDGE / length if across > 0.0 else 0.0
+    return x - vx * out, y - EDGE * vy / length + (side if vy < 0.0 else -side), z - vz * out
+
+
+@geometry
 def ray_hit(x, y, z, ry, rz, radius, half_width, s, share):
     """Share of the ray from (x, y, z) along (0, ry, rz) at which it meets the wheel, or -1 (m, in the wheel's frame: centre
     0, axle along y).
@@ -137,26 +146,13 @@ def ray_hit(x, y, z, ry, rz, radius, half_width, s, share):
     s (4, 3), share (4,): room to work in.
     """
     rim, side = radius - EDGE, half_width - EDGE
-    vx, vy, vz = 0.0, ry, rz
+    vx, vy, vz = _from_wheel(x, y, z, 0.0, ry, rz, rim, side)
     ny = nz = 0.0
-    lam, count, first = 0.0, 0, True
-    for _ in range(MOST + 1):
-        # Support point of the wheel in direction v.
-        across = math.sqrt(vx * vx + vz * vz)
-        length = math.sqrt(across * across + vy * vy)
-        out = rim / across + EDGE / length if across > 0.0 else EDGE / length
-        wx, wy, wz = -vx * out, -EDGE * vy / length - (-side if vy < 0.0 else side), -vz * out
-        wx += x
-        wy += y + lam * ry
-        wz += z + lam * rz
-        if first:
-            first = False
-            vx, vy, vz = wx, wy, wz
-            if vx * vx + vy * vy + vz * vz <= NEAR:
-                break
-            continue
-        if lam > 1.0:
-            return -1.0
+    lam, count = 0.0, 0
+    for _ in range(MOST):
+        if lam > 1.0 or vx * vx + vy * vy + vz * vz <= NEAR:
+            break
+        wx, wy, wz = _from_wheel(x, y + lam * ry, z + lam * rz, vx, vy, vz, rim, side)
         ahead = vx * wx + vy * wy + vz * wz
         if ahead > 0.0:
             along = vy * ry + vz * rz
@@ -182,8 +178,4 @@ def ray_hit(x, y, z, ry, rz, radius, half_width, s, share):
             if share[k] == 0.0:
                 count -= 1
                 s[k, 0], s[k, 1], s[k, 2] = s[count, 0], s[count, 1], s[count, 2]
-        if vx * vx + vy * vy + vz * vz <= NEAR:
-            break
-    if ny * ry + nz * rz >= 0.0:
-        return -1.0
-    return lam
+    return lam if lam < 1.0 and ny * ry + nz * rz < 0.0 else -1.0

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.plant_rig import errors
-from benchmarks.plant_vehicle import compare, conditions
+from benchmarks.plant_vehicle import compare, window
 from plant.pictures import animation, picture
-from plant.replay import replay
 from plant.rig import CHANNELS
 from plant.rig_sweep import CONDITIONS, draw, sweep
 from plant.simulate import drive, simulate
@@ -31,8 +30,7 @@ def test_rig_matches_the_val_runs(shared_data: Path) -> None:
 )
 def test_vehicle_matches_the_drives(shared_data: Path, name: str, begin: float) -> None:
     log = read_drive(shared_data / "chrono_vehicle" / f"{name}.csv.gz")
-    soil, effects = conditions(name)
-    found = compare(*replay(log, soil, begin, begin + 15.0, effects=effects))
+    found = compare(*window(log, begin))
     assert found["omega_z"] < 0.15
     assert found["v"] < 0.15
     assert min(found["corr_f"], found["corr_r"]) > 0.97

@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.plant_vehicle import compare, conditions, with_the_others_steering
+from benchmarks.plant_vehicle import compare, window, with_the_others_steering
 from plant.bed import SoilBed
 from plant.kernel import kernel
 from plant.raycast import EARLY, EDGE, ray_hit
-from plant.replay import replay
 from plant.start import Start
 from plant.world import Plant
 from recording.read import read_drive
@@ -32,7 +31,7 @@ def hits(x: np.ndarray, y: np.ndarray, start: float, lean: float = 0.0) -> np.nd
     local = np.stack([x, c * y + s * start, -s * y + c * start], axis=1)
     met = np.empty(len(x))
     _hits(local, RAY * s, RAY * c, RADIUS, 0.5 * WIDTH, met)
-    return np.where((met >= 0) & (met < 1), start + RAY * met, np.inf)
+    return np.where(met >= 0, start + RAY * met, np.inf)
 
 
 def test_hits_lie_below_the_wheel_by_no_more_than_is_said() -> None:
@@ -41,8 +40,23 @@ def test_hits_lie_below_the_wheel_by_no_more_than_is_said() -> None:
     for start in (-0.72, -0.70, -0.68):
         below = -np.sqrt(RADIUS**2 - x**2) - hits(x, y, start)
         assert below.min() > -1e-9
-        assert below.max() < EARLY
-        assert 1e-3 < below.mean() < 4e-3
+        assert 8e-3 < below.max() < EARLY
+        assert 2e-3 < below.mean() < 3.5e-3
+
+
+def test_hits_are_those_of_a_single_precision_library() -> None:
+    """How far below the cylinder (mm) the ray test of Bullet 2 (panda3d 1.10) met one of margin 0.01 m, rays from 0.7 m below."""
+    x = np.array([-0.10, -0.04, -0.01, 0.03, 0.07, 0.12])
+    measured = {
+        -0.06: [1.09, 1.27, 2.72, 1.13, 2.44, 3.20],
+        0.01: [0.86, 1.35, 3.99, 0.23, 2.12, 0.68],
+        0.03: [1.43, 0.26, 5.17, 8.73, 0.37, 4.88],
+        0.09: [0.32, 2.22, 1.16, 1.72, 4.60, 0.23],
+        0.104: [-3.36, 0.22, -0.14, 0.05, 1.06, -2.39],
+    }
+    for y, below in measured.items():
+        found = -np.sqrt(RADIUS**2 - x**2) - hits(x, np.full(len(x), y), -0.7)
+        assert 1e3 * found == pytest.approx(np.array(below), abs=0.05)
 
 
 def test_a_ray_beside_the_wheel_misses_it() -> None:
@@ -92,9 +106,7 @@ def test_a_plant_goes_on_as_it_was_saved(tmp_path: Path) -> None:
 )
 def test_with_it_the_plant_follows_the_reference_closely(shared_data: Path, name: str, begin: float) -> None:
     log = read_drive(shared_data / "chrono_vehicle" / f"{name}.csv.gz")
-    soil, effects = conditions(name)
-    vehicle = with_the_others_steering()
-    ours, theirs = replay(log, soil, begin, begin + 15.0, effects=effects, vehicle=vehicle, cast=True)
+    ours, theirs = window(log, begin, vehicle=with_the_others_steering(), cast=True)
     for wheel in ("fl", "fr", "rl", "rr"):
         assert abs(np.mean(ours.truth[f"true_z_{wheel}"] - theirs.truth[f"true_z_{wheel}"])) < 0.5e-3
     found = compare(ours, theirs)
