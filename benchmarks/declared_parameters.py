@@ -1,7 +1,7 @@
 """Where drives put the declared effects' parameters: `python benchmarks/declared_parameters.py ../shared/data/chrono_vehicle`.
 
-Sensor channels of the multi-sine and step drives, by soil: the parameters of load_transfer and multipass, and with them those
-of wheel_lean, each fitted together with every drive's n; for several yaw inertias, which are no parameter of the model: the cost
+Sensor channels of the multi-sine and step drives, by soil: the parameters of load_transfer and multipass, the vehicle's pull (as
+a constant yaw moment), and with them those of the front wheels' lean, each fitted together with every drive's n; for several yaw inertias, which are no parameter of the model: the cost
 says which it is. `paper_*` drives are not in it. Last, and apart from it, what the simulator's own wheel loads (`true_fz_*`, a
 weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
 
@@ -37,7 +37,8 @@ FREE = {
     "kappa": Free("kappa", ("kappa",), 0.2, 0.0, 1.5),
     "roll_sweep": Free("roll_sweep", ("roll_sweep",), 0.003, -0.03, 0.03),
     "transfer_height": Free("transfer_height", ("transfer_height",), 0.3, 0.0, 2.0),
-    "roll_moment": Free("roll_moment", ("roll_moment",), 100.0, -2000.0, 2000.0),
+    "shaft_share": Free("shaft_share", ("shaft_share",), 0.1, -1.0, 1.0),
+    "pull": Free("pull", ("yaw_moment",), 20.0, -5000.0, 5000.0),
 }
 LEAN = {
     "lean_steer": Free("lean_steer", ("lean_steer",), 0.05, -0.5, 0.5),
@@ -54,7 +55,8 @@ def from_sensors(recordings: list[Recording], told: Declaration, sets: list[tupl
     """Print the fits of each set of parameters for each yaw inertia, all weighed alike."""
     weights = None
     for inertia in inertias:
-        declared = replace(told, vehicle=told.vehicle.with_(yaw_inertia=inertia))
+        straight = replace(told, vehicle=told.vehicle.with_(yaw_inertia=inertia, pull=0.0))
+        declared = straight.with_effects({"yaw_moment": {"yaw_moment": told.vehicle.pull}})
         bench = make_bench(recordings, declared, START_UP, names=())
         weights = bench.weights if weights is None else weights
         for known in sets:

@@ -7,7 +7,7 @@ Valid for forward motion (u > 0) only; below a few tenths of a metre per second 
 
 The stages, in order, and what an effect may correct after each:
 inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg, burden: mass over
-the declared one), loads (load_f, load_r: axle loads),
+the declared one, body_moment: what rolls the body to the right besides lateral force, 0 without an effect), loads (load_f, load_r: axle loads),
 tracks (wheels: position, load, steering angle, count), contacts (each wheel's soil and contact), forces (each wheel's
 force), balance (force_y, moment_z in the yaw frame), rates (d_*), outputs (y_*).
 """
@@ -130,12 +130,14 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "h_cg",
         "track",
         "load_offset",
+        "pull",
         "ackermann",
         "toe",
         "width",
         "radius",
     )
-    return {**{name: getattr(vehicle, name) for name in names}, "roll_share_f": vehicle.roll_stiffness_front, "burden": 1.0}
+    numbers = {name: getattr(vehicle, name) for name in names}
+    return {**numbers, "roll_share_f": vehicle.roll_stiffness_front, "burden": 1.0, "body_moment": 0.0}
 
 
 def _loads(q: Quantities) -> Quantities:
@@ -190,7 +192,7 @@ def body_force(corner: Corner) -> tuple[Scalar, Scalar]:
 
 
 def _balance(q: Quantities) -> Quantities:
-    """Sum of the lateral forces, their moment, and the moment of longitudinal forces on two tracks."""
+    """Sum of the lateral forces, their moment, the moment of longitudinal forces on two tracks, and the vehicle's pull."""
     axle = {"f": 0.0, "r": 0.0}
     track_moment = 0.0
     for corner in q["wheels"]:
@@ -201,7 +203,7 @@ def _balance(q: Quantities) -> Quantities:
         "force_f": axle["f"],
         "force_r": axle["r"],
         "force_y": axle["f"] + axle["r"],
-        "moment_z": axle["f"] * q["l_f"] - axle["r"] * q["l_r"] + track_moment,
+        "moment_z": axle["f"] * q["l_f"] - axle["r"] * q["l_r"] + track_moment + q["pull"],
     }
 
 

@@ -7,6 +7,7 @@ from symbolic.effects import Effect
 from symbolic.history import lag_share
 from symbolic.model import Memory, Quantities, Scalar
 from symbolic.signals import Layout, Signal
+from symbolic.vehicle import GRAVITY
 
 PITCH_TIME = 0.15
 """s: how long a suspended body takes to follow a pitching moment (first order)."""
@@ -37,10 +38,10 @@ def aligning_moment() -> Effect:
 
 
 def pressure_offset() -> Effect:
-    """Pressure acts ahead of the wheels' centres: the axle loads balance there, share * sum W X_p/L moves to the rear.
+    """Pressure acts ahead of the wheels' centres: the axle loads balance there, share * sum W (X_p - e)/L moves to the rear.
 
     X_p is the centre of pressure by the force law, as the suspended body has followed it (first order, PITCH_TIME). It takes
-    the place of a constant `load_offset`, which stands for one soil and one sinkage.
+    the place of the vehicle's constant `load_offset` e, which stands for one soil and one sinkage.
     """
 
     def advance(q: Quantities) -> Quantities:
@@ -49,7 +50,8 @@ def pressure_offset() -> Effect:
         return {"pitch_moment": before + share * (_pressure_moment(q) - before)}
 
     def loads(q: Quantities) -> Quantities:
-        moved = q["pressure_share"] * q["pressure_moment"] / (q["l_f"] + q["l_r"])
+        declared = q["mass"] * GRAVITY * q["load_offset"]
+        moved = q["pressure_share"] * (q["pressure_moment"] - declared) / (q["l_f"] + q["l_r"])
         return {"load_f": q["load_f"] - moved, "load_r": q["load_r"] + moved}
 
     memory = Memory(

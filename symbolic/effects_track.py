@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from symbolic.bicycle import Corner
 from symbolic.body_roll import body_roll
+from symbolic.drive_torque import drive_torque
 from symbolic.effects import Effect, each_wheel
 from symbolic.model import Memory, Quantities
 from symbolic.signals import Layout, Signal
@@ -32,8 +33,9 @@ def load_transfer() -> Effect:
     a is the lateral specific force as the rolled body has followed it (first order, ROLL_TIME). Two tracks then carry the
     yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. While the body rolls, a
     wheel that leans with it sweeps its contact sideways: v_y += roll_sweep da/dt at the rear (roll rate times radius),
-    in proportion to the mass that rolls. A roll_moment that is there when driving straight (a propeller shaft's reaction, a
-    centre of gravity off the middle) loads one side more for good.
+    in proportion to the mass that rolls. A moment on the body loads one side more and rolls it when driving straight, too:
+    shaft_share of the wheels' driving torque, which a propeller shaft hands on to the chassis (1/final drive, negative where
+    it rolls to the left), and roll_moment, which is always there (a centre of gravity off the middle).
     """
     parameters = Layout.of(
         Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0, spread=1),
@@ -47,19 +49,24 @@ def load_transfer() -> Effect:
             spread=0.01,
         ),
         Signal("roll_moment", "N m", "roll to the right when driving straight", 0.0, -2000.0, 2000.0, spread=300),
+        Signal("shaft_share", "", "roll to the right per driving torque of the wheels", 0.0, -1.0, 1.0, spread=0.2),
     )
     return Effect(
         name="load_transfer",
         doc="body roll: load transfer on two tracks with the yaw moment of unequal resistance, and the rear wheels' lean",
         reference="moment balance about the roll axis; two-track kinematics",
         parameters=parameters,
-        typical={"transfer_height": 0.63, "roll_sweep": 0.004, "roll_moment": 0.0},
-        corrections={"tracks": _two_tracks, "contacts": each_wheel(_leaning)},
-        memories=(body_roll("load_transfer", "a_y_roll", "a_y_body", ROLL_TIME),),
+        typical={"transfer_height": 0.63, "roll_sweep": 0.004, "roll_moment": 0.0, "shaft_share": 0.0},
+        corrections={"loads": _moment_on_body, "tracks": _two_tracks, "contacts": each_wheel(_leaning)},
+        memories=(body_roll("load_transfer", "a_y_roll", "a_y_body", ROLL_TIME), drive_torque("load_transfer")),
         confusable=("locked_differential", "yaw_moment"),
         separates="turns of both signs at several lateral accelerations and speeds",
-        drawn=("roll_moment",),
+        drawn=("roll_moment", "shaft_share"),
     )
+
+
+def _moment_on_body(q: Quantities) -> Quantities:
+    return {"body_moment": q["roll_moment"] + q["shaft_share"] * q["drive_torque"]}
 
 
 def _leaning(q: Quantities, corner: Corner) -> Corner:
@@ -73,7 +80,7 @@ def _two_tracks(q: Quantities) -> Quantities:
     """Left and right wheels in the place of each axle's pair; delta_left - delta_right = ackermann delta^2 + toe."""
     half_track = q["track"] / 2
     spread = (q["ackermann"] * q["delta"] ** 2 + q["toe"]) / 2
-    moved = (q["mass"] * q["a_y_body"] * q["transfer_height"] + q["roll_moment"]) / q["track"]
+    moved = (q["mass"] * q["a_y_body"] * q["transfer_height"] + q["body_moment"]) / q["track"]
     share = {"f": q["roll_share_f"], "r": 1.0 - q["roll_share_f"]}
     corners = []
     for axle in ("f", "r"):

@@ -21,6 +21,7 @@ _BOUNDS: dict[str, tuple[float, float, str]] = {
     "track": (0.01, 10.0, "m"),
     "h_cg": (0.0, 5.0, "m"),
     "load_offset": (-2.0, 2.0, "m"),
+    "pull": (-1e5, 1e5, "N m"),
     "roll_stiffness_front": (0.0, 1.0, "1"),
     "ackermann": (-5.0, 5.0, "1/rad"),
     "toe": (-0.2, 0.2, "rad"),
@@ -37,7 +38,7 @@ class Vehicle:
 
     mass (kg); l_f, l_r: centre of gravity to front and rear axle (m); yaw_inertia (kg m^2); track (m);
     h_cg: height of the centre of gravity above the soil (m); load_offset: how far behind l_r, l_f say the static load acts
-    (m, the e of the load balance); roll_stiffness_front: share of the lateral load transfer at the front axle (1);
+    (m, the e of the load balance); pull: yaw moment that is there on every drive (N m, left positive); roll_stiffness_front: share of the lateral load transfer at the front axle (1);
     ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); max_steer (rad), max_steer_rate (rad/s);
     radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters.
     Raises ValueError for a number outside its physical bounds.
@@ -53,6 +54,7 @@ class Vehicle:
     radius: float
     width: float
     load_offset: float = 0.0
+    pull: float = 0.0
     roll_stiffness_front: float = 0.5
     ackermann: float = 0.0
     toe: float = 0.0

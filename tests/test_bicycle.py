@@ -31,7 +31,8 @@ def inputs(u=6.0, steer=0.0, steer_rate=0.0, a_x=0.0, slip=0.05):
 
 @pytest.fixture(params=law_names(), scope="module")
 def model(request):
-    return bicycle(reference_vehicle(), CLAY, request.param)
+    """On a vehicle that pulls to no side."""
+    return bicycle(reference_vehicle().with_(pull=0.0), CLAY, request.param)
 
 
 def test_left_and_right_mirror_each_other(model):
@@ -85,6 +86,13 @@ def test_forces_and_moments_balance(model):
     front, rear = np.asarray(model.probe("force_f", "force_r")(x, u, model.p.nominal))[:, 0]
     assert vehicle.mass * (found[4] + 6.0 * 0.4) == pytest.approx(front + rear, rel=1e-12)
     assert vehicle.yaw_inertia * found[5] == pytest.approx(vehicle.l_f * front - vehicle.l_r * rear, rel=1e-12)
+
+
+def test_a_pull_turns_a_vehicle_that_drives_straight():
+    vehicle = reference_vehicle().with_(pull=30.0)
+    found = rates(bicycle(vehicle, CLAY), np.array([0, 0, 0, 6.0, 0, 0]), inputs())
+    assert found[5] == pytest.approx(30.0 / vehicle.yaw_inertia)
+    assert found[4] == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("a_x", [-3.0, 0.0, 2.0])

@@ -56,7 +56,7 @@ def test_a_leaning_wheels_rim_sweeps_as_a_yawing_ones_does(soil, angle):
 
 
 def axle_of(wheel: int, travel: float, pitman: float) -> np.ndarray:
-    """Unit vector along a front wheel's axle, leftward, in the chassis frame: as the hardpoints say."""
+    """Unit vector along a wheel's axle, leftward, in the chassis frame: as the hardpoints say."""
     value, by_travel, by_angle = np.empty(13), np.empty(13), np.empty(13)
     carrier(load_plant_vehicle().machine.paths[wheel], travel, pitman, value, by_travel, by_angle)
     across = np.sqrt(1.0 - value[AXLE_X] ** 2 - value[AXLE_Z] ** 2)
@@ -71,25 +71,35 @@ def test_the_declared_lean_with_the_steering_is_what_the_hardpoints_do():
     assert load_vehicle(PLANT_VEHICLE).effects["wheel_lean"]["lean_steer"] == pytest.approx(slope, rel=0.05)
 
 
-def test_the_declared_lean_with_the_roll_is_what_the_plant_does():
-    """What is left of the front wheels' lean without the steering's part goes with the rolled lateral acceleration."""
+@pytest.fixture(scope="module")
+def turning():
+    """(N, 4) of a turning drive: lean of the front wheels less the steering's part, the rear wheels' lean and steering, and the
+    lateral acceleration that the body has followed."""
     plant, rows, rolled, turn = Plant(CLAY.with_(n=0.6), start=Start(u=5.0)), list[list[float]](), 0.0, np.empty((3, 3))
     driver, seen, within = (
         Manoeuvre("turns", MultiSine(seed=5), Speed(5.5, 1.2, 10.0)),
         plant.sample(),
         np.arange(6) * plant.dt,
     )
-    declared = load_vehicle(PLANT_VEHICLE).effects["wheel_lean"]
+    by_steering = load_vehicle(PLANT_VEHICLE).effects["wheel_lean"]["lean_steer"]
     for step in range(1500):
         plant.advance(np.ascontiguousarray(driver(plant.time + within, seen)))
         seen = plant.sample()
         rolled += (1.0 - np.exp(-0.012 / LEAN_TIME)) * (seen["u"] * seen["omega_z"] - rolled)
         rotation(plant.state, turn)
-        lean = np.mean([turn[2] @ axle_of(wheel, plant.state[TRAVEL + wheel], plant.state[PITMAN]) for wheel in (0, 1)])
+        axles = [axle_of(wheel, plant.state[TRAVEL + wheel], plant.state[PITMAN]) for wheel in range(4)]
+        front, rear = np.mean(axles[:2], axis=0), np.mean(axles[2:], axis=0)
         if step > 200:
-            rows.append([lean - declared["lean_steer"] * seen["steer"], rolled])
-    rest, roll = np.array(rows).T
-    assert declared["lean_roll"] == pytest.approx(np.polyfit(roll, rest, 1)[0], rel=0.15)
+            steered = np.arctan2(-rear[0], rear[1])
+            rows.append([turn[2] @ front - by_steering * seen["steer"], turn[2] @ rear, steered, rolled])
+    return np.array(rows)
+
+
+@pytest.mark.parametrize(("column", "name"), list(enumerate(["lean_roll", "lean_rear", "steer_rear"])))
+def test_the_declared_lean_with_the_roll_is_what_the_plant_does(turning, column, name):
+    """A body rolls as far by a moment as by a lateral acceleration, so that a turning drive shows the rear wheels' numbers."""
+    slope = np.polyfit(turning[:, 3], turning[:, column], 1)[0]
+    assert load_vehicle(PLANT_VEHICLE).effects["wheel_lean"][name] == pytest.approx(slope, rel=0.15)
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +125,28 @@ def test_lean_turns_and_sweeps_the_contacts_of_the_front_wheels(bare):
     assert turned == pytest.approx(15.0 * (0.02 * 1.5 - 0.15 * 0.2))
     assert swept == pytest.approx(WHEEL.radius * (0.02 * 2.0 - 0.15 * 0.4))
     assert rear == [0.0, 0.0]
+
+
+def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones(bare):
+    """By a_m = moment/(M h_cg); a vehicle that declares no height of its centre of gravity still gets numbers."""
+    vehicle = load_vehicle(PLANT_VEHICLE)
+    values = {"lean_steer": -0.15, "lean_roll": 0.02, "lean_rear": 0.03, "steer_rear": 0.002}
+    names = ("yaw_rate_f", "v_y_f", "yaw_rate_r", "v_y_r")
+
+    def contacts(q):
+        return {f"{key}_{w.axle}": getattr(w.contact, key) for w in q["wheels"] for key in ("yaw_rate", "v_y")}
+
+    def seen(moment, h_cg):
+        model = declared_model(vehicle.with_(effects={}, h_cg=h_cg), CLAY)
+        model = add_effect(model, catalogue(vehicle)["wheel_lean"], values)
+        model = model.correct("vehicle", lambda q: {"body_moment": moment}).correct("contacts", contacts)
+        u = model.u.pack(omega_fl=15.0, omega_fr=15.0, omega_rl=15.0, omega_rr=15.0)
+        return model.probe(*names)(model.x.pack(u=5.0), u, model.p.nominal).full()[:, 0]
+
+    a_m = -400.0 / (vehicle.mass * vehicle.h_cg)
+    moved = seen(-400.0, vehicle.h_cg) - seen(0.0, vehicle.h_cg)
+    assert moved == pytest.approx([15.0 * 0.02 * a_m, 0.0, 15.0 * 0.03 * a_m, -5.0 * 0.002 * a_m])
+    assert np.isfinite(seen(-400.0, 0.0)).all()
 
 
 def test_the_body_follows_its_lateral_force_late():

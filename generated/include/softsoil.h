@@ -16,17 +16,17 @@ extern "C" {
 #define SOFTSOIL_MODEL "bicycle_turn_slip with load_transfer, multipass, wheel_lean"
 #define SOFTSOIL_N_X 7 /* states */
 #define SOFTSOIL_N_U 7 /* inputs */
-#define SOFTSOIL_N_P 13 /* parameters */
+#define SOFTSOIL_N_P 16 /* parameters */
 #define SOFTSOIL_N_Y 6 /* measurements */
-#define SOFTSOIL_N_M 164 /* memory cells: histories kept beside the states */
-#define SOFTSOIL_N_U_FULL 14 /* inputs with those that histories provide */
+#define SOFTSOIL_N_M 165 /* memory cells: histories kept beside the states */
+#define SOFTSOIL_N_U_FULL 15 /* inputs with those that histories provide */
 #define SOFTSOIL_STEP 0.012 /* s, nominal step */
 #define SOFTSOIL_MAX_STEP 0.018 /* s, longest step of the model */
 #define SOFTSOIL_MAX_DT 1.0 /* s, longest prediction; it is split into steps of the model */
 
 enum softsoil_state {SOFTSOIL_X_x, SOFTSOIL_X_y, SOFTSOIL_X_psi, SOFTSOIL_X_u, SOFTSOIL_X_v, SOFTSOIL_X_omega_z, SOFTSOIL_X_n};
 enum softsoil_input {SOFTSOIL_U_steer, SOFTSOIL_U_steer_rate, SOFTSOIL_U_a_x, SOFTSOIL_U_omega_fl, SOFTSOIL_U_omega_fr, SOFTSOIL_U_omega_rl, SOFTSOIL_U_omega_rr};
-enum softsoil_parameter {SOFTSOIL_P_k_phi, SOFTSOIL_P_k_c, SOFTSOIL_P_c, SOFTSOIL_P_phi, SOFTSOIL_P_k, SOFTSOIL_P_K, SOFTSOIL_P_R, SOFTSOIL_P_transfer_height, SOFTSOIL_P_roll_sweep, SOFTSOIL_P_roll_moment, SOFTSOIL_P_kappa, SOFTSOIL_P_lean_steer, SOFTSOIL_P_lean_roll};
+enum softsoil_parameter {SOFTSOIL_P_k_phi, SOFTSOIL_P_k_c, SOFTSOIL_P_c, SOFTSOIL_P_phi, SOFTSOIL_P_k, SOFTSOIL_P_K, SOFTSOIL_P_R, SOFTSOIL_P_transfer_height, SOFTSOIL_P_roll_sweep, SOFTSOIL_P_roll_moment, SOFTSOIL_P_shaft_share, SOFTSOIL_P_kappa, SOFTSOIL_P_lean_steer, SOFTSOIL_P_lean_roll, SOFTSOIL_P_lean_rear, SOFTSOIL_P_steer_rear};
 enum softsoil_measurement {SOFTSOIL_Y_x, SOFTSOIL_Y_y, SOFTSOIL_Y_psi, SOFTSOIL_Y_u, SOFTSOIL_Y_v, SOFTSOIL_Y_omega_z};
 
 /* What a call may return, the graver the larger; every one but SOFTSOIL_OK is counted in softsoil_t. Up to
