@@ -1,9 +1,10 @@
 """Where drives put the declared effects' parameters: `python benchmarks/declared_parameters.py ../shared/data/chrono_vehicle`.
 
-Sensor channels of the multi-sine and step drives, by soil: the parameters of load_transfer and multipass, the vehicle's pull (as
-a constant yaw moment), and with them those of the front wheels' lean, each fitted together with every drive's n; for several yaw inertias, which are no parameter of the model: the cost
-says which it is. `paper_*` drives are not in it. Last, and apart from it, what the simulator's own wheel loads (`true_fz_*`, a
-weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
+Sensor channels of the multi-sine and step drives, by soil: the parameters of load_transfer and multipass, the vehicle's pull
+(as a constant yaw moment), and with them those of the front wheels' lean, each fitted together with every drive's n; for
+several yaw inertias, which are no parameter of the model: the cost says which it is. `paper_*` drives are not in it. Last, and
+apart from it, what the simulator's own wheel loads (`true_fz_*`, a weighing of the wheels that no sensor of the vehicle gives)
+say of transfer_height.
 
 `python benchmarks/declared_parameters.py plant` does the same for vehicles/plant.toml, on the clean drives that the blind
 test draws for the seeds 11 to 14, once without wheel_lean, then with the shares of aligning_moment and pressure_offset in the

@@ -6,8 +6,8 @@ accelerometer reads du/dt - v omega_z). Wheel speeds and steering rate are input
 Valid for forward motion (u > 0) only; below a few tenths of a metre per second the force laws fade out smoothly.
 
 The stages, in order, and what an effect may correct after each:
-inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg, burden: mass over
-the declared one, body_moment: what rolls the body to the right besides lateral force, 0 without an effect), loads (load_f, load_r: axle loads),
+inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg, burden: mass over the declared one,
+body_moment: what rolls the body to the right besides lateral force, 0 without an effect), loads (load_f, load_r: axle loads),
 tracks (wheels: position, load, steering angle, count), contacts (each wheel's soil and contact), forces (each wheel's
 force), balance (force_y, moment_z in the yaw frame), rates (d_*), outputs (y_*).
 """

@@ -45,8 +45,18 @@ def wheel_lean() -> Effect:
                 0.05,
                 spread=0.02,
             ),
-            Signal("lean_rear", "rad s^2/m", "the rear wheels' lean, of a moment on the body", 0.0, -0.05, 0.05, spread=0.02),
-            Signal("steer_rear", "rad s^2/m", "their steering, of a moment on the body", 0.0, -0.01, 0.01, spread=0.002),
+            Signal(
+                "lean_rear",
+                "rad s^2/m",
+                "the rear wheels' lean, of a moment on the body",
+                0.0,
+                -0.05,
+                0.05,
+                spread=0.02,
+            ),
+            Signal(
+                "steer_rear", "rad s^2/m", "their steering, of a moment on the body", 0.0, -0.01, 0.01, spread=0.002
+            ),
         ),
         typical={"lean_steer": -0.12, "lean_roll": 0.02, "lean_rear": 0.0, "steer_rear": 0.0},
         corrections={"contacts": each_wheel(_leaning)},

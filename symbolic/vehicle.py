@@ -38,7 +38,8 @@ class Vehicle:
 
     mass (kg); l_f, l_r: centre of gravity to front and rear axle (m); yaw_inertia (kg m^2); track (m);
     h_cg: height of the centre of gravity above the soil (m); load_offset: how far behind l_r, l_f say the static load acts
-    (m, the e of the load balance); pull: yaw moment that is there on every drive (N m, left positive); roll_stiffness_front: share of the lateral load transfer at the front axle (1);
+    (m, the e of the load balance); pull: yaw moment that is there on every drive (N m, left positive);
+    roll_stiffness_front: share of the lateral load transfer at the front axle (1);
     ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); max_steer (rad), max_steer_rate (rad/s);
     radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters.
     Raises ValueError for a number outside its physical bounds.

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_effects_lean import axle_of
 
+from axles import axle_of
 from estimator.inputs import measured_inputs, measured_states
 from estimator.predictor import Predictor, substeps_for
 from mpc_demo.blind_test import PLANT_VEHICLE

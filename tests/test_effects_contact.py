@@ -104,3 +104,16 @@ def test_a_share_of_pressure_offset_moves_load_and_loses_none(vehicle):
     static, _ = plain.probe("load_f", "load_r")(x[: len(plain.x)], plain.u.pack(pressure_moment=800.0), p).full()[:, 0]
     assert front + rear == pytest.approx(vehicle.mass * 9.81, rel=1e-3)
     assert static - front == pytest.approx(800.0 / vehicle.wheelbase, rel=1e-9)
+
+
+def test_the_centre_of_pressure_takes_the_place_of_a_declared_offset(vehicle):
+    """All of its share: the declared offset no longer counts; none of it: it stands."""
+    loads = {}
+    for offset in (0.0, 0.05):
+        for share in (0.0, 1.0):
+            bare = declared_model(vehicle.with_(effects={}, load_offset=offset), CLAY)
+            model = add_effect(bare, catalogue(vehicle)["pressure_offset"], {"pressure_share": share})
+            u = model.u.pack(pressure_moment=800.0)
+            loads[offset, share] = model.probe("load_f")(model.x.pack(u=5.0), u, model.p.nominal).full()[0, 0]
+    assert loads[0.05, 1.0] == pytest.approx(loads[0.0, 1.0], rel=1e-12)
+    assert loads[0.0, 0.0] - loads[0.05, 0.0] == pytest.approx(vehicle.mass * 9.81 * 0.05 / vehicle.wheelbase, rel=1e-9)

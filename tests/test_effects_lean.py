@@ -4,13 +4,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from axles import axle_of
 from mpc_demo.blind_test import PLANT_VEHICLE
 from plant.bed import SoilBed
-from plant.machine import load_plant_vehicle
 from plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from plant.start import Start
 from plant.state import PITMAN, TRAVEL, rotation
-from plant.suspension import AXLE_X, AXLE_Z, carrier
 from plant.world import Plant
 from symbolic.body_roll import body_roll
 from symbolic.catalogue import catalogue, declared_model
@@ -53,14 +52,6 @@ def test_a_leaning_wheels_rim_sweeps_as_a_yawing_ones_does(soil, angle):
     law = by_the_law(soil, angle, 0.06) - by_the_law(soil, angle, -0.06)
     assert abs(true) > 0.03 * LOAD * np.tan(soil.phi)
     assert law == pytest.approx(true, rel=0.25)
-
-
-def axle_of(wheel: int, travel: float, pitman: float) -> np.ndarray:
-    """Unit vector along a wheel's axle, leftward, in the chassis frame: as the hardpoints say."""
-    value, by_travel, by_angle = np.empty(13), np.empty(13), np.empty(13)
-    carrier(load_plant_vehicle().machine.paths[wheel], travel, pitman, value, by_travel, by_angle)
-    across = np.sqrt(1.0 - value[AXLE_X] ** 2 - value[AXLE_Z] ** 2)
-    return np.array([value[AXLE_X], across, value[AXLE_Z]])
 
 
 def test_the_declared_lean_with_the_steering_is_what_the_hardpoints_do():

@@ -1,0 +1,78 @@
+"""How far better states can be predicted with the right n at all: the plant itself as the predictor of another simulator.
+
+    python -m benchmarks.plant_predicts ../shared/data/chrono_vehicle [--drives paper] [--horizon 2.5]
+
+`softsoil study` predicts with the bicycle; here the whole plant does, soil and eleven degrees of freedom: window after window
+from the log's state, with the log's steering, speed and wheel speeds, its wheels found as the independent simulator finds its
+own. Once with n of the drive's name and once 0.2 above it, as a first guess is. Mean squared errors of y, psi, v and omega_z,
+those with the wrong n over those with the right one. Nothing is fitted.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from joblib import Parallel, delayed
+from numpy.typing import NDArray
+
+from benchmarks.plant_vehicle import conditions, with_the_others_steering
+from plant.replay import LEAD, replay
+from recording.drive import Recording
+from recording.read import read_drive
+from symbolic.soil import Soil
+
+STATES = ("y", "psi", "v", "omega_z")
+OFF = 0.2
+"""How far a first guess of n is off (paper, Table 7)."""
+SETTLE = 2.0
+"""The logs' first two seconds hold the start-up transient (s)."""
+
+
+def errors(log: Recording, begin: float, horizon: float, off: float) -> NDArray[np.float64]:
+    """(4,) mean squared errors of STATES over one window, the plant on a soil whose n is `off` from the drive's."""
+    soil, effects = conditions(log.name)
+    if not isinstance(soil, Soil):
+        raise ValueError(f"{log.name}: expected a drive on one soil, found a border")
+    ours, theirs = replay(
+        log,
+        soil.with_(n=soil.n + off),
+        begin,
+        begin + horizon,
+        effects=effects,
+        vehicle=with_the_others_steering(),
+        hold_speed=True,
+        cast=True,
+    )
+    apart = {name: ours[name] - theirs[name] for name in STATES}
+    apart["psi"] = np.angle(np.exp(1j * apart["psi"]))
+    return np.array([np.mean(np.square(apart[name])) for name in STATES])
+
+
+def main() -> None:
+    """Print a line per drive and the geometric mean."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--drives", nargs="+", default=["paper"], help="beginnings of the names")
+    parser.add_argument("--horizon", type=float, default=2.5, help="s")
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    gains = []
+    print(f"{'drive':<24}" + "".join(f"{name:>9}" for name in STATES))
+    for path in sorted(path for d in options.drives for path in options.folder.glob(f"{d}_*.csv.gz")):
+        log = read_drive(path)
+        begins = np.arange(SETTLE + LEAD, log.t[-1] - options.horizon, options.horizon)
+        tasks = [(float(begin), off) for off in (OFF, 0.0) for begin in begins]
+        found = Parallel(n_jobs=options.workers)(
+            delayed(errors)(log, begin, options.horizon, off) for begin, off in tasks
+        )
+        wrong, right = np.array(found).reshape(2, len(begins), len(STATES)).mean(axis=1)
+        gains.append(wrong / right)
+        print(f"{log.name:<24}" + "".join(f"{gain:>9.2f}" for gain in gains[-1]), flush=True)
+    mean = float(np.exp(np.mean(np.log(gains))))
+    print(f"error with n {OFF} too high over that with n, {options.horizon:g} s, geometric mean: {mean:.2f}")
+
+
+if __name__ == "__main__":
+    main()
