@@ -156,7 +156,7 @@ def payload() -> Effect:
         doc="a load carried: mass, its place along the vehicle, and the inertia that follows",
         reference="rigid bodies joined; parallel axis theorem",
         parameters=Layout.of(
-            Signal("payload_mass", "kg", "mass of the load", 0.0, -400.0, 3000.0, spread=400),
+            Signal("payload_mass", "kg", "mass of the load", 0.0, 0.0, 3000.0, spread=400),
             Signal("payload_x", "m", "its place behind the front axle", 1.5, -2.0, 6.0, spread=1),
         ),
         typical={"payload_mass": 150.0, "payload_x": 2.2},
