@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.table import Table
 
@@ -14,7 +15,7 @@ from mpc_demo.logs import named_n, named_soil
 from mpc_demo.options import OWN_LOGS, ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
 from mpc_demo.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
 from mpc_demo.output import console, output_folder, progress, say_written, write_json
-from mpc_demo.study import LogStudy, study_log
+from mpc_demo.study import LATERAL, LogStudy, gains, study_log
 from recording.drive import STATE_CHANNELS
 
 LogsArgument = Annotated[
@@ -64,6 +65,7 @@ def study(
     console.print(table_7(studies))
     for entry in studies:
         console.print(table_8(entry))
+    _say_gain(studies)
     _say_conditions(studies, noise, seed, skip)
     say_written([write_json(folder / "study.json", {"logs": [entry.as_json() for entry in studies]}), *paths])
 
@@ -117,6 +119,19 @@ def table_8(entry: LogStudy) -> Table:
             cells += [f"[{mark}]{found:.3g}[/]", f"{guess:.3g}"]
         table.add_row(f"{name} ({unit})", *cells)
     return table
+
+
+def _say_gain(studies: list[LogStudy]) -> None:
+    """What the estimate is worth over all logs, in one line per horizon."""
+    for horizon in HORIZONS:
+        found = gains(studies, horizon)
+        known = found[np.isfinite(found)]
+        if len(known):
+            console.print(
+                f"{horizon:g} s: errors of {', '.join(LATERAL)} with the first guess over those with the estimate, geometric "
+                f"mean: {np.exp(np.mean(np.log(known))):.2f}; smaller with the estimate in {(known > 1).sum()} of {len(known)}",
+                highlight=False,
+            )
 
 
 def _say_conditions(studies: list[LogStudy], noise: str, seed: int, skip: float) -> None:

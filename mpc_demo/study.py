@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 GUESS_OFF = 0.2
 """How far the first guess of n is off (paper, Table 7)."""
+LATERAL = ("y", "psi", "v", "omega_z")
+"""The states that n moves."""
 
 
 @dataclass(frozen=True)
@@ -90,3 +92,9 @@ def study_log(
     initial = {horizon: replay.windows(before, horizon) for horizon in HORIZONS}
     estimated = {horizon: replay.windows(after, horizon) for horizon in HORIZONS}
     return LogStudy(clean.name, declared.soil.name, n_true, first, estimate, initial, estimated, clean)
+
+
+def gains(studies: Sequence[LogStudy], horizon: float) -> Array:
+    """(logs, 4) mean squared error of LATERAL with the first guess over that with the estimate; NaN where no window fits."""
+    rows = [(entry.initial[horizon].mse, entry.estimated[horizon].mse) for entry in studies]
+    return np.array([[guess[name] / found[name] for name in LATERAL] for guess, found in rows])
