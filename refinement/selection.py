@@ -30,7 +30,7 @@ LEAST_WHOLE_APART = 0.08
 the declared model's own error hardly looks like it (3 % at most where nothing was added)."""
 ONE_WAVE_GAIN = 0.5
 """A first effect must remove this share where the steering repeats one wave: few ways of moving make any two effects alike, and
-the declared model's own error has made one gain 34 %."""
+the declared model's own error has made one gain 37 %."""
 LEAST_SIZE = 0.05
 """An effect must reach this share of its plausible spread: every declared model has a fault of smaller size (44 N m of yaw moment
 on a drive with nothing added), and without noise the smallest one stands out."""
