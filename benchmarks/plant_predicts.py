@@ -17,21 +17,16 @@ import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from benchmarks.plant_vehicle import conditions, with_the_others_steering
+from benchmarks.plant_vehicle import SETTLE, conditions, with_the_others_steering
+from mpc_demo.study import GUESS_OFF, LATERAL
 from plant.replay import LEAD, replay
 from recording.drive import Recording
 from recording.read import read_drive
 from symbolic.soil import Soil
 
-STATES = ("y", "psi", "v", "omega_z")
-OFF = 0.2
-"""How far a first guess of n is off (paper, Table 7)."""
-SETTLE = 2.0
-"""The logs' first two seconds hold the start-up transient (s)."""
-
 
 def errors(log: Recording, begin: float, horizon: float, off: float) -> NDArray[np.float64]:
-    """(4,) mean squared errors of STATES over one window, the plant on a soil whose n is `off` from the drive's."""
+    """(4,) mean squared errors of LATERAL over one window, the plant on a soil whose n is `off` from the drive's."""
     soil, effects = conditions(log.name)
     if not isinstance(soil, Soil):
         raise ValueError(f"{log.name}: expected a drive on one soil, found a border")
@@ -45,9 +40,9 @@ def errors(log: Recording, begin: float, horizon: float, off: float) -> NDArray[
         hold_speed=True,
         cast=True,
     )
-    apart = {name: ours[name] - theirs[name] for name in STATES}
+    apart = {name: ours[name] - theirs[name] for name in LATERAL}
     apart["psi"] = np.angle(np.exp(1j * apart["psi"]))
-    return np.array([np.mean(np.square(apart[name])) for name in STATES])
+    return np.array([np.mean(np.square(apart[name])) for name in LATERAL])
 
 
 def main() -> None:
@@ -59,19 +54,19 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     gains = []
-    print(f"{'drive':<24}" + "".join(f"{name:>9}" for name in STATES))
+    print(f"{'drive':<24}" + "".join(f"{name:>9}" for name in LATERAL))
     for path in sorted(path for d in options.drives for path in options.folder.glob(f"{d}_*.csv.gz")):
         log = read_drive(path)
         begins = np.arange(SETTLE + LEAD, log.t[-1] - options.horizon, options.horizon)
-        tasks = [(float(begin), off) for off in (OFF, 0.0) for begin in begins]
+        tasks = [(float(begin), off) for off in (GUESS_OFF, 0.0) for begin in begins]
         found = Parallel(n_jobs=options.workers)(
             delayed(errors)(log, begin, options.horizon, off) for begin, off in tasks
         )
-        wrong, right = np.array(found).reshape(2, len(begins), len(STATES)).mean(axis=1)
+        wrong, right = np.array(found).reshape(2, len(begins), len(LATERAL)).mean(axis=1)
         gains.append(wrong / right)
         print(f"{log.name:<24}" + "".join(f"{gain:>9.2f}" for gain in gains[-1]), flush=True)
     mean = float(np.exp(np.mean(np.log(gains))))
-    print(f"error with n {OFF} too high over that with n, {options.horizon:g} s, geometric mean: {mean:.2f}")
+    print(f"error with n {GUESS_OFF} too high over that with n, {options.horizon:g} s, geometric mean: {mean:.2f}")
 
 
 if __name__ == "__main__":

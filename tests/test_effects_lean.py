@@ -118,7 +118,7 @@ def test_lean_turns_and_sweeps_the_contacts_of_the_front_wheels(bare):
     assert rear == [0.0, 0.0]
 
 
-def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones(bare):
+def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones():
     """By a_m = moment/(M h_cg); a vehicle that declares no height of its centre of gravity still gets numbers."""
     vehicle = load_vehicle(PLANT_VEHICLE)
     values = {"lean_steer": -0.15, "lean_roll": 0.02, "lean_rear": 0.03, "steer_rear": 0.002}
