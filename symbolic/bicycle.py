@@ -7,7 +7,8 @@ Valid for forward motion (u > 0) only; below a few tenths of a metre per second 
 
 The stages, in order, and what an effect may correct after each:
 inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg, burden: mass over the declared one,
-body_moment: what rolls the body to the right besides lateral force, 0 without an effect), loads (load_f, load_r: axle loads),
+body_moment: what rolls the body to the right besides lateral force, aside_f, aside_r: how far left of its wheels' designed
+places an axle's contacts are, 0 without an effect), loads (load_f, load_r: axle loads),
 tracks (wheels: position, load, steering angle, count), contacts (each wheel's soil and contact), forces (each wheel's
 force), balance (force_y, moment_z in the yaw frame), rates (d_*), outputs (y_*).
 """
@@ -51,7 +52,8 @@ class Corner:
     """One wheel, or the two wheels of an axle taken as one.
 
     axle: "f" or "r"; side: +1 left, -1 right, 0 both; count: wheels it stands for; y: lateral position (m);
-    load: per wheel (N); delta: steering angle (rad); spin (rad/s); the rest is filled in by later stages.
+    load: per wheel (N); delta: steering angle (rad); spin (rad/s); x: position ahead of the axle (m); the rest is filled in by
+    later stages.
     """
 
     axle: str
@@ -61,6 +63,7 @@ class Corner:
     load: Scalar
     delta: Scalar
     spin: Scalar
+    x: Scalar = 0.0
     soil: Soil | None = None
     contact: Contact | None = None
     force: WheelForce | None = None
@@ -114,7 +117,7 @@ def _inputs(q: Quantities) -> Quantities:
         "delta": q["steer"],
         "delta_rate": q["steer_rate"],
         "du": q["a_x"],
-        "specific_x": q["a_x"],
+        "specific_x": q["a_x"] - q["v"] * q["omega_z"],
         "gravity_x": 0.0,
         "gravity_y": 0.0,
         **spins,
@@ -128,16 +131,28 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "l_r",
         "yaw_inertia",
         "h_cg",
+        "roll_gain",
         "track",
+        "scrub",
         "load_offset",
         "pull",
         "ackermann",
         "toe",
+        "toe_rear",
         "width",
         "radius",
     )
     numbers = {name: getattr(vehicle, name) for name in names}
-    return {**numbers, "roll_share_f": vehicle.roll_stiffness_front, "burden": 1.0, "body_moment": 0.0}
+    return {
+        **numbers,
+        "track_rear": vehicle.rear_track,
+        "roll_share_f": vehicle.roll_stiffness_front,
+        "damper_share_f": vehicle.roll_damping_front,
+        "burden": 1.0,
+        "body_moment": 0.0,
+        "aside_f": 0.0,
+        "aside_r": 0.0,
+    }
 
 
 def _loads(q: Quantities) -> Quantities:
@@ -149,8 +164,8 @@ def _loads(q: Quantities) -> Quantities:
 
 def _tracks(q: Quantities) -> Quantities:
     """The paper's single track: one corner per axle, standing for two equal wheels."""
-    front = Corner("f", 0, 2, 0.0, q["load_f"] / 2, q["delta"], (q["spin_fl"] + q["spin_fr"]) / 2)
-    rear = Corner("r", 0, 2, 0.0, q["load_r"] / 2, 0.0, (q["spin_rl"] + q["spin_rr"]) / 2)
+    front = Corner("f", 0, 2, q["aside_f"], q["load_f"] / 2, q["delta"], (q["spin_fl"] + q["spin_fr"]) / 2)
+    rear = Corner("r", 0, 2, q["aside_r"], q["load_r"] / 2, 0.0, (q["spin_rl"] + q["spin_rr"]) / 2)
     return {"wheels": (front, rear)}
 
 
@@ -159,13 +174,13 @@ def _contacts(q: Quantities, soil_name: str) -> Quantities:
 
 
 def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
-    """Velocity of the wheel centre, turned into the wheel plane."""
-    arm = q["l_f"] if corner.axle == "f" else -q["l_r"]
+    """Velocity of the wheel centre, turned into the wheel plane; steering moves a centre that stands beside its axis."""
+    arm = (q["l_f"] if corner.axle == "f" else -q["l_r"]) + corner.x
     v_x, v_y = q["u"] - corner.y * q["omega_z"], q["v"] + arm * q["omega_z"]
     cos, sin = ca.cos(corner.delta), ca.sin(corner.delta)
     steer_rate = q["delta_rate"] if corner.axle == "f" else 0.0
     contact = Contact(
-        v_x=v_x * cos + v_y * sin,
+        v_x=v_x * cos + v_y * sin - corner.side * q["scrub"] * steer_rate,
         v_y=-v_x * sin + v_y * cos,
         omega=corner.spin,
         load=corner.load,
@@ -198,7 +213,7 @@ def _balance(q: Quantities) -> Quantities:
     for corner in q["wheels"]:
         f_x, f_y = body_force(corner)
         axle[corner.axle] = axle[corner.axle] + corner.count * f_y
-        track_moment = track_moment - corner.count * corner.y * f_x
+        track_moment = track_moment + corner.count * (corner.x * f_y - corner.y * f_x)
     return {
         "force_f": axle["f"],
         "force_r": axle["r"],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import casadi as ca
@@ -37,12 +37,24 @@ class Node:
 
 @dataclass(frozen=True)
 class ContactLine:
-    """Nodes from front to rear, sinkage h, x_front and x_rear > 0: ends of the contact ahead and behind (m)."""
+    """Nodes from front to rear, sinkage h, x_front and x_rear > 0: ends of the contact ahead and behind (m); share: of the
+    wheel's width that this line stands for."""
 
     nodes: Sequence[Node]
     sinkage: Scalar
     x_front: Scalar
     x_rear: Scalar
+    share: Scalar = 1.0
+
+    @property
+    def load(self) -> Scalar:
+        """int sigma dX (N per m of width)."""
+        return sum(node.weight * node.sigma for node in self.nodes)
+
+    def scaled(self, scale: Scalar, share: Scalar = 1.0) -> ContactLine:
+        """The same line with all pressures times `scale`, for a share of the width."""
+        nodes = [replace(node, sigma=scale * node.sigma) for node in self.nodes]
+        return replace(self, nodes=nodes, share=share)
 
 
 @lru_cache(maxsize=16)
@@ -87,18 +99,17 @@ def contact_line(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar, front_no
     (d/h)^n = (1 - (X/x_f)^2)^n g^n with g = (2r - h)/(sqrt(r^2 - X^2) + r - h) near 1: the first factor does not depend
     on h, the second needs no logarithm, so that a step of the sinkage costs two exponentials and one logarithm.
     """
-    rule = _front_rule(front_nodes)
-    parabola = [ca.exp(soil.n * log_depth) for _, _, log_depth in rule]
     carried = smooth_positive(load, LOAD_WIDTH)
-    shape = _Shape(soil, wheel, omega, rule, parabola, bulk_modulus(soil, wheel))
-    log_h = _first_guess(soil, wheel, carried, omega)
+    shape = Shape.of(soil, wheel, omega, front_nodes)
+    log_h = sinkage_guess(soil, wheel, carried, omega)
     for _ in range(SINKAGE_STEPS):
         total, slope = shape.load(log_h)
         log_h = log_h - ca.log(total / carried) / slope
-    return shape.line(log_h, carried)
+    line = shape.line(log_h)
+    return line.scaled(carried / (wheel.width * line.load))
 
 
-def _first_guess(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar) -> Scalar:
+def sinkage_guess(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar) -> Scalar:
     """log h from load = A h^p, p = n + 1/2, A = b k_eq sqrt(2r) beta: pressure on a parabola alone, then one step for
     the damping B h, B = b R omega r, and the tail T h^(1.5 n), T = (2/3) b k_eq sqrt(2 r k_eq/K).
     """
@@ -112,7 +123,7 @@ def _first_guess(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar) -> Scala
 
 
 @dataclass(frozen=True)
-class _Shape:
+class Shape:
     """Pressure along the line as a function of log h."""
 
     soil: Soil
@@ -121,6 +132,13 @@ class _Shape:
     rule: Sequence[tuple[float, float, float]]
     parabola: Sequence[Scalar]
     stiffness: Scalar
+
+    @classmethod
+    def of(cls, soil: Soil, wheel: Wheel, omega: Scalar, front_nodes: int) -> Shape:
+        """The shape for a soil, a wheel and its spin (rad/s), with `front_nodes` quadrature nodes ahead of the centre."""
+        rule = _front_rule(front_nodes)
+        parabola = [ca.exp(soil.n * log_depth) for _, _, log_depth in rule]
+        return cls(soil, wheel, omega, rule, parabola, bulk_modulus(soil, wheel))
 
     def _geometry(self, log_h: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
         """h (capped at the axle), x_f, sigma_m, x_r, d(log x_f)/d(log h)."""
@@ -158,24 +176,26 @@ class _Shape:
         area = sum(w * s for (_, w, _), (s, _) in zip(self.rule, front, strict=True))
         static = sigma_m * x_front * area
         damping = 0.5 * self.soil.R * self.omega * x_front * x_front
-        tail = self._tail_pressure(sigma_m, x_rear) * x_rear
+        tail = tail_pressure(sigma_m, x_rear, self.soil.R * self.omega) * x_rear
         return static + damping + tail, static, damping, tail
 
-    def _tail_pressure(self, sigma_m: Scalar, x_rear: Scalar) -> Scalar:
-        """Mean pressure behind the wheel centre (Pa): (2/3) sigma_m - R omega x_r/2 to first order, never negative."""
-        static = (2.0 / 3.0) * sigma_m
-        return static * static / (static + 0.5 * self.soil.R * self.omega * x_rear)
-
-    def line(self, log_h: Scalar, carried: Scalar) -> ContactLine:
-        """The nodes at the sinkage found, with the pressures scaled to carry the load exactly."""
+    def line(self, log_h: Scalar) -> ContactLine:
+        """The nodes at a sinkage."""
         h, x_front, sigma_m, x_rear, _ = self._geometry(log_h)
-        front = self._front(h, x_front)
-        scale = carried / (self.wheel.width * self._terms(front, x_front, sigma_m, x_rear)[0])
-        r, rate, peak = self.wheel.radius, scale * self.soil.R * self.omega, scale * sigma_m
-        nodes = []
-        for (along, w, _), (shape, depth) in zip(self.rule, front, strict=True):
+        r, rate, nodes = self.wheel.radius, self.soil.R * self.omega, []
+        for (along, w, _), (shape, depth) in zip(self.rule, self._front(h, x_front), strict=True):
             x = along * x_front
-            nodes.append(Node(x, w * x_front, peak * shape + rate * x, depth))
-        x = -0.375 * x_rear
-        nodes.append(Node(x, x_rear, scale * self._tail_pressure(sigma_m, x_rear), r - (0.5 / r) * x * x))
-        return ContactLine(nodes, h, x_front, x_rear)
+            nodes.append(Node(x, w * x_front, sigma_m * shape + rate * x, depth))
+        return ContactLine([*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, rate))], h, x_front, x_rear)
+
+
+def tail_pressure(sigma_m: Scalar, x_rear: Scalar, rate: Scalar) -> Scalar:
+    """Mean pressure behind the wheel centre (Pa): (2/3) sigma_m - rate x_r/2 to first order, never negative; rate: R omega."""
+    static = (2.0 / 3.0) * sigma_m
+    return static * static / (static + 0.5 * rate * x_rear)
+
+
+def tail_node(radius: Scalar, x_rear: Scalar, sigma: Scalar) -> Node:
+    """The one node behind the wheel centre, at the middle of the tail's load."""
+    x = -0.375 * x_rear
+    return Node(x, x_rear, sigma, radius - (0.5 / radius) * x * x)

@@ -4,50 +4,51 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import casadi as ca
+
 from symbolic.bicycle import Corner
-from symbolic.body_roll import body_roll
+from symbolic.body_roll import body_roll, roll_angle
 from symbolic.drive_torque import drive_torque
 from symbolic.effects import Effect, each_wheel
-from symbolic.model import Memory, Quantities
+from symbolic.model import Memory, Quantities, Scalar
 from symbolic.signals import Layout, Signal
 from symbolic.smooth import smooth_norm, smooth_positive
-from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
+from symbolic.track import Cell, interpolate, push, read_cells, track_layout, write_cells
 
-ROLL_TIME = 0.15
-"""s: how late (first order) what the roll does to the wheels follows the lateral acceleration: between their loads, which the
-dampers carry at once, and the body's angle (`symbolic.effects_lean.LEAN_TIME`)."""
+PREFIX = "transfer"
+DAMPER_TIME = 0.15
+"""s: what a damped suspension's dampers carry of the load transfer while the body still rolls, per what its springs carry in the
+end; less than `symbolic.body_roll.ROLL_TIME`, of which the body's inertia is a part."""
 RUT_CELLS = 40
 RUT_REACH = 1.3
 """Length of the rut that is remembered, over the wheelbase."""
 RUT_VALUES = (
     Signal("d", "m", "distance behind the front axle"),
-    Signal("e", "m", "lateral position in the yaw frame"),
+    Signal("el", "m", "lateral position of the front left wheel's rut in the yaw frame"),
+    Signal("er", "m", "lateral position of the front right wheel's rut in the yaw frame"),
     Signal("jl", "m", "shear path left by the front left wheel"),
     Signal("jr", "m", "shear path left by the front right wheel"),
+    Signal("hl", "m", "depth of the front left wheel's rut"),
+    Signal("hr", "m", "depth of the front right wheel's rut"),
+    Signal("w", "m", "width of the ruts' edges"),
 )
 
 
 def load_transfer() -> Effect:
-    """Body roll: each wheel its own load, Delta F_z = share (M a h + roll_moment)/T, and rear wheels that lean with the body.
+    """Body roll: each wheel its own load, Delta F_z = share (M a h + moment)/T, and rear contacts that move with the body.
 
-    a is the lateral specific force as the rolled body has followed it (first order, ROLL_TIME). Two tracks then carry the
-    yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. While the body rolls, a
-    wheel that leans with it sweeps its contact sideways: v_y += roll_sweep da/dt at the rear (roll rate times radius),
-    in proportion to the mass that rolls. A moment on the body loads one side more and rolls it when driving straight, too:
-    shaft_share of the wheels' driving torque, which a propeller shaft hands on to the chassis (1/final drive, negative where
-    it rolls to the left), and roll_moment, which is always there (a centre of gravity off the middle).
+    a is the lateral specific force as the rolled body has followed it (first order, `symbolic.body_roll`), and what the dampers
+    carry on the way: of each axle DAMPER_TIME da/dt times its share of the dampers over that of the springs. Two tracks then
+    carry the yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. The rear contacts stand
+    roll_sweep phi left of where they are with an upright body, and while it rolls they move sideways, v_y += roll_sweep dphi/dt:
+    h_cg for wheels that stay upright to the body and a centre of gravity that swings over them. A moment on the body loads one
+    side more and rolls it when driving straight, too: shaft_share of the wheels' driving torque, which a propeller shaft hands
+    on to the chassis (1/final drive, negative where it rolls to the left), and roll_moment, which is always there (a centre of
+    gravity off the middle).
     """
     parameters = Layout.of(
         Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0, spread=1),
-        Signal(
-            "roll_sweep",
-            "s^2",
-            "sideways sweep of the rear contact per rate of lateral acceleration",
-            0.0,
-            -0.03,
-            0.03,
-            spread=0.01,
-        ),
+        Signal("roll_sweep", "m", "sideways sweep of the rear contacts per roll of the body", 0.0, -2.0, 2.0, spread=0.5),
         Signal("roll_moment", "N m", "roll to the right when driving straight", 0.0, -2000.0, 2000.0, spread=300),
         Signal("shaft_share", "", "roll to the right per driving torque of the wheels", 0.0, -1.0, 1.0, spread=0.2),
     )
@@ -56,40 +57,50 @@ def load_transfer() -> Effect:
         doc="body roll: load transfer on two tracks with the yaw moment of unequal resistance, and the rear wheels' lean",
         reference="moment balance about the roll axis; two-track kinematics",
         parameters=parameters,
-        typical={"transfer_height": 0.63, "roll_sweep": 0.004, "roll_moment": 0.0, "shaft_share": 0.0},
-        corrections={"loads": _moment_on_body, "tracks": _two_tracks, "contacts": each_wheel(_leaning)},
-        memories=(body_roll("load_transfer", "a_y_roll", "a_y_body", ROLL_TIME), drive_torque("load_transfer")),
+        typical={"transfer_height": 0.63, "roll_sweep": 0.5, "roll_moment": 0.0, "shaft_share": 0.0},
+        corrections={"loads": _body, "tracks": _two_tracks, "contacts": each_wheel(_swept)},
+        memories=(body_roll("load_transfer", PREFIX), drive_torque("load_transfer")),
         confusable=("locked_differential", "yaw_moment"),
         separates="turns of both signs at several lateral accelerations and speeds",
         drawn=("roll_moment", "shaft_share"),
     )
 
 
-def _moment_on_body(q: Quantities) -> Quantities:
-    return {"body_moment": q["roll_moment"] + q["shaft_share"] * q["drive_torque"]}
+def _body(q: Quantities) -> Quantities:
+    """The moment on the body, and how far its roll has moved the rear contacts."""
+    moment = q["roll_moment"] + q["shaft_share"] * q["drive_torque"]
+    roll, _ = roll_angle({**q, "body_moment": moment}, PREFIX)
+    return {"body_moment": moment, "aside_r": q["aside_r"] + q["roll_sweep"] * roll}
 
 
-def _leaning(q: Quantities, corner: Corner) -> Corner:
+def _swept(q: Quantities, corner: Corner) -> Corner:
     if corner.axle != "r" or corner.contact is None:
         return corner
-    sweep = q["roll_sweep"] * q["burden"] * q["a_y_body_rate"]
-    return corner.with_(contact=replace(corner.contact, v_y=corner.contact.v_y + sweep))
+    _, rate = roll_angle(q, PREFIX)
+    return corner.with_(contact=replace(corner.contact, v_y=corner.contact.v_y + q["roll_sweep"] * rate))
 
 
 def _two_tracks(q: Quantities) -> Quantities:
     """Left and right wheels in the place of each axle's pair; delta_left - delta_right = ackermann delta^2 + toe."""
-    half_track = q["track"] / 2
     spread = (q["ackermann"] * q["delta"] ** 2 + q["toe"]) / 2
-    moved = (q["mass"] * q["a_y_body"] * q["transfer_height"] + q["body_moment"]) / q["track"]
-    share = {"f": q["roll_share_f"], "r": 1.0 - q["roll_share_f"]}
+    out, back = q["scrub"] * (ca.cos(q["delta"]) - 1.0), q["scrub"] * ca.sin(q["delta"])
+    springs = q["mass"] * q["transfer_height"] * q[f"{PREFIX}_a"] + q["body_moment"]
+    dampers = q["mass"] * q["transfer_height"] * DAMPER_TIME * q[f"{PREFIX}_a_rate"]
+    held, damped = q["roll_share_f"], q["damper_share_f"]
+    # Of each axle: track, moment on its wheels' loads, how far out of line and back a wheel stands, its angle.
+    axles = {
+        "f": (q["track"], held * springs + damped * dampers, out, back, q["delta"], spread),
+        "r": (q["track_rear"], (1.0 - held) * springs + (1.0 - damped) * dampers, 0.0, 0.0, 0.0, q["toe_rear"] / 2),
+    }
     corners = []
-    for axle in ("f", "r"):
-        load = q[f"load_{axle}"] / 2
+    for axle, (track, moment, outward, backward, delta, apart) in axles.items():
+        load, moved = q[f"load_{axle}"] / 2, moment / track
         for side, letter in ((1, "l"), (-1, "r")):
-            delta = q["delta"] + side * spread if axle == "f" else 0.0
+            y = side * (track / 2 + outward) + q[f"aside_{axle}"]
             # A wheel that has lifted carries nothing.
-            carried = smooth_positive(load - side * share[axle] * moved, 50.0)
-            corners.append(Corner(axle, side, 1, side * half_track, carried, delta, q[f"spin_{axle}{letter}"]))
+            carried = smooth_positive(load - side * moved, 50.0)
+            spin = q[f"spin_{axle}{letter}"]
+            corners.append(Corner(axle, side, 1, y, carried, delta + side * apart, spin, x=-side * backward))
     return {"wheels": tuple(corners)}
 
 
@@ -103,25 +114,27 @@ def multipass(wheelbase: float) -> Effect:
     spacing = RUT_REACH * wheelbase / (RUT_CELLS - 2)
     cells = track_layout("rut", RUT_CELLS, RUT_VALUES)
     provides = Layout.of(
-        Signal("rut_offset", "m", "lateral position of the rut at the rear axle"),
+        Signal("rut_offset_l", "m", "lateral position of the front left wheel's rut at the rear axle"),
+        Signal("rut_offset_r", "m", "lateral position of the front right wheel's rut at the rear axle"),
         Signal("rut_path_l", "m", "shear path that the front left wheel left where the rear one stands"),
         Signal("rut_path_r", "m", "shear path that the front right wheel left where the rear one stands"),
+        Signal("rut_depth_l", "m", "depth of the front left wheel's rut where the rear one stands"),
+        Signal("rut_depth_r", "m", "depth of the front right wheel's rut where the rear one stands"),
+        Signal("rut_edge", "m", "width of the ruts' edges"),
     )
+    values = dict(zip(provides.names, (value.name for value in RUT_VALUES[1:]), strict=True))
 
     def read(q: Quantities) -> Quantities:
         track = read_cells(q["memory"], "rut", RUT_CELLS, RUT_VALUES)
-        names = {"rut_offset": "e", "rut_path_l": "jl", "rut_path_r": "jr"}
-        return {out: interpolate(track, "d", wheelbase, name) for out, name in names.items()}
+        return {out: interpolate(track, "d", wheelbase, name) for out, name in values.items()}
 
     def advance(q: Quantities) -> Quantities:
         aged = [_moved(q, cell) for cell in read_cells(q["memory"], "rut", RUT_CELLS, RUT_VALUES)]
-        left, right = _front_paths(q)
-        new = {"d": 0.0, "e": 0.0, "jl": left, "jr": right}
-        return write_cells(push(aged, new, "d", spacing), "rut")
+        return write_cells(push(aged, _left_behind(q), "d", spacing), "rut")
 
     def start(q: Quantities) -> Quantities:
-        left, right = _front_paths(q)
-        return write_cells([{"d": spacing * k, "e": 0.0, "jl": left, "jr": right} for k in range(RUT_CELLS)], "rut")
+        new = _left_behind(q)
+        return write_cells([{**new, "d": spacing * k} for k in range(RUT_CELLS)], "rut")
 
     return Effect(
         name="multipass",
@@ -143,22 +156,51 @@ def multipass(wheelbase: float) -> Effect:
 def _moved(q: Quantities, cell: Quantities) -> Quantities:
     """A point of the soil in the yaw frame at the front axle, one step later."""
     turn = q["omega_z"] * q["dt"]
-    ahead = -cell["d"] - q["u"] * q["dt"]
-    left = cell["e"] - (q["v"] + q["l_f"] * q["omega_z"]) * q["dt"]
+    ahead, aside = -cell["d"] - q["u"] * q["dt"], (q["v"] + q["l_f"] * q["omega_z"]) * q["dt"]
     cos, sin = 1.0 - 0.5 * turn * turn, turn
-    return {**cell, "d": -(ahead * cos + left * sin), "e": -ahead * sin + left * cos}
+    left, right = cell["el"] - aside, cell["er"] - aside
+    middle = 0.5 * (left + right)
+    moved = {"d": -(ahead * cos + middle * sin), "el": -ahead * sin + left * cos, "er": -ahead * sin + right * cos}
+    return {**cell, **moved}
 
 
-def _front_paths(q: Quantities):
-    """Shear paths (left, right) that the front wheels leave now (m)."""
-    paths = {c.side: c.force.exit_path for c in q["wheels"] if c.axle == "f"}
-    return (paths[1], paths[-1]) if 1 in paths else (paths[0], paths[0])
+def _left_behind(q: Quantities) -> Cell:
+    """What the front wheels leave now, at the axle."""
+    fronts = {corner.side: corner for corner in q["wheels"] if corner.axle == "f"}
+    corners = [fronts.get(side, fronts.get(0)) for side in (1, -1)]
+    left, right = (corner.force for corner in corners)
+    places = [corner.y + corner.force.exit_shift for corner in corners]
+    return {
+        "d": 0.0,
+        "el": places[0],
+        "er": places[1],
+        "jl": left.exit_path,
+        "jr": right.exit_path,
+        "hl": left.sinkage,
+        "hr": right.sinkage,
+        "w": 0.5 * (left.exit_drift + right.exit_drift),
+    }
 
 
 def _in_rut(q: Quantities, corner: Corner) -> Corner:
+    """The rear wheel's share in the rut: 1 - |y_off|/b of two rectangles, put right for edges of width w over which the path
+    falls from J to 0: |y_off| counts at least w/4, and what the edges' soil has mobilised widens the rut by w (coth(J/2)/2 -
+    1/J - 1/2), J in shear moduli, here by J/sqrt(144 + 16 J^2).
+    """
     if corner.axle != "r" or corner.contact is None:
         return corner
-    path = {1: q["rut_path_l"], -1: q["rut_path_r"], 0: (q["rut_path_l"] + q["rut_path_r"]) / 2}[corner.side]
-    width = q["width"]
-    overlap = smooth_positive(1.0 - smooth_norm(q["rut_offset"], 0.0, 0.03 * width) / width, 0.02)
-    return corner.with_(contact=replace(corner.contact, entry_path=q["kappa"] * path, overlap=overlap))
+    width, edge = q["width"], q["rut_edge"]
+    offset, path, depth = (_of_side(q, corner.side, name) for name in ("rut_offset", "rut_path", "rut_depth"))
+    path = q["kappa"] * path
+    spent = path / corner.soil.k  # type: ignore[union-attr]
+    wider = edge * spent / ca.sqrt(144.0 + 16.0 * spent * spent)
+    apart = smooth_norm(offset - corner.y, 0.25 * edge, 0.01 * width)
+    overlap = smooth_positive(1.0 - (apart - wider) / width, 0.02)
+    in_rut = replace(corner.contact, entry_path=path, overlap=overlap, rut_depth=depth)
+    return corner.with_(contact=in_rut)
+
+
+def _of_side(q: Quantities, side: int, name: str) -> Scalar:
+    """The left, the right or, for an axle taken as one wheel, the mean value."""
+    left, right = q[f"{name}_l"], q[f"{name}_r"]
+    return {1: left, -1: right, 0: 0.5 * (left + right)}[side]

@@ -1,7 +1,8 @@
 """A fixed number of past samples behind a moving point, as branch-free CasADi expressions.
 
 Cells run from the newest to the oldest. The first cell is always the present sample. A step pushes the others back only
-when the second has come `spacing` away, so that a given number of cells reaches equally far at every time step.
+when the second has come `spacing` away from what was the first, so that a given number of cells reaches equally far at every
+time step and speed.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ def write_cells(cells: Sequence[Cell], prefix: str) -> Cell:
 
 
 def push(cells: Sequence[Cell], new: Cell, coordinate: str, spacing: float) -> list[Cell]:
-    """Cells after one step: `new` in front; the rest, already aged, moved back by one if the second is `spacing` away."""
-    far = cells[1][coordinate] >= spacing
+    """Cells after one step: `new` in front; the rest, already aged, moved back by one once the first two are `spacing` apart."""
+    far = cells[1][coordinate] - cells[0][coordinate] >= spacing
     older = [{name: ca.if_else(far, cells[k - 1][name], cells[k][name]) for name in new} for k in range(1, len(cells))]
     return [dict(new), *older]
 

@@ -18,7 +18,8 @@ from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
-from symbolic.contact_line import contact_line, rim_depth, tan_phi
+from symbolic.contact_line import ContactLine, rim_depth, tan_phi
+from symbolic.rut_line import contact_lines
 from symbolic.smooth import Scalar
 from symbolic.soil import Soil
 from symbolic.wheel import Contact, Wheel, WheelForce
@@ -50,7 +51,7 @@ class TurnSlip:
 
     contact_step: float = 0.002
     speed_floor: float = 0.1
-    slip_floor: float = 0.01
+    slip_floor: float = 0.003
     front_nodes: int = 5
     factors: Factors = field(default_factory=Factors)
 
@@ -70,30 +71,45 @@ class TurnSlip:
         """Forces on one wheel; see the module for the equations and symbolic.wheel for conventions."""
         wheel = replace(wheel, width=wheel.width * self.factors.width)
         contact = replace(contact, yaw_rate=contact.yaw_rate * self.factors.turn)
-        line = contact_line(soil, wheel, contact.load, contact.omega, self.front_nodes)
+        beside, inside = contact_lines(soil, wheel, contact, self.front_nodes)
         v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
         least = (self.slip_floor * v) ** 2 + (contact.yaw_rate * wheel.width) ** 2 / 12.0
-        motion = Sliding(contact, wheel.radius, 2.0 / v, least, 0.5 * self.contact_step + self.factors.entry_time)
-        fresh = 1.0 - contact.overlap * (1.0 - ca.exp(-contact.entry_path / soil.k))
+        extra, late = 0.5 * self.contact_step + self.factors.entry_time, self.contact_step * v
+        motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late if self.contact_step else 0.0)
         # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.
-        per_k, aside = 2.0 / soil.k, 2.0 / (v * wheel.width)
-        tan = tan_phi(soil.phi)
-        f_x = f_y = m_y = m_z = 0.0
-        for node in line.nodes:
-            u_x, u_y, length = motion.at(node.x, node.depth)
-            path = motion.path(node.x, line.x_front, length) * (0.5 * self.factors.path) * per_k
-            drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
-            unsheared = side_entry(path, drift)
-            tau = (soil.c + node.sigma * tan) * (1.0 - fresh * unsheared)
-            force = -wheel.width * node.weight * tau / length
-            f_x += force * u_x
-            f_y += force * u_y
-            m_y -= node.depth * force * u_x + wheel.width * node.weight * node.sigma * node.x
-            m_z += node.x * force * u_y
-        length = motion.at(-line.x_rear, rim_depth(line.x_rear * line.x_rear, wheel.radius))[2]
-        path = motion.path(-line.x_rear, line.x_front, length) * (0.5 * self.factors.path) * per_k
-        drift = motion.mean_y(-line.x_rear, line.x_front) * (0.5 * (line.x_front + line.x_rear)) * aside
-        return WheelForce(f_x, f_y, m_y, m_z, line.sinkage, -soil.k * ca.log(side_entry(path, drift)))
+        per_k, aside = (2.0 / soil.k) * self.factors.path, 2.0 / (v * wheel.width)
+        sums = _strip(soil, wheel, motion, beside, 1.0, per_k, aside)
+        if inside is not None:
+            entered = ca.exp(-contact.entry_path / soil.k)
+            sums = [a + b for a, b in zip(sums, _strip(soil, wheel, motion, inside, entered, per_k, aside), strict=True)]
+        rear, front = -beside.x_rear, beside.x_front
+        length = motion.at(rear, rim_depth(rear * rear, wheel.radius), front)[2]
+        drift = motion.mean_y(rear, front) * ((front - rear) / v)
+        shift = -0.5 * drift * ((front + rear) / (front - rear))
+        path = motion.path(rear, front, length) * self.factors.path
+        return WheelForce(*sums, beside.sinkage, path, ca.sqrt(drift * drift + 1e-8), shift)
+
+
+def _strip(
+    soil: Soil, wheel: Wheel, motion: Sliding, line: ContactLine, entered: Scalar, per_k: Scalar, aside: Scalar
+) -> list[Scalar]:
+    """f_x, f_y (N), m_y, m_z (N m) of one strip of the width; entered: exp(-j/k) of the path that its soil had run before.
+
+    per_k: 2/k times the path's factor (1/m); aside: 2/(v_x b) (s/m^2).
+    """
+    tan, width = tan_phi(soil.phi), wheel.width * line.share
+    f_x = f_y = m_y = m_z = 0.0
+    for node in line.nodes:
+        u_x, u_y, length = motion.at(node.x, node.depth, line.x_front)
+        path = motion.path(node.x, line.x_front, length) * 0.5 * per_k
+        drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
+        tau = (soil.c + node.sigma * tan) * (1.0 - entered * side_entry(path, drift))
+        force = -width * node.weight * tau / length
+        f_x += force * u_x
+        f_y += force * u_y
+        m_y -= node.depth * force * u_x + width * node.weight * node.sigma * node.x
+        m_z += node.x * force * u_y
+    return [f_x, f_y, m_y, m_z]
 
 
 @dataclass(frozen=True)
@@ -101,7 +117,8 @@ class Sliding:
     """Sliding velocities of the wheel's body over the soil (m/s), and the shear path they leave (m).
 
     twice_per_v: 2/v_x (s/m); least: square of the least sliding speed (m^2/s^2); extra: time that a path counts beyond its
-    own (s).
+    own (s); late: way (m) by which a simulated soil's surface lags behind the rim: it meets the wheel with the height of one
+    step before, where the rim moves more slowly backward.
     """
 
     contact: Contact
@@ -109,12 +126,25 @@ class Sliding:
     twice_per_v: Scalar
     least: Scalar
     extra: Scalar
+    late: Scalar = 0.0
 
-    def at(self, x: Scalar, depth: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-        """u_x, u_y and the smooth |u| at x (m), with `depth` = sqrt(r^2 - x^2)."""
-        u_x = self.contact.v_x - self.contact.omega * depth
+    def at(self, x: Scalar, depth: Scalar, x_front: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """u_x, u_y and the smooth |u| at x (m), with `depth` = sqrt(r^2 - x^2), of soil that enters at x_front (m)."""
+        u_x = self.contact.v_x - self.contact.omega * self._met(x, depth, x_front)
         u_y = self.contact.v_y + self.contact.yaw_rate * x
         return u_x, u_y, self._length(u_x, u_y)
+
+    def _met(self, x: Scalar, depth: Scalar, x_front: Scalar) -> Scalar:
+        """Depth below the axle (m) at which soil at x (m) is met: that of the rim at x + late, at most that of x_front.
+
+        max(0, d - late) of the way d from x_front is d^3/(d^2 + d late + late^2), smooth and exact for long ways.
+        """
+        if isinstance(self.late, float) and self.late == 0.0:
+            return depth
+        d = x_front - x
+        square = d * d
+        there = x_front - square * d / (square + self.late * (d + self.late))
+        return rim_depth(there * there, self.radius)
 
     def _length(self, u_x: Scalar, u_y: Scalar) -> Scalar:
         return ca.sqrt(u_x * u_x + u_y * u_y + self.least)
@@ -132,7 +162,7 @@ class Sliding:
         """
         behind = (2.0 / 3.0) * (x_front - x)
         there = x + behind
-        u_x = self.contact.v_x - self.contact.omega * rim_depth(there * there, self.radius)
+        u_x = self.contact.v_x - self.contact.omega * self._met(there, rim_depth(there * there, self.radius), x_front)
         u_y = self.contact.v_y + self.contact.yaw_rate * there - self._change * (0.5 * behind)
         mean = 0.25 * length + 0.75 * self._length(u_x, u_y)
         return mean * ((0.5 * (x_front - x)) * self.twice_per_v + self.extra)

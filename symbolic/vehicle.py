@@ -19,12 +19,17 @@ _BOUNDS: dict[str, tuple[float, float, str]] = {
     "l_r": (0.01, 20.0, "m"),
     "yaw_inertia": (1e-4, 1e7, "kg m^2"),
     "track": (0.01, 10.0, "m"),
+    "track_rear": (0.0, 10.0, "m"),
+    "scrub": (-1.0, 1.0, "m"),
     "h_cg": (0.0, 5.0, "m"),
     "load_offset": (-2.0, 2.0, "m"),
     "pull": (-1e5, 1e5, "N m"),
     "roll_stiffness_front": (0.0, 1.0, "1"),
+    "roll_damping_front": (0.0, 1.0, "1"),
+    "roll_gain": (0.0, 0.2, "rad s^2/m"),
     "ackermann": (-5.0, 5.0, "1/rad"),
     "toe": (-0.2, 0.2, "rad"),
+    "toe_rear": (-0.2, 0.2, "rad"),
     "max_steer": (0.01, 1.5, "rad"),
     "max_steer_rate": (0.01, 50.0, "rad/s"),
     "radius": (0.005, 5.0, "m"),
@@ -36,11 +41,14 @@ _BOUNDS: dict[str, tuple[float, float, str]] = {
 class Vehicle:
     """A two-axle vehicle with rigid wheels.
 
-    mass (kg); l_f, l_r: centre of gravity to front and rear axle (m); yaw_inertia (kg m^2); track (m);
-    h_cg: height of the centre of gravity above the soil (m); load_offset: how far behind l_r, l_f say the static load acts
+    mass (kg); l_f, l_r: centre of gravity to front and rear axle (m); yaw_inertia (kg m^2); track: between
+    the front wheels when they point ahead (m); track_rear: between the rear wheels (m, 0: as in front); scrub: how far each
+    front wheel's centre stands outside the axis it is steered about (m); h_cg: height of the centre of gravity above the soil (m); load_offset: how far behind l_r, l_f say the static load acts
     (m, the e of the load balance); pull: yaw moment that is there on every drive (N m, left positive);
-    roll_stiffness_front: share of the lateral load transfer at the front axle (1);
-    ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); max_steer (rad), max_steer_rate (rad/s);
+    roll_stiffness_front, roll_damping_front: the front axle's share of the springs and of the dampers that resist roll (1), and
+    so of the lateral load transfer; roll_gain: how far the body rolls on its springs per lateral acceleration (rad s^2/m);
+    ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); toe_rear: the same of the rear wheels (rad);
+    max_steer (rad), max_steer_rate (rad/s);
     radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters.
     Raises ValueError for a number outside its physical bounds.
     """
@@ -54,11 +62,16 @@ class Vehicle:
     h_cg: float
     radius: float
     width: float
+    track_rear: float = 0.0
+    scrub: float = 0.0
     load_offset: float = 0.0
     pull: float = 0.0
     roll_stiffness_front: float = 0.5
+    roll_damping_front: float = 0.5
+    roll_gain: float = 0.007
     ackermann: float = 0.0
     toe: float = 0.0
+    toe_rear: float = 0.0
     max_steer: float = 0.5
     max_steer_rate: float = 1.0
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
@@ -75,6 +88,11 @@ class Vehicle:
     def wheel(self) -> Wheel:
         """The wheel that all four corners carry."""
         return Wheel(self.radius, self.width)
+
+    @property
+    def rear_track(self) -> float:
+        """Distance between the rear wheels, m."""
+        return self.track_rear or self.track
 
     @property
     def wheelbase(self) -> float:

@@ -42,7 +42,8 @@ class Contact:
     yaw_rate: yaw rate of the wheel body, steering rate + omega_z (rad/s); steer_rate: its steering part (rad/s);
     dv_y: rate of v_y in the wheel frame, a_y - yaw_rate v_x (m/s^2), for laws that know shear history;
     entry_path: shear path already spent in the soil where the wheel enters it (m), 0 for fresh soil;
-    overlap: fraction of the width that runs in a rut, where the path starts at entry_path; on the rest it starts at 0.
+    overlap: fraction of the width that runs in a rut, where the path starts at entry_path; on the rest it starts at 0;
+    rut_depth: how deep the wheel that made the rut pressed it (m), for laws that know the rut's floor.
     """
 
     v_x: Scalar
@@ -54,6 +55,7 @@ class Contact:
     dv_y: Scalar = 0.0
     entry_path: Scalar = 0.0
     overlap: Scalar = 0.0
+    rut_depth: Scalar = 0.0
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,9 @@ class WheelForce:
     f_x, f_y: force (N); m_y: moment of all soil forces about the spin axis, rolling resistance and
     traction (N m, positive turns the wheel forward);
     m_z: aligning moment about the contact centre (N m, left positive); sinkage: maximum sinkage h (m);
-    exit_path: shear path that this wheel adds from entry to exit (m), to be carried to the wheel that follows; where it
-    differs over the width, the one path that leaves the same mean of exp(-j/k).
+    exit_path: shear path that soil runs under this wheel from entry to exit (m), to be carried to the wheel that follows;
+    exit_drift: how far the wheel moves sideways over that soil meanwhile (m, >= 0): so wide are the rut's edges, over which
+    the path falls to 0; exit_shift: of the rut's middle from the wheel's centre (m, left positive).
     """
 
     f_x: Scalar
@@ -73,6 +76,8 @@ class WheelForce:
     m_z: Scalar
     sinkage: Scalar
     exit_path: Scalar
+    exit_drift: Scalar = 0.0
+    exit_shift: Scalar = 0.0
 
 
 class ForceLaw(Protocol):
