@@ -36,14 +36,14 @@ DRIVES = {
 }
 FREE = {
     "kappa": Free("kappa", ("kappa",), 0.2, 0.0, 1.5),
-    "roll_sweep": Free("roll_sweep", ("roll_sweep",), 0.003, -0.03, 0.03),
+    "roll_sweep": Free("roll_sweep", ("roll_sweep",), 0.3, -2.0, 2.0),
     "transfer_height": Free("transfer_height", ("transfer_height",), 0.3, 0.0, 2.0),
     "shaft_share": Free("shaft_share", ("shaft_share",), 0.1, -1.0, 1.0),
     "pull": Free("pull", ("yaw_moment",), 20.0, -5000.0, 5000.0),
 }
 LEAN = {
     "lean_steer": Free("lean_steer", ("lean_steer",), 0.05, -0.5, 0.5),
-    "lean_roll": Free("lean_roll", ("lean_roll",), 0.01, -0.05, 0.05),
+    "lean_roll": Free("lean_roll", ("lean_roll",), 0.5, -2.0, 2.0),
 }
 SOIL_MOMENTS = {name: Free(name, (name,), 0.3, 0.0, 2.0) for name in ("aligning_share", "pressure_share")}
 INERTIAS = {"plant": (1690.0, 1740.0, 1795.0, 1840.0), "reference": (1790.0, 1820.0, 1850.0, 1880.0)}
@@ -57,7 +57,9 @@ def from_sensors(recordings: list[Recording], told: Declaration, sets: list[tupl
     weights = None
     for inertia in inertias:
         straight = replace(told, vehicle=told.vehicle.with_(yaw_inertia=inertia, pull=0.0))
-        declared = straight.with_effects({"yaw_moment": {"yaw_moment": told.vehicle.pull}})
+        aligning = told.vehicle.effects.get("aligning_moment", {"aligning_share": 0.0})
+        pull = {"yaw_moment": told.vehicle.pull}
+        declared = straight.with_effects({"aligning_moment": aligning, "yaw_moment": pull})
         bench = make_bench(recordings, declared, START_UP, names=())
         weights = bench.weights if weights is None else weights
         for known in sets:
@@ -112,7 +114,8 @@ def of_the_reference(folder: Path) -> None:
     vehicle = load_vehicle(VEHICLES / "reference.toml")
     for soil, names in DRIVES.items():
         recordings = [read_drive(folder / f"{name}.csv.gz") for name in names]
-        sets = [tuple(FREE.values()), (*FREE.values(), *LEAN.values())]
+        effects = (*FREE.values(), *LEAN.values())
+        sets = [tuple(FREE.values()), effects, (*effects, *SOIL_MOMENTS.values())]
         from_sensors(recordings, Declaration(vehicle, load_soil(soil)), sets, INERTIAS["reference"])
         for recording in recordings:
             print(
