@@ -14,23 +14,25 @@ PITCH_TIME = 0.15
 
 
 def aligning_moment() -> Effect:
-    """Lateral forces act off the wheels' centres: M_z += share * sum over wheels of integral X dF_y, by the force law itself.
+    """Lateral forces act off the wheels' centres: M_z += sum over wheels of share * integral X dF_y, by the force law itself.
 
-    1 is what the soil under a rigid wheel does; a suspension whose trail or compliance takes part of it up leaves less.
+    1 is what the soil under a rigid wheel does; a suspension whose trail or compliance takes part of it up leaves less, and
+    steered wheels may leave theirs to the steering.
     """
 
     def compute(q: Quantities) -> Quantities:
-        moment = sum(corner.count * corner.force.m_z for corner in q["wheels"])
-        return {"moment_z": q["moment_z"] + q["aligning_share"] * moment}
+        moment = sum(q[f"aligning_{corner.axle}"] * corner.count * corner.force.m_z for corner in q["wheels"])
+        return {"moment_z": q["moment_z"] + moment}
+
+    def share(axle: str, where: str) -> Signal:
+        return Signal(f"aligning_{axle}", "", f"share of the {where} wheels' aligning moment", 0.0, 0.0, 2.0, spread=1)
 
     return Effect(
         name="aligning_moment",
         doc="the aligning moment of the contacts: lateral stress acts ahead of and behind the wheels' centres",
         reference="moment of the contact stresses about the wheel's vertical",
-        parameters=Layout.of(
-            Signal("aligning_share", "", "share of the force law's aligning moment", 0.0, 0.0, 2.0, spread=1)
-        ),
-        typical={"aligning_share": 1.0},
+        parameters=Layout.of(share("f", "front"), share("r", "rear")),
+        typical={"aligning_f": 1.0, "aligning_r": 1.0},
         corrections={"balance": compute},
         confusable=("payload", "load_transfer"),
         separates="turns at several speeds and steering rates",
