@@ -45,7 +45,7 @@ LEAN = {
     "lean_steer": Free("lean_steer", ("lean_steer",), 0.05, -0.5, 0.5),
     "lean_roll": Free("lean_roll", ("lean_roll",), 0.5, -2.0, 2.0),
 }
-SOIL_MOMENTS = {name: Free(name, (name,), 0.3, 0.0, 2.0) for name in ("aligning_share", "pressure_share")}
+SOIL_MOMENTS = {name: Free(name, (name,), 0.3, 0.0, 2.0) for name in ("aligning_f", "aligning_r", "pressure_share")}
 INERTIAS = {"plant": (1690.0, 1740.0, 1795.0, 1840.0), "reference": (1790.0, 1820.0, 1850.0, 1880.0)}
 """kg m^2."""
 PLANT_SEEDS = (11, 12, 13, 14)
@@ -57,7 +57,7 @@ def from_sensors(recordings: list[Recording], told: Declaration, sets: list[tupl
     weights = None
     for inertia in inertias:
         straight = replace(told, vehicle=told.vehicle.with_(yaw_inertia=inertia, pull=0.0))
-        aligning = told.vehicle.effects.get("aligning_moment", {"aligning_share": 0.0})
+        aligning = told.vehicle.effects.get("aligning_moment", {"aligning_f": 0.0, "aligning_r": 0.0})
         pull = {"yaw_moment": told.vehicle.pull}
         declared = straight.with_effects({"aligning_moment": aligning, "yaw_moment": pull})
         bench = make_bench(recordings, declared, START_UP, names=())

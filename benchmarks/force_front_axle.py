@@ -2,7 +2,7 @@
 
 Nothing is fitted on these drives; the true_* columns judge, and in the first two of three ways also give motion and load:
 - "own load": each wheel's true angle, velocity and load: the law alone;
-- "own load, lean": the same, and the wheels lean as the vehicle's `wheel_lean` declares;
+- "own load, lean": the same, and the wheels lean with the true roll as the vehicle's `wheel_lean` declares;
 - "model load": velocities from u, v, omega_z, angles from the steering, loads static + longitudinal + lateral transfer.
 Printed: rms error over the peak force, rms over rms, and the gain of measured on predicted force. Then by how much the front
 wheels sink more than turn_slip says under their own loads (mm), and how that goes with their spin (mm per rad/s).
@@ -16,13 +16,12 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
-from scipy.signal import lfilter, savgol_filter
+from scipy.signal import savgol_filter
 
 from recording.drive import Recording
 from recording.read import read_drive
 from recording.rig import MOTION, SOIL_KEYS, moving_mean
 from symbolic.bekker import Bekker
-from symbolic.effects_lean import LEAN_TIME
 from symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 from symbolic.turn_slip import TurnSlip
 from symbolic.turn_slip_calibrated import TurnSlipCalibrated
@@ -72,9 +71,7 @@ def motion(log: Recording, side: str, sign: float, vehicle: Vehicle, own: bool) 
 def leaning(contact: np.ndarray, log: Recording, vehicle: Vehicle) -> np.ndarray:
     """The contact (7, N) of a front wheel that leans with steering and roll."""
     declared, dt = vehicle.effects["wheel_lean"], log.dt
-    share, sideways = 1.0 - np.exp(-dt / LEAN_TIME), log["u"] * log["omega_z"]
-    rolled = lfilter([share], [1.0, share - 1.0], sideways, zi=[(1.0 - share) * sideways[0]])[0]
-    lean = declared["lean_steer"] * log["steer"] + declared["lean_roll"] * rolled
+    lean = declared["lean_steer"] * log["steer"] + declared["lean_roll"] * log.truth["true_roll"]
     moved = contact.copy()
     moved[MOTION.index("v_y")] += vehicle.wheel.radius * np.gradient(lean, dt)
     moved[MOTION.index("yaw_rate")] += moved[MOTION.index("omega")] * lean

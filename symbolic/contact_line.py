@@ -135,7 +135,7 @@ class Shape:
 
     @classmethod
     def of(cls, soil: Soil, wheel: Wheel, omega: Scalar, front_nodes: int) -> Shape:
-        """The shape for a soil, a wheel and its spin (rad/s), with `front_nodes` quadrature nodes ahead of the centre."""
+        """The shape for a soil, a wheel and its spin `omega` (rad/s), with `front_nodes` quadrature nodes ahead of the centre."""
         rule = _front_rule(front_nodes)
         parabola = [ca.exp(soil.n * log_depth) for _, _, log_depth in rule]
         return cls(soil, wheel, omega, rule, parabola, bulk_modulus(soil, wheel))
@@ -143,10 +143,7 @@ class Shape:
     def _geometry(self, log_h: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
         """h (capped at the axle), x_f, sigma_m, x_r, d(log x_f)/d(log h)."""
         soil, r = self.soil, self.wheel.radius
-        uncapped = ca.exp(log_h)
-        ratio = uncapped * (1.0 / (DEEPEST * r))
-        bend = 1.0 + (ratio * ratio) ** 2
-        h = uncapped / ca.sqrt(ca.sqrt(bend))
+        h, bend = _capped(log_h, r)
         x_front = ca.sqrt(h * (2.0 * r - h))
         sigma_m = self.stiffness * ca.exp(soil.n * log_h)
         return h, x_front, sigma_m, ca.sqrt(2.0 * r * sigma_m / soil.K), (r - h) / ((2.0 * r - h) * bend)
@@ -189,13 +186,29 @@ class Shape:
         return ContactLine([*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, rate))], h, x_front, x_rear)
 
 
+def _capped(log_h: Scalar, radius: Scalar) -> tuple[Scalar, Scalar]:
+    """h (m), capped at the axle, and h d(log h)/dh of the cap's inverse, 1 where it does not bend."""
+    uncapped = ca.exp(log_h)
+    ratio = uncapped * (1.0 / (DEEPEST * radius))
+    bend = 1.0 + (ratio * ratio) ** 2
+    return uncapped / ca.sqrt(ca.sqrt(bend)), bend
+
+
+def sinkage_capped(log_h: Scalar, radius: Scalar) -> Scalar:
+    """Sinkage (m) from its logarithm `log_h`, capped at the axle of a wheel of a radius (m)."""
+    return _capped(log_h, radius)[0]
+
+
 def tail_pressure(sigma_m: Scalar, x_rear: Scalar, rate: Scalar) -> Scalar:
-    """Mean pressure behind the wheel centre (Pa): (2/3) sigma_m - rate x_r/2 to first order, never negative; rate: R omega."""
+    """Mean pressure behind the wheel centre (Pa): (2/3) sigma_m - rate x_rear/2 to first order, never negative.
+
+    sigma_m: under the centre (Pa); x_rear: how far the contact reaches behind it (m); rate: R omega (Pa/m).
+    """
     static = (2.0 / 3.0) * sigma_m
     return static * static / (static + 0.5 * rate * x_rear)
 
 
 def tail_node(radius: Scalar, x_rear: Scalar, sigma: Scalar) -> Node:
-    """The one node behind the wheel centre, at the middle of the tail's load."""
+    """The one node behind the centre of a wheel of a radius (m), at the middle of the load of the x_rear (m) there; sigma: Pa."""
     x = -0.375 * x_rear
     return Node(x, x_rear, sigma, radius - (0.5 / radius) * x * x)

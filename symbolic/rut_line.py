@@ -15,7 +15,6 @@ import casadi as ca
 import numpy as np
 
 from symbolic.contact_line import (
-    DEEPEST,
     LOAD_WIDTH,
     ContactLine,
     Node,
@@ -23,11 +22,12 @@ from symbolic.contact_line import (
     bulk_modulus,
     contact_line,
     rim_depth,
+    sinkage_capped,
     sinkage_guess,
     tail_node,
     tail_pressure,
 )
-from symbolic.smooth import Scalar, smooth_positive
+from symbolic.smooth import Scalar, smooth_min, smooth_norm, smooth_positive
 from symbolic.soil import Soil
 from symbolic.wheel import Contact, Wheel
 
@@ -35,12 +35,22 @@ RUT_NODES = 3
 """Gauss nodes ahead of the wheel centre in the rut, where the pressure has no root."""
 EDGE = 5e-4
 """m: how softly contact with the rut's floor begins."""
+LEAST_BESIDE = 0.05
+"""The least share of the width that counts as being beside a rut."""
+NARROW = 0.01
+"""How softly, in log(sinkage), the lesser of two sinkages is taken."""
+LOWEST = 1e-6
+"""m: what keeps roots and logarithms of nothing finite."""
 SINKAGE_STEPS = 2
-"""Newton steps in log(sinkage) on closed forms of both strips' loads; the pressures are then scaled to carry the load."""
+"""Newton steps on closed forms of both strips' loads; the pressures are then scaled to carry the load."""
 
 
 def contact_lines(soil: Soil, wheel: Wheel, contact: Contact, front_nodes: int) -> tuple[ContactLine, ContactLine | None]:
-    """The line in fresh soil and, for a wheel that may meet a rut, the one in it; pressures such that both carry the load."""
+    """The line in fresh soil and, for a wheel that may meet a rut, the one in it; pressures such that both carry the load.
+
+    contact: of the wheel, with the share of its width in the rut (overlap) and the rut's depth; front_nodes: of the line in fresh
+    soil, ahead of the wheel centre.
+    """
     if isinstance(contact.overlap, int | float) and contact.overlap == 0:
         return contact_line(soil, wheel, contact.load, contact.omega, front_nodes), None
     carried = smooth_positive(contact.load, LOAD_WIDTH)
@@ -52,84 +62,106 @@ def contact_lines(soil: Soil, wheel: Wheel, contact: Contact, front_nodes: int) 
 
 
 def _sinkage(soil: Soil, wheel: Wheel, contact: Contact, carried: Scalar, rut: _Rut) -> Scalar:
-    """log h of the wheel, between what fresh soil and what the rut alone would give."""
-    alone = ca.exp(sinkage_guess(soil, wheel, carried, contact.omega))
-    log_h = ca.log(alone * rut.deeper(alone, carried, contact.overlap))
-    flat = _Rut(soil, wheel, contact.omega, 0.0)
+    """log h of the wheel, by Newton steps in z = sqrt(height over the floor), in which the load grows evenly.
+
+    They start above the solution: at what the rut alone gives, or at h_f, what the width beside it gives when it carries all;
+    where that does not reach the floor, it is the sinkage.
+    """
+    beside, inside = _Beside(soil, wheel, contact.omega), contact.overlap
+    log_alone = sinkage_guess(soil, wheel, carried, contact.omega)
+    left = smooth_norm(1.0 - inside, 0.0, LEAST_BESIDE)
+    deepest = ca.log(0.8 * wheel.radius)
+    log_most = smooth_min(log_alone - ca.log(left) / (soil.n + 0.5), deepest, NARROW)
+    alone, most = ca.exp(log_alone), ca.exp(log_most)
+    told, by_h = beside.load(most, rut.stiffness * ca.exp(soil.n * log_most))
+    log_most = smooth_min(log_most - ca.log(left * wheel.width * told / carried) * told / (most * by_h), deepest, NARROW)
+    reach = smooth_positive(ca.exp(log_most) - rut.floor, EDGE)
+    own = rut.rise(alone, carried)
+    z = ca.sqrt(own * reach / (own + reach) + LOWEST)
     for _ in range(SINKAGE_STEPS):
-        load = slope = 0.0
-        for strip, share in ((flat, 1.0 - contact.overlap), (rut, contact.overlap)):
-            part, growth = strip.load(log_h)
-            load, slope = load + share * part, slope + share * growth
-        log_h = log_h - ca.log(wheel.width * load / carried) * load / slope
-    return log_h
+        h = rut.floor + z * z
+        sigma_m = rut.stiffness * ca.exp(soil.n * ca.log(h))
+        of_beside, by_h = beside.load(h, sigma_m)
+        of_rut, by_z = rut.load(h, z, sigma_m)
+        missing = carried / wheel.width - (1.0 - inside) * of_beside - inside * of_rut
+        z = smooth_positive(z + missing / ((1.0 - inside) * by_h * 2.0 * z + inside * by_z), EDGE)
+    return smooth_min(ca.log(rut.floor + z * z), log_most, NARROW)
+
+
+class _Beside:
+    """The strip in fresh soil, in closed form."""
+
+    def __init__(self, soil: Soil, wheel: Wheel, omega: Scalar) -> None:
+        self.soil, self.wheel, self.rate = soil, wheel, soil.R * omega
+        self.area = 1.0 / (1.0 + soil.n * (0.592 - 0.088 * soil.n))
+
+    def load(self, h: Scalar, sigma_m: Scalar) -> tuple[Scalar, Scalar]:
+        """int sigma dX (N/m) at sinkage h (m) with sigma_m = k_eq h^n (Pa), and its derivative to h."""
+        n, r = self.soil.n, self.wheel.radius
+        square, tail = h * _above(h, r), _tail(sigma_m, self.soil, self.rate, r)
+        static, damping = sigma_m * ca.sqrt(square) * self.area, 0.5 * self.rate * square
+        longer = (r - h) / _above(h, r)
+        return static + damping + tail, ((n + longer) * static + 2.0 * longer * damping + 1.5 * n * tail) / h
+
+
+def _above(height: Scalar, radius: Scalar) -> Scalar:
+    """2 r - height (m), never below r: a wheel sinks no deeper than its axle."""
+    return ca.fmax(2.0 * radius - height, radius)
+
+
+def _tail(sigma_m: Scalar, soil: Soil, rate: Scalar, radius: Scalar) -> Scalar:
+    """Load per width behind the wheel centre (N/m)."""
+    x_rear = ca.sqrt(2.0 * radius * sigma_m / soil.K)
+    return tail_pressure(sigma_m, x_rear, rate) * x_rear
 
 
 class _Rut:
-    """The strip in the rut, as a function of log h."""
+    """The strip in the rut."""
 
     def __init__(self, soil: Soil, wheel: Wheel, omega: Scalar, depth: Scalar) -> None:
         self.soil, self.wheel, self.rate = soil, wheel, soil.R * omega
         self.stiffness = bulk_modulus(soil, wheel)
-        self.fresh = isinstance(depth, int | float) and depth == 0
-        if self.fresh:
-            self.floor = 0.0
-            return
-        pressed = ca.fmax(depth, 0.0) + 1e-6
+        pressed = ca.fmax(depth, 0.0) + LOWEST
         yielded = self.stiffness * ca.exp(soil.n * ca.log(pressed))
         # Half the elastic rise, softly less than the rut's depth however soft the soil.
         self.floor = pressed * pressed / (pressed + yielded * (0.5 / soil.K))
 
-    def deeper(self, alone: Scalar, carried: Scalar, share: Scalar) -> Scalar:
-        """First guess of h over `alone`, the sinkage in fresh soil: harmonic mean, by share, of both strips' own."""
-        r = self.wheel.radius
+    def rise(self, alone: Scalar, carried: Scalar) -> Scalar:
+        """First guess of the height over the floor (m) of a wheel all of whose width is in the rut; alone: h in fresh soil."""
         sigma = self.stiffness * ca.exp(self.soil.n * ca.log(0.5 * (alone + self.floor)))
-        most = carried / (self.wheel.width * sigma)
-        rise = most * most / (2.0 * r)
-        own = self.floor + rise * alone / ca.sqrt(rise * rise + alone * alone)
-        return 1.0 / (1.0 - share + share * alone / (alone + smooth_positive(own - alone, EDGE)))
+        length = carried / (self.wheel.width * sigma)
+        rise = length * length / (2.0 * self.wheel.radius)
+        return rise * alone / ca.sqrt(rise * rise + alone * alone)
 
-    def _geometry(self, log_h: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
-        """h (capped at the axle), height e over the floor and de/d(log h), sigma_m, x_r."""
-        soil, r = self.soil, self.wheel.radius
-        uncapped = ca.exp(log_h)
-        ratio = uncapped * (1.0 / (DEEPEST * r))
-        bend = 1.0 + (ratio * ratio) ** 2
-        h = uncapped / ca.sqrt(ca.sqrt(bend))
-        sigma_m = self.stiffness * ca.exp(soil.n * log_h)
-        x_rear = ca.sqrt(2.0 * r * sigma_m / soil.K)
-        if self.fresh:
-            return h, h, h / bend, sigma_m, x_rear
-        over = h - self.floor
-        root = ca.sqrt(over * over + EDGE * EDGE)
-        height = 0.5 * (over + root)
-        return h, height, h * height / (root * bend), sigma_m, x_rear
-
-    def load(self, log_h: Scalar) -> tuple[Scalar, Scalar]:
-        """int sigma dX (N/m) and its derivative to log h, by the closed form of int (1 - q t^2)^n dt, q = e/h."""
+    def load(self, h: Scalar, z: Scalar, sigma_m: Scalar) -> tuple[Scalar, Scalar]:
+        """int sigma dX (N/m) at sinkage h = floor + z^2, by the closed form of int (1 - q t^2)^n dt, q = z^2/h, and its
+        derivative to z."""
         n, r = self.soil.n, self.wheel.radius
-        h, height, growth, sigma_m, x_rear = self._geometry(log_h)
-        x_front = ca.sqrt(height * (2.0 * r - height))
-        longer = growth * (r - height) / (height * (2.0 * r - height))
-        if self.fresh:
-            area = 1.0 / (1.0 + n * (0.592 - 0.088 * n))
-        else:
-            q = height / h
-            area = 1.0 - n * q * (1.0 / 3.0) * (1.0 + (1.0 - n) * q * 0.3 * (1.0 + (2.0 - n) * q * (5.0 / 21.0)))
-        static, damping = sigma_m * x_front * area, 0.5 * self.rate * x_front * x_front
-        tail = tail_pressure(sigma_m, x_rear, self.rate) * x_rear
-        return static + damping + tail, (n + longer) * static + 2.0 * longer * damping + 1.5 * n * tail
+        height = z * z
+        x_front, q = z * ca.sqrt(_above(height, r)), height / h
+        area = 1.0 - n * q * (1.0 / 3.0) * (1.0 + (1.0 - n) * q * 0.3 * (1.0 + (2.0 - n) * q * (5.0 / 21.0)))
+        static, damping = sigma_m * area * x_front, 0.5 * self.rate * x_front * x_front
+        tail = _tail(sigma_m, self.soil, self.rate, r)
+        longer = 2.0 * (r - height) / _above(height, r)
+        by_h = 2.0 * height / h
+        by_z = (longer + n * by_h) * static + 2.0 * longer * damping + 1.5 * n * by_h * tail
+        return static + damping + tail, by_z / z
 
     def line(self, log_h: Scalar) -> ContactLine:
-        """The nodes at a sinkage."""
-        n, r = self.soil.n, self.wheel.radius
-        h, height, _, sigma_m, x_rear = self._geometry(log_h)
+        """The nodes at a sinkage; none press where the wheel does not reach the floor."""
+        soil, r = self.soil, self.wheel.radius
+        h = sinkage_capped(log_h, r)
+        over = h - self.floor
+        height = 0.5 * (over + ca.sqrt(over * over + EDGE * EDGE))
+        square = height * height
+        sigma_m = self.stiffness * ca.exp(soil.n * log_h) * square / (square + EDGE * EDGE)
         x_front, nodes = ca.sqrt(height * (2.0 * r - height)), []
+        x_rear = ca.sqrt(2.0 * r * sigma_m / soil.K + LOWEST * LOWEST)
         for along, weight in _rule(RUT_NODES):
             x = along * x_front
             depth = rim_depth(x * x, r)
             sunk = ca.fmax(1.0 - (r - depth) / h, 1e-6)
-            nodes.append(Node(x, weight * x_front, sigma_m * ca.exp(n * ca.log(sunk)) + self.rate * x, depth))
+            nodes.append(Node(x, weight * x_front, sigma_m * ca.exp(soil.n * ca.log(sunk)) + self.rate * x, depth))
         return ContactLine([*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, self.rate))], h, x_front, x_rear)
 
 

@@ -15,6 +15,7 @@ from plant.simulate import recording_of
 from plant.start import Start
 from plant.state import PITMAN, TRAVEL, rotation
 from plant.world import Plant
+from symbolic.body_roll import roll_angle
 from symbolic.catalogue import declared_model
 from symbolic.soil import CLAY, SAND, SANDY_LOAM
 from symbolic.vehicle import load_vehicle
@@ -44,37 +45,38 @@ def driven(soil, torque_reaction: float = 1.0):
     return recording_of(np.array(rows), "straight"), np.array(torques), np.array(axles)
 
 
-def moment_on_body(recording, soil):
-    """(N, 2) driving torque (N m) and a_m (m/s^2) by the declared bicycle along a recording."""
+def on_body(recording, soil, shaft_share: float | None = None):
+    """(N, 2) driving torque (N m) and roll of the body (rad) by the declared bicycle along a recording."""
     model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
+    model = model.correct("forces", lambda q: {"rolled": roll_angle(q, "lean")[0]})
     inputs, _ = measured_inputs(recording, model.external)
-    states = measured_states(recording)
+    states, p = measured_states(recording), model.p.nominal
+    if shaft_share is not None:
+        p[model.p.index("shaft_share")] = shaft_share
     predictor = Predictor(model, recording.dt, substeps=substeps_for(recording.dt))
-    _, full = predictor.track_memory(states, inputs, model.p.nominal)
-    probe = model.probe("drive_torque", "body_moment", "mass", "h_cg").map(len(states))
-    torque, moment, mass, height = probe(states.T, full.T, model.p.nominal).full()
-    return np.stack([torque, moment / (mass * height)], axis=1)
+    _, full = predictor.track_memory(states, inputs, p)
+    return model.probe("drive_torque", "rolled").map(len(states))(states.T, full.T, p).full().T
 
 
 @pytest.mark.parametrize("soil", SOILS, ids=lambda soil: soil.name)
 def test_the_torque_is_what_the_plants_shafts_carry(soil):
     """Mean and swing over a drive; nothing of the plant but its sensor channels and soil goes in."""
     recording, torque, _ = driven(soil)
-    said, true = moment_on_body(recording, soil)[SETTLED:, 0], torque[SETTLED:]
+    said, true = on_body(recording, soil)[SETTLED:, 0], torque[SETTLED:]
     assert true.mean() > 400.0
     assert said.mean() == pytest.approx(true.mean(), rel=0.2)
     assert np.corrcoef(said, true)[0, 1] > 0.9
 
 
 def test_it_rolls_the_rear_wheels_as_it_does_the_plants():
-    """Lean and steering of the rear wheels, with the shaft's reaction less without it: straight on, so all of it is a_m."""
+    """Lean and steering of the rear wheels, with the shaft's reaction less without it: straight on, so all of it is the moment's."""
     declared, soil = load_vehicle(PLANT_VEHICLE).effects["wheel_lean"], SAND.with_(n=1.0)
     recording, _, axles = driven(soil)
     moved = (axles - driven(soil, torque_reaction=0.0)[2])[SETTLED:].mean(axis=0)
-    by_moment = moment_on_body(recording, soil)[SETTLED:, 1].mean()
+    rolled = on_body(recording, soil)[SETTLED:, 1].mean()
     assert moved[0] < -0.002
-    assert declared["lean_rear"] * by_moment == pytest.approx(moved[0], rel=0.25)
-    assert declared["steer_rear"] * by_moment == pytest.approx(moved[1], rel=0.5)
+    assert declared["lean_rear"] * rolled == pytest.approx(moved[0], rel=0.25)
+    assert declared["steer_rear"] * rolled == pytest.approx(moved[1], rel=0.5)
 
 
 def test_the_torque_forgives_wheel_speeds_that_read_wrong():
@@ -88,5 +90,5 @@ def test_the_torque_forgives_wheel_speeds_that_read_wrong():
             for key, values in recording.channels.items()
         },
     )
-    right, wrong = (moment_on_body(log, soil)[SETTLED:, 0].mean() for log in (recording, off))
+    right, wrong = (on_body(log, soil)[SETTLED:, 0].mean() for log in (recording, off))
     assert abs(wrong - right) < 10.0

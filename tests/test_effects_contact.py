@@ -55,7 +55,8 @@ def test_the_plants_yaw_balance_asks_for_the_aligning_moment(vehicle, drive):
     soil, log = drive
     force = {name: log.truth[f"true_{name}"] for wheel in WHEELS for name in (f"fx_{wheel}", f"fy_{wheel}")}
     lever = vehicle.l_f * (force["fy_fl"] + force["fy_fr"]) - vehicle.l_r * (force["fy_rl"] + force["fy_rr"])
-    tracks = vehicle.track / 2 * (force["fx_fr"] + force["fx_rr"] - force["fx_fl"] - force["fx_rl"])
+    front, rear = (force[f"fx_{axle}r"] - force[f"fx_{axle}l"] for axle in "fr")
+    tracks = 0.5 * (vehicle.track * front + vehicle.rear_track * rear)
     turn = bodies_yaw_inertia() * savgol_filter(log["omega_z"], 21, 2, deriv=1, delta=log.dt)
     missing = savgol_filter(turn - lever - tracks, 21, 2)[START:]
     model = declared_model(vehicle, soil)
@@ -66,17 +67,17 @@ def test_the_plants_yaw_balance_asks_for_the_aligning_moment(vehicle, drive):
     assert np.std(missing - moment) < 0.9 * np.std(missing)
 
 
-def test_the_share_scales_what_the_yaw_balance_gets(vehicle):
+def test_the_shares_scale_what_the_yaw_balance_gets(vehicle):
     bare = declared_model(vehicle.with_(effects={}), CLAY)
     x = bare.x.pack(u=5.0, v=0.2, omega_z=0.3)
     u = bare.u.pack(steer=0.2, omega_fl=15.0, omega_fr=15.5, omega_rl=15, omega_rr=15)
     moments = []
-    for share in (0.0, 0.5, 1.0):
-        model = add_effect(bare, catalogue(vehicle)["aligning_moment"], {"aligning_share": share})
-        model = model.correct("forces", lambda q: {"sum": sum(w.count * w.force.m_z for w in q["wheels"])})
-        found = model.probe("moment_z", "sum")(x, u, model.p.nominal).full()[:, 0]
-        moments.append(found[0] - share * found[1])
-        assert abs(found[1]) > 10.0
+    for front, rear in ((0.0, 0.0), (0.5, 0.0), (0.0, 1.0)):
+        model = add_effect(bare, catalogue(vehicle)["aligning_moment"], {"aligning_f": front, "aligning_r": rear})
+        model = model.correct("forces", lambda q: {f"of_{w.axle}": w.count * w.force.m_z for w in q["wheels"]})
+        moment, of_front, of_rear = model.probe("moment_z", "of_f", "of_r")(x, u, model.p.nominal).full()[:, 0]
+        moments.append(moment - front * of_front - rear * of_rear)
+        assert min(abs(of_front), abs(of_rear)) > 5.0
     plain = bare.probe("moment_z")(x, u, bare.p.nominal).full()[0, 0]
     assert moments == pytest.approx([plain] * 3, rel=1e-12)
 

@@ -1,5 +1,7 @@
 """Leaning wheels: the law against the plant's soil, and the declared numbers against the plant's suspension."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -11,14 +13,14 @@ from plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from plant.start import Start
 from plant.state import PITMAN, TRAVEL, rotation
 from plant.world import Plant
-from symbolic.body_roll import body_roll
+from symbolic.bicycle import Corner
+from symbolic.body_roll import ROLL_TIME, body_roll
 from symbolic.catalogue import catalogue, declared_model
 from symbolic.effects import add_effect
-from symbolic.effects_lean import LEAN_TIME
 from symbolic.soil import CLAY, SANDY_LOAM
 from symbolic.turn_slip import TurnSlip
 from symbolic.vehicle import GRAVITY, load_vehicle
-from symbolic.wheel import Contact, Wheel
+from symbolic.wheel import Contact, Wheel, WheelForce
 
 WHEEL = Wheel(0.330229, 0.2121)
 SPEED, SPIN, LOAD = 5.0, 15.6, 3000.0
@@ -64,33 +66,50 @@ def test_the_declared_lean_with_the_steering_is_what_the_hardpoints_do():
 
 @pytest.fixture(scope="module")
 def turning():
-    """(N, 4) of a turning drive: lean of the front wheels less the steering's part, the rear wheels' lean and steering, and the
-    lateral acceleration that the body has followed."""
-    plant, rows, rolled, turn = Plant(CLAY.with_(n=0.6), start=Start(u=5.0)), list[list[float]](), 0.0, np.empty((3, 3))
-    driver, seen, within = (
-        Manoeuvre("turns", MultiSine(seed=5), Speed(5.5, 1.2, 10.0)),
-        plant.sample(),
-        np.arange(6) * plant.dt,
-    )
-    by_steering = load_vehicle(PLANT_VEHICLE).effects["wheel_lean"]["lean_steer"]
+    """(N, 6) of a turning drive: lean of the front wheels less the steering's part, the rear wheels' lean, how far left of the
+    centre of gravity the rear contacts stand (m), the rear wheels' lateral velocity in their own frames beyond v - l_r omega_z
+    (m/s), the speed, and the roll; the rear wheels' mean toe (rad)."""
+    plant, rows, toes, turn = Plant(CLAY.with_(n=0.6), start=Start(u=5.0)), list[list[float]](), [], np.empty((3, 3))
+    driver, seen, within = Manoeuvre("turns", MultiSine(seed=5), Speed(5.5, 1.2, 10.0)), plant.sample(), np.arange(6) * plant.dt
+    vehicle = load_vehicle(PLANT_VEHICLE)
+    by_steering = vehicle.effects["wheel_lean"]["lean_steer"]
     for step in range(1500):
         plant.advance(np.ascontiguousarray(driver(plant.time + within, seen)))
         seen = plant.sample()
-        rolled += (1.0 - np.exp(-0.012 / LEAN_TIME)) * (seen["u"] * seen["omega_z"] - rolled)
         rotation(plant.state, turn)
         axles = [axle_of(wheel, plant.state[TRAVEL + wheel], plant.state[PITMAN]) for wheel in range(4)]
         front, rear = np.mean(axles[:2], axis=0), np.mean(axles[2:], axis=0)
         if step > 200:
-            steered = np.arctan2(-rear[0], rear[1])
-            rows.append([turn[2] @ front - by_steering * seen["steer"], turn[2] @ rear, steered, rolled])
-    return np.array(rows)
+            left = np.array([-np.sin(seen["psi"]), np.cos(seen["psi"])])
+            centre = plant.info[2:, 6:8].mean(axis=0) - (seen["true_x_cg"], seen["true_y_cg"])
+            lean = turn[2] @ rear
+            toes.append(np.subtract(*[np.arctan2(-axle[0], axle[1]) for axle in axles[2:]]))
+            across = plant.info[2:, 12:14] / np.linalg.norm(plant.info[2:, 12:14], axis=1)[:, None]
+            slid = np.mean(np.sum(across * plant.info[2:, 9:11], axis=1)) - (seen["v"] - vehicle.l_r * seen["omega_z"])
+            aside = left @ centre + WHEEL.radius * lean
+            rows.append([turn[2] @ front - by_steering * seen["steer"], lean, aside, slid, seen["u"], seen["true_roll"]])
+    return np.array(rows), float(np.mean(toes))
 
 
-@pytest.mark.parametrize(("column", "name"), list(enumerate(["lean_roll", "lean_rear", "steer_rear"])))
-def test_the_declared_lean_with_the_roll_is_what_the_plant_does(turning, column, name):
-    """A body rolls as far by a moment as by a lateral acceleration, so that a turning drive shows the rear wheels' numbers."""
-    slope = np.polyfit(turning[:, 3], turning[:, column], 1)[0]
-    assert load_vehicle(PLANT_VEHICLE).effects["wheel_lean"][name] == pytest.approx(slope, rel=0.15)
+@pytest.mark.parametrize(
+    ("column", "effect", "name"),
+    [(0, "wheel_lean", "lean_roll"), (1, "wheel_lean", "lean_rear"), (2, "load_transfer", "roll_sweep")],
+)
+def test_what_is_declared_to_go_with_the_roll_is_what_the_plant_does(turning, column, effect, name):
+    slope = np.polyfit(turning[0][:, 5], turning[0][:, column], 1)[0]
+    assert load_vehicle(PLANT_VEHICLE).effects[effect][name] == pytest.approx(slope, rel=0.15)
+
+
+def test_the_rear_wheels_steer_with_the_roll_as_declared(turning):
+    """What they slide sideways beyond the vehicle's own motion, with the roll times the speed; their centres swing with its rate."""
+    _, _, _, slid, u, roll = turning[0].T
+    columns = np.stack([roll * u, np.gradient(roll, 0.012), u, np.ones(len(u))], axis=1)
+    slope = np.linalg.lstsq(columns, slid, rcond=None)[0][0]
+    assert load_vehicle(PLANT_VEHICLE).effects["wheel_lean"]["steer_rear"] == pytest.approx(-slope, rel=0.15)
+
+
+def test_the_declared_rear_toe_is_what_the_plants_wheels_have(turning):
+    assert load_vehicle(PLANT_VEHICLE).toe_rear == pytest.approx(turning[1], rel=0.2)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +119,7 @@ def bare():
 
 def test_lean_turns_and_sweeps_the_contacts_of_the_front_wheels(bare):
     effect = catalogue(load_vehicle(PLANT_VEHICLE))["wheel_lean"]
-    model = add_effect(bare, effect, {"lean_steer": -0.15, "lean_roll": 0.02})
+    model = add_effect(bare, effect, {"lean_steer": -0.15, "lean_roll": 0.8, "lean_rear": 0.0, "steer_rear": 0.0})
 
     def seen(model):
         def contacts(q):
@@ -108,20 +127,21 @@ def test_lean_turns_and_sweeps_the_contacts_of_the_front_wheels(bare):
 
         return model.correct("contacts", contacts).probe("yaw_rate_f", "v_y_f", "yaw_rate_r", "v_y_r")
 
-    x = bare.x.pack(u=5.0, omega_z=0.3)
+    x = bare.x.pack(u=5.0)
     signals = {"steer": 0.2, "steer_rate": 0.4, "omega_fl": 15.0, "omega_fr": 15.0, "omega_rl": 15.0, "omega_rr": 15.0}
     before = seen(bare)(x, bare.u.pack(**signals), bare.p.nominal).full()[:, 0]
-    u = model.u.pack(**signals, a_y_leaning=1.5, a_y_leaning_rate=2.0)
+    u = model.u.pack(**signals, lean_a=1.5, lean_a_rate=2.0, lean_tilt=0.01, lean_tilt_rate=0.02)
     turned, swept, *rear = seen(model)(x, u, model.p.nominal).full()[:, 0] - before
-    assert turned == pytest.approx(15.0 * (0.02 * 1.5 - 0.15 * 0.2))
-    assert swept == pytest.approx(WHEEL.radius * (0.02 * 2.0 - 0.15 * 0.4))
+    gain = load_vehicle(PLANT_VEHICLE).roll_gain
+    assert turned == pytest.approx(15.0 * (0.8 * (gain * 1.5 + 0.01) - 0.15 * 0.2))
+    assert swept == pytest.approx(WHEEL.radius * (0.8 * (gain * 2.0 + 0.02) - 0.15 * 0.4))
     assert rear == [0.0, 0.0]
 
 
 def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones():
     """By a_m = moment/(M h_cg); a vehicle that declares no height of its centre of gravity still gets numbers."""
     vehicle = load_vehicle(PLANT_VEHICLE)
-    values = {"lean_steer": -0.15, "lean_roll": 0.02, "lean_rear": 0.03, "steer_rear": 0.002}
+    values = {"lean_steer": -0.15, "lean_roll": 0.8, "lean_rear": 0.9, "steer_rear": 0.1}
     names = ("yaw_rate_f", "v_y_f", "yaw_rate_r", "v_y_r")
 
     def contacts(q):
@@ -134,27 +154,32 @@ def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones():
         u = model.u.pack(omega_fl=15.0, omega_fr=15.0, omega_rl=15.0, omega_rr=15.0)
         return model.probe(*names)(model.x.pack(u=5.0), u, model.p.nominal).full()[:, 0]
 
-    a_m = -400.0 / (vehicle.mass * vehicle.h_cg)
+    roll = vehicle.roll_gain * -400.0 / (vehicle.mass * vehicle.h_cg)
     moved = seen(-400.0, vehicle.h_cg) - seen(0.0, vehicle.h_cg)
-    assert moved == pytest.approx([15.0 * 0.02 * a_m, 0.0, 15.0 * 0.03 * a_m, -5.0 * 0.002 * a_m])
+    assert moved == pytest.approx([15.0 * 0.8 * roll, 0.0, 15.0 * 0.9 * roll, -5.0 * 0.1 * roll])
     assert np.isfinite(seen(-400.0, 0.0)).all()
 
 
-def test_the_body_follows_its_lateral_force_late():
-    """A step of force: 63 % of it after the lag's time, with the rate that leads there."""
-    memory, lag, dt = body_roll("roll", "kept", "read", 0.2), [], 0.01
-    cells = memory.start({"u": 5.0, "omega_z": 0.2})
-    assert cells == {"kept": 1.0, "kept_rate": 0.0}
+def test_the_body_follows_its_lateral_force_and_the_ground_late():
+    """A step of force and of sinkages: 63 % of it after the lag's time, with the rate that leads there."""
+    memory, dt, said = body_roll("roll", "r"), ROLL_TIME / 20, []
+    force = WheelForce(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    wheels = [Corner(a, side, 1, 0.0, 0.0, 0.0, 0.0, force=replace(force, sinkage=0.02 - 0.012 * side)) for a in "fr" for side in (1, -1)]
+    q = {"u": 5.0, "omega_z": 0.2, "mass": 2.0, "force_y": 6.0, "track": 1.2, "track_rear": 1.2, "wheels": wheels, "dt": dt}
+    cells = memory.start(q)
+    assert cells == pytest.approx({"kept_r_a": 1.0, "kept_r_a_rate": 0.0, "kept_r_tilt": 0.02, "kept_r_tilt_rate": 0.0})
+    cells["kept_r_tilt"] = 0.0
     for _ in range(20):
-        before, q = cells, {"dt": dt, "mass": 2.0, "force_y": 6.0, "memory": cells}
-        cells = {key: float(value) for key, value in memory.advance(q).items()}
-        assert cells["kept_rate"] == pytest.approx((cells["kept"] - before["kept"]) / dt)
-        lag.append(memory.read({"memory": cells})["read"])
-    assert lag[-1] == pytest.approx(3.0 - 2.0 * np.exp(-1.0), rel=0.02)
+        before = cells
+        cells = {key: float(value) for key, value in memory.advance({**q, "memory": cells}).items()}
+        assert cells["kept_r_a_rate"] == pytest.approx((cells["kept_r_a"] - before["kept_r_a"]) / dt)
+        said.append(memory.read({"memory": cells}))
+    assert said[-1]["r_a"] == pytest.approx(3.0 - 2.0 * np.exp(-1.0), rel=0.02)
+    assert said[-1]["r_tilt"] == pytest.approx(0.02 * (1.0 - np.exp(-1.0)), rel=0.02)
 
 
 def test_a_roll_moment_loads_one_side(bare):
-    """To the right positive: it leaves the axles' loads and moves M/T from the left wheels to the right ones."""
+    """To the right positive: it leaves the axles' loads and moves M/T from the left wheels to the right ones, by share."""
 
     def by_side(q):
         return {f"side_{side}": sum(w.load for w in q["wheels"] if w.side == side) for side in (1, -1)}
@@ -165,4 +190,6 @@ def test_a_roll_moment_loads_one_side(bare):
         model = add_effect(bare, catalogue(vehicle)["load_transfer"], values).correct("contacts", by_side)
         u = model.u.pack(omega_fl=15.0, omega_fr=15.0, omega_rl=15.0, omega_rr=15.0)
         sides[moment] = model.probe("side_1", "side_-1")(model.x.pack(u=5.0), u, model.p.nominal).full()[:, 0]
-    assert sides[300.0] - sides[0.0] == pytest.approx([-300.0 / vehicle.track, 300.0 / vehicle.track], rel=1e-3)
+    share = vehicle.roll_stiffness_front
+    moved = 300.0 * (share / vehicle.track + (1.0 - share) / vehicle.rear_track)
+    assert sides[300.0] - sides[0.0] == pytest.approx([-moved, moved], rel=1e-3)
