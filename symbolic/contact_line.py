@@ -27,12 +27,14 @@ scaled to carry the load exactly."""
 
 @dataclass(frozen=True)
 class Node:
-    """One quadrature node: x (m), weight (m), sigma (Pa), depth = sqrt(r^2 - x^2), of the rim below the axle (m)."""
+    """One quadrature node: x (m), weight (m), sigma (Pa), depth = sqrt(r^2 - x^2), of the rim below the axle (m); along: x over
+    the front end of the contact, 0 behind the wheel centre."""
 
     x: Scalar
     weight: Scalar
     sigma: Scalar
     depth: Scalar
+    along: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -182,7 +184,7 @@ class Shape:
         r, rate, nodes = self.wheel.radius, self.soil.R * self.omega, []
         for (along, w, _), (shape, depth) in zip(self.rule, self._front(h, x_front), strict=True):
             x = along * x_front
-            nodes.append(Node(x, w * x_front, sigma_m * shape + rate * x, depth))
+            nodes.append(Node(x, w * x_front, sigma_m * shape + rate * x, depth, along))
         return ContactLine([*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, rate))], h, x_front, x_rear)
 
 

@@ -161,7 +161,8 @@ class _Rut:
             x = along * x_front
             depth = rim_depth(x * x, r)
             sunk = ca.fmax(1.0 - (r - depth) / h, 1e-6)
-            nodes.append(Node(x, weight * x_front, sigma_m * ca.exp(soil.n * ca.log(sunk)) + self.rate * x, depth))
+            sigma = sigma_m * ca.exp(soil.n * ca.log(sunk)) + self.rate * x
+            nodes.append(Node(x, weight * x_front, sigma, depth, along))
         return ContactLine([*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, self.rate))], h, x_front, x_rear)
 
 

@@ -14,6 +14,7 @@ contact model (paper, eqs. (1)-(3)) on a line; turn slip replaces the paper's tw
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
@@ -23,6 +24,11 @@ from symbolic.rut_line import contact_lines
 from symbolic.smooth import Scalar
 from symbolic.soil import Soil
 from symbolic.wheel import Contact, Wheel, WheelForce
+
+
+ENTRY = 0.1
+"""Part of the contact over which soil that has just been touched is still met at the height where it entered: a simulated soil's
+step of 10 mm on a contact of 60 to 130 mm."""
 
 
 @dataclass(frozen=True)
@@ -83,10 +89,10 @@ class TurnSlip:
             entered = ca.exp(-contact.entry_path / soil.k)
             sums = [a + b for a, b in zip(sums, _strip(soil, wheel, motion, inside, entered, per_k, aside), strict=True)]
         rear, front = -beside.x_rear, beside.x_front
-        length = motion.at(rear, rim_depth(rear * rear, wheel.radius), front)[2]
+        length = motion.at(rear, rim_depth(rear * rear, wheel.radius))[2]
         drift = motion.mean_y(rear, front) * ((front - rear) / v)
         shift = -0.5 * drift * ((front + rear) / (front - rear))
-        path = motion.path(rear, front, length) * self.factors.path
+        path = motion.path(rear, front, length, 0.0) * self.factors.path
         return WheelForce(*sums, beside.sinkage, path, ca.sqrt(drift * drift + 1e-8), shift)
 
 
@@ -100,8 +106,8 @@ def _strip(
     tan, width = tan_phi(soil.phi), wheel.width * line.share
     f_x = f_y = m_y = m_z = 0.0
     for node in line.nodes:
-        u_x, u_y, length = motion.at(node.x, node.depth, line.x_front)
-        path = motion.path(node.x, line.x_front, length) * 0.5 * per_k
+        u_x, u_y, length = motion.at(node.x, node.depth, node.along)
+        path = motion.path(node.x, line.x_front, length, node.along) * 0.5 * per_k
         drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
         tau = (soil.c + node.sigma * tan) * (1.0 - entered * side_entry(path, drift))
         force = -width * node.weight * tau / length
@@ -128,23 +134,18 @@ class Sliding:
     extra: Scalar
     late: Scalar = 0.0
 
-    def at(self, x: Scalar, depth: Scalar, x_front: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-        """u_x, u_y and the smooth |u| at x (m), with `depth` = sqrt(r^2 - x^2), of soil that enters at x_front (m)."""
-        u_x = self.contact.v_x - self.contact.omega * self._met(x, depth, x_front)
+    def at(self, x: Scalar, depth: Scalar, along: float = 0.0) -> tuple[Scalar, Scalar, Scalar]:
+        """u_x, u_y and the smooth |u| at x (m), with `depth` = sqrt(r^2 - x^2); along: x over the front end of the contact."""
+        u_x = self.contact.v_x - self.contact.omega * self._met(x, depth, along)
         u_y = self.contact.v_y + self.contact.yaw_rate * x
         return u_x, u_y, self._length(u_x, u_y)
 
-    def _met(self, x: Scalar, depth: Scalar, x_front: Scalar) -> Scalar:
-        """Depth below the axle (m) at which soil at x (m) is met: that of the rim at x + late, at most that of x_front.
-
-        max(0, d - late) of the way d from x_front is d^3/(d^2 + d late + late^2), smooth and exact for long ways.
-        """
+    def _met(self, x: Scalar, depth: Scalar, along: float) -> Scalar:
+        """Depth below the axle (m) at which soil at x (m) is met: that of the rim `late` further forward, less where it enters."""
         if isinstance(self.late, float) and self.late == 0.0:
             return depth
-        d = x_front - x
-        square = d * d
-        there = x_front - square * d / (square + self.late * (d + self.late))
-        return rim_depth(there * there, self.radius)
+        ahead = self.late * (1.0 - math.exp(-(1.0 - along) / ENTRY))
+        return depth - ahead * (x + 0.5 * ahead) * (1.0 / self.radius)
 
     def _length(self, u_x: Scalar, u_y: Scalar) -> Scalar:
         return ca.sqrt(u_x * u_x + u_y * u_y + self.least)
@@ -154,15 +155,15 @@ class Sliding:
         ago = 0.5 * (x_front - x)
         return self.contact.v_y + self.contact.yaw_rate * (x + ago) - self._change * (0.5 * ago)
 
-    def path(self, x: Scalar, x_front: Scalar, length: Scalar) -> Scalar:
+    def path(self, x: Scalar, x_front: Scalar, length: Scalar, along: float = 0.0) -> Scalar:
         """Shear path (m) of the soil now at x, which entered at x_front (m), by two Radau points.
 
-        length: |u| at x, which is the first of the points (weight 1/4); the other (3/4) lies two thirds of the way to
+        along: x over x_front; length: |u| at x, which is the first of the points (weight 1/4); the other (3/4) lies two thirds of the way to
         x_front, where the soil met the velocity of its time.
         """
         behind = (2.0 / 3.0) * (x_front - x)
         there = x + behind
-        u_x = self.contact.v_x - self.contact.omega * self._met(there, rim_depth(there * there, self.radius), x_front)
+        u_x = self.contact.v_x - self.contact.omega * self._met(there, rim_depth(there * there, self.radius), along + (2.0 / 3.0) * (1.0 - along))
         u_y = self.contact.v_y + self.contact.yaw_rate * there - self._change * (0.5 * behind)
         mean = 0.25 * length + 0.75 * self._length(u_x, u_y)
         return mean * ((0.5 * (x_front - x)) * self.twice_per_v + self.extra)
