@@ -139,7 +139,7 @@ class Ocp:
         front = u * cos + (v_y + v.l_f * omega_z) * sin
         values: dict[str, Any] = {"steer": steer, "steer_rate": w[0], "a_x": w[1]}
         for name, is_front, side in WHEELS:
-            turn = -side * v.track / 2 * omega_z * (cos if is_front else 1.0)
+            turn = -side * (v.track if is_front else v.rear_track) / 2 * omega_z * (cos if is_front else 1.0)
             values[f"omega_{name}"] = scale * (0.5 * (front + u) + turn)
         return ca.vertcat(*[values.get(signal.name, signal.nominal) for signal in self.model.external])
 

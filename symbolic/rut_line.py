@@ -31,8 +31,8 @@ from symbolic.smooth import Scalar, smooth_min, smooth_norm, smooth_positive
 from symbolic.soil import Soil
 from symbolic.wheel import Contact, Wheel
 
-RUT_NODES = 3
-"""Gauss nodes ahead of the wheel centre in the rut, where the pressure has no root."""
+RUT_NODES, BESIDE_NODES = 3, 4
+"""Gauss nodes ahead of the wheel centre: in the rut, where the pressure has no root, and on the rest of the width."""
 EDGE = 5e-4
 """m: how softly contact with the rut's floor begins."""
 LEAST_BESIDE = 0.05
@@ -41,22 +41,22 @@ NARROW = 0.01
 """How softly, in log(sinkage), the lesser of two sinkages is taken."""
 LOWEST = 1e-6
 """m: what keeps roots and logarithms of nothing finite."""
-SINKAGE_STEPS = 2
+SINKAGE_STEPS = 1
 """Newton steps on closed forms of both strips' loads; the pressures are then scaled to carry the load."""
 
 
 def contact_lines(soil: Soil, wheel: Wheel, contact: Contact, front_nodes: int) -> tuple[ContactLine, ContactLine | None]:
     """The line in fresh soil and, for a wheel that may meet a rut, the one in it; pressures such that both carry the load.
 
-    contact: of the wheel, with the share of its width in the rut (overlap) and the rut's depth; front_nodes: of the line in fresh
-    soil, ahead of the wheel centre.
+    contact: of the wheel, with the share of its width in the rut (overlap) and the rut's depth; front_nodes: ahead of the centre
+    of a wheel that meets no rut.
     """
     if isinstance(contact.overlap, int | float) and contact.overlap == 0:
         return contact_line(soil, wheel, contact.load, contact.omega, front_nodes), None
     carried = smooth_positive(contact.load, LOAD_WIDTH)
     rut = _Rut(soil, wheel, contact.omega, contact.rut_depth)
     log_h = _sinkage(soil, wheel, contact, carried, rut)
-    beside, inside, share = Shape.of(soil, wheel, contact.omega, front_nodes).line(log_h), rut.line(log_h), contact.overlap
+    beside, inside, share = Shape.of(soil, wheel, contact.omega, BESIDE_NODES).line(log_h), rut.line(log_h), contact.overlap
     scale = carried / (wheel.width * ((1.0 - share) * beside.load + share * inside.load))
     return beside.scaled(scale, 1.0 - share), inside.scaled(scale, share)
 
@@ -77,7 +77,8 @@ def _sinkage(soil: Soil, wheel: Wheel, contact: Contact, carried: Scalar, rut: _
     log_most = smooth_min(log_most - ca.log(left * wheel.width * told / carried) * told / (most * by_h), deepest, NARROW)
     reach = smooth_positive(ca.exp(log_most) - rut.floor, EDGE)
     own = rut.rise(alone, carried)
-    z = ca.sqrt(own * reach / (own + reach) + LOWEST)
+    ratio = own * own / (reach * reach + LOWEST * LOWEST)
+    z = ca.sqrt(own / ca.sqrt(ca.sqrt(1.0 + ratio * ratio)) + LOWEST)
     for _ in range(SINKAGE_STEPS):
         h = rut.floor + z * z
         sigma_m = rut.stiffness * ca.exp(soil.n * ca.log(h))

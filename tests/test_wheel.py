@@ -332,5 +332,5 @@ def test_the_sinkage_in_a_rut_is_that_of_the_equations(share, depth, load):
         return b * (np.trapezoid(sigma + soil.R * 15.5 * x, x) + tail * (2 / 3 * peak - 0.5 * soil.R * 15.5 * tail))
 
     h = brentq(lambda h: share * carried(h, floor) + (1 - share) * carried(h, 0.0) - load, 1e-4, 0.25)
-    assert float(in_rut(share, load, depth=depth)[0].sinkage) == pytest.approx(h, rel=0.04)
+    assert float(in_rut(share, load, depth=depth)[0].sinkage) == pytest.approx(h, rel=0.06)
 
