@@ -187,8 +187,11 @@ def _in_rut(q: Quantities, corner: Corner) -> Corner:
     falls from J to 0: |y_off| counts at least w/4, and what the edges' soil has mobilised widens the rut by w (coth(J/2)/2 -
     1/J - 1/2), J in shear moduli, here by J/sqrt(144 + 16 J^2).
     """
-    if corner.axle != "r" or corner.contact is None:
+    if corner.contact is None:
         return corner
+    if corner.axle == "f":
+        # No rut, but the same expression as the rear wheels', which C then evaluates for all wheels at once.
+        return corner.with_(contact=replace(corner.contact, overlap=ca.SX(0.0)))
     width, edge = q["width"], q["rut_edge"]
     offset, path, depth = (_of_side(q, corner.side, name) for name in ("rut_offset", "rut_path", "rut_depth"))
     path = q["kappa"] * path

@@ -12,7 +12,7 @@ import numpy as np
 
 from symbolic.clibrary.fmi import fmi_files
 from symbolic.clibrary.kernels import number, write_kernel
-from symbolic.clibrary.parts import CONTACT, FORCE, SOIL, Parts
+from symbolic.clibrary.parts import SAID, SOIL, TOLD, Parts
 from symbolic.clibrary.statuses import STATUSES, status_cases, status_enum
 from symbolic.clibrary.tables import formulation, readme_tables
 from symbolic.model import Model
@@ -147,7 +147,7 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "states": _enum("X", model.x), "inputs": _enum("U", model.external), "parameters": _enum("P", model.p),
         "measurements": _enum("Y", model.y),
         "status_enum": status_enum(), "status_cases": status_cases(),
-        "soil": f"({', '.join(SOIL)})", "contact": f"({', '.join(CONTACT)})", "force": f"({', '.join(FORCE)})",
+        "soil": f"({', '.join(SOIL)})", "contact": f"({', '.join(TOLD)})", "force": f"({', '.join(SAID)})",
         "n_active": str(len(parts.active)), "calls": str(parts.calls), "n_arguments": str(len(parts.arguments)),
         "n_outputs": str(len(parts.outputs)), "measures_forces": str(int(parts.measures_forces)),
         "n_provided": str(len(model.u) - len(model.external)), "provided_nominal": _list(provided if len(provided) else [0.0]),

@@ -21,6 +21,10 @@ from symbolic.wheel import Contact, ForceLaw, Wheel, WheelForce
 SOIL = SOIL_SIGNALS.names
 CONTACT = tuple(f.name for f in fields(Contact))
 FORCE = tuple(f.name for f in fields(WheelForce))
+TOLD = tuple(name for name in CONTACT if name != "rut_depth")
+"""What the C function of one wheel is told; a rut has no depth there."""
+SAID = tuple(name for name in FORCE if not name.startswith("exit_") or name == "exit_path")
+"""What it answers."""
 
 
 @dataclass
@@ -48,7 +52,7 @@ class Parts:
     [what differs between wheels and points (calls * n_arguments)]; law: [arguments, p] -> [outputs];
     after: [x, u, p, F] -> [xdot];
     measure: [x, u, p, F] -> [y]; read: [x, u_external, p, m] -> [provided]; advance: [x, u, p, m, dt, F] -> [m_next];
-    start: [x, u, p, F] -> [m]; force: [soil, contact] -> [WheelForce]; outputs: names of the law's outputs in F
+    start: [x, u, p, F] -> [m]; force: [soil, TOLD] -> [SAID]; outputs: names of the law's outputs in F
     (calls * n_outputs); measures_forces: whether the measurement depends on them; driven: measurements of states whose rate
     depends on them.
     """
@@ -94,7 +98,8 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     free = ca.SX.sym("free", len(shared))
     free_force = ca.vertcat(*_call(law, wheel, ca.vertsplit(free)))
     varying = [i for i, value in enumerate(shared) if value is None and ca.depends_on(free_force, free[i])]
-    shared = [0.0 if value is None else value for value in shared]
+    # Numbers stay numbers: the law is simpler for a wheel that is known to meet no rut.
+    shared = [0.0 if value is None else float(value) if value.is_constant() else value for value in shared]
     before = ca.vertcat(*[ca.SX(call[i]) for call in recorder.calls for i in varying])
     names = (*SOIL, *CONTACT)
     arguments = tuple(names[i] for i in varying)
@@ -136,8 +141,10 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
 
 
 def _split(free: ca.SX, force: ca.SX) -> ca.Function:
-    soil, contact = ca.SX.sym("soil", len(SOIL)), ca.SX.sym("contact", len(CONTACT))
-    (result,) = ca.substitute([force], [free], [ca.vertcat(soil, contact)])
+    soil, contact = ca.SX.sym("soil", len(SOIL)), ca.SX.sym("contact", len(TOLD))
+    asked = ca.vertcat(soil, *[contact[TOLD.index(name)] if name in TOLD else 0.0 for name in CONTACT])
+    said = ca.vertcat(*[force[FORCE.index(name)] for name in SAID])
+    (result,) = ca.substitute([said], [free], [asked])
     return ca.Function("force", [soil, contact], [ca.cse(ca.densify(result))])
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from symbolic.clibrary.parts import CONTACT, FORCE, SOIL, Parts
+from symbolic.clibrary.parts import SAID, SOIL, TOLD, Parts
 from symbolic.clibrary.statuses import REFUSED, STATUSES
 from symbolic.signals import Layout
 
@@ -24,7 +24,7 @@ def formulation(parts: Parts, numbers: Any, dt: float, declared: Mapping[str, ob
         "measurements": _signals(model.y),
         "memory_cells": len(model.cells),
         "provided_inputs": len(model.u) - len(model.external),
-        "force": {"soil": list(SOIL), "contact": list(CONTACT), "result": list(FORCE)},
+        "force": {"soil": list(SOIL), "contact": list(TOLD), "result": list(SAID)},
         "options": {
             "dt": dt,
             "method": "euler",
