@@ -28,7 +28,8 @@ def body_roll(effect: str, prefix: str) -> Memory:
     kept = Layout(tuple(Signal(f"kept_{signal.name}", signal.unit, signal.doc) for signal in layout))
 
     def advance(q: Quantities) -> Quantities:
-        share, cells = lag_share(q["dt"], ROLL_TIME), {}
+        share = lag_share(q["dt"], ROLL_TIME)
+        cells: Quantities = {}
         for name, target in (("a", q["force_y"] / q["mass"]), ("tilt", _tilt(q))):
             before = q["memory"][f"kept_{prefix}_{name}"]
             moved = share * (target - before)

@@ -48,7 +48,9 @@ def wheel_lean() -> Effect:
 def _front(q: Quantities) -> tuple[Scalar, Scalar]:
     """Lean of the front wheels (rad) and its rate (rad/s)."""
     roll, rate = roll_angle(q, PREFIX)
-    return q["lean_roll"] * roll + q["lean_steer"] * q["delta"], q["lean_roll"] * rate + q["lean_steer"] * q["delta_rate"]
+    return q["lean_roll"] * roll + q["lean_steer"] * q["delta"], q["lean_roll"] * rate + q["lean_steer"] * q[
+        "delta_rate"
+    ]
 
 
 def _aside(q: Quantities) -> Quantities:

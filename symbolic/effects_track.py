@@ -48,7 +48,9 @@ def load_transfer() -> Effect:
     """
     parameters = Layout.of(
         Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0, spread=1),
-        Signal("roll_sweep", "m", "sideways sweep of the rear contacts per roll of the body", 0.0, -2.0, 2.0, spread=0.5),
+        Signal(
+            "roll_sweep", "m", "sideways sweep of the rear contacts per roll of the body", 0.0, -2.0, 2.0, spread=0.5
+        ),
         Signal("roll_moment", "N m", "roll to the right when driving straight", 0.0, -2000.0, 2000.0, spread=300),
         Signal("shaft_share", "", "roll to the right per driving torque of the wheels", 0.0, -1.0, 1.0, spread=0.2),
     )
@@ -166,14 +168,12 @@ def _moved(q: Quantities, cell: Quantities) -> Quantities:
 
 def _left_behind(q: Quantities) -> Cell:
     """What the front wheels leave now, at the axle."""
-    fronts = {corner.side: corner for corner in q["wheels"] if corner.axle == "f"}
-    corners = [fronts.get(side, fronts.get(0)) for side in (1, -1)]
-    left, right = (corner.force for corner in corners)
-    places = [corner.y + corner.force.exit_shift for corner in corners]
+    fronts = [(corner, corner.force) for corner in q["wheels"] if corner.axle == "f"]
+    (of_left, left), (of_right, right) = fronts[0], fronts[-1]  # the same, of an axle taken as one wheel
     return {
         "d": 0.0,
-        "el": places[0],
-        "er": places[1],
+        "el": of_left.y + left.exit_shift,
+        "er": of_right.y + right.exit_shift,
         "jl": left.exit_path,
         "jr": right.exit_path,
         "hl": left.sinkage,

@@ -45,7 +45,9 @@ SINKAGE_STEPS = 1
 """Newton steps on closed forms of both strips' loads; the pressures are then scaled to carry the load."""
 
 
-def contact_lines(soil: Soil, wheel: Wheel, contact: Contact, front_nodes: int) -> tuple[ContactLine, ContactLine | None]:
+def contact_lines(
+    soil: Soil, wheel: Wheel, contact: Contact, front_nodes: int
+) -> tuple[ContactLine, ContactLine | None]:
     """The line in fresh soil and, for a wheel that may meet a rut, the one in it; pressures such that both carry the load.
 
     contact: of the wheel, with the share of its width in the rut (overlap) and the rut's depth; front_nodes: ahead of the centre
@@ -56,7 +58,11 @@ def contact_lines(soil: Soil, wheel: Wheel, contact: Contact, front_nodes: int) 
     carried = smooth_positive(contact.load, LOAD_WIDTH)
     rut = _Rut(soil, wheel, contact.omega, contact.rut_depth)
     log_h = _sinkage(soil, wheel, contact, carried, rut)
-    beside, inside, share = Shape.of(soil, wheel, contact.omega, BESIDE_NODES).line(log_h), rut.line(log_h), contact.overlap
+    beside, inside, share = (
+        Shape.of(soil, wheel, contact.omega, BESIDE_NODES).line(log_h),
+        rut.line(log_h),
+        contact.overlap,
+    )
     scale = carried / (wheel.width * ((1.0 - share) * beside.load + share * inside.load))
     return beside.scaled(scale, 1.0 - share), inside.scaled(scale, share)
 
@@ -74,7 +80,9 @@ def _sinkage(soil: Soil, wheel: Wheel, contact: Contact, carried: Scalar, rut: _
     log_most = smooth_min(log_alone - ca.log(left) / (soil.n + 0.5), deepest, NARROW)
     alone, most = ca.exp(log_alone), ca.exp(log_most)
     told, by_h = beside.load(most, rut.stiffness * ca.exp(soil.n * log_most))
-    log_most = smooth_min(log_most - ca.log(left * wheel.width * told / carried) * told / (most * by_h), deepest, NARROW)
+    log_most = smooth_min(
+        log_most - ca.log(left * wheel.width * told / carried) * told / (most * by_h), deepest, NARROW
+    )
     reach = smooth_positive(ca.exp(log_most) - rut.floor, EDGE)
     own = rut.rise(alone, carried)
     ratio = own * own / (reach * reach + LOWEST * LOWEST)
@@ -164,7 +172,9 @@ class _Rut:
             sunk = ca.fmax(1.0 - (r - depth) / h, 1e-6)
             sigma = sigma_m * ca.exp(soil.n * ca.log(sunk)) + self.rate * x
             nodes.append(Node(x, weight * x_front, sigma, depth, along))
-        return ContactLine([*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, self.rate))], h, x_front, x_rear)
+        return ContactLine(
+            [*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, self.rate))], h, x_front, x_rear
+        )
 
 
 @lru_cache(maxsize=16)

@@ -25,7 +25,6 @@ from symbolic.smooth import Scalar
 from symbolic.soil import Soil
 from symbolic.wheel import Contact, Wheel, WheelForce
 
-
 ENTRY = 0.1
 """Part of the contact over which soil that has just been touched is still met at the height where it entered: a simulated soil's
 step of 10 mm on a contact of 60 to 130 mm."""
@@ -84,21 +83,22 @@ class TurnSlip:
         motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late if self.contact_step else 0.0)
         # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.
         per_k, aside = (2.0 / soil.k) * self.factors.path, 2.0 / (v * wheel.width)
-        sums = _strip(soil, wheel, motion, beside, 1.0, per_k, aside)
+        f_x, f_y, m_y, m_z = _strip(soil, wheel, motion, beside, 1.0, per_k, aside)
         if inside is not None:
             entered = ca.exp(-contact.entry_path / soil.k)
-            sums = [a + b for a, b in zip(sums, _strip(soil, wheel, motion, inside, entered, per_k, aside), strict=True)]
+            more = _strip(soil, wheel, motion, inside, entered, per_k, aside)
+            f_x, f_y, m_y, m_z = f_x + more[0], f_y + more[1], m_y + more[2], m_z + more[3]
         rear, front = -beside.x_rear, beside.x_front
         length = motion.at(rear, rim_depth(rear * rear, wheel.radius))[2]
         drift = motion.mean_y(rear, front) * ((front - rear) / v)
         shift = -0.5 * drift * ((front + rear) / (front - rear))
         path = motion.path(rear, front, length, 0.0) * self.factors.path
-        return WheelForce(*sums, beside.sinkage, path, ca.sqrt(drift * drift + 1e-8), shift)
+        return WheelForce(f_x, f_y, m_y, m_z, beside.sinkage, path, ca.sqrt(drift * drift + 1e-8), shift)
 
 
 def _strip(
     soil: Soil, wheel: Wheel, motion: Sliding, line: ContactLine, entered: Scalar, per_k: Scalar, aside: Scalar
-) -> list[Scalar]:
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """f_x, f_y (N), m_y, m_z (N m) of one strip of the width; entered: exp(-j/k) of the path that its soil had run before.
 
     per_k: 2/k times the path's factor (1/m); aside: 2/(v_x b) (s/m^2).
@@ -115,7 +115,7 @@ def _strip(
         f_y += force * u_y
         m_y -= node.depth * force * u_x + width * node.weight * node.sigma * node.x
         m_z += node.x * force * u_y
-    return [f_x, f_y, m_y, m_z]
+    return f_x, f_y, m_y, m_z
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class Sliding:
         return u_x, u_y, self._length(u_x, u_y)
 
     def _met(self, x: Scalar, depth: Scalar, along: float) -> Scalar:
-        """Depth below the axle (m) at which soil at x (m) is met: that of the rim `late` further forward, less where it enters."""
+        """Depth below the axle (m) at which soil at x (m) is met: of the rim `late` further forward, less where it enters."""
         if isinstance(self.late, float) and self.late == 0.0:
             return depth
         ahead = self.late * (1.0 - math.exp(-(1.0 - along) / ENTRY))
@@ -158,12 +158,13 @@ class Sliding:
     def path(self, x: Scalar, x_front: Scalar, length: Scalar, along: float = 0.0) -> Scalar:
         """Shear path (m) of the soil now at x, which entered at x_front (m), by two Radau points.
 
-        along: x over x_front; length: |u| at x, which is the first of the points (weight 1/4); the other (3/4) lies two thirds of the way to
-        x_front, where the soil met the velocity of its time.
+        along: x over x_front; length: |u| at x, which is the first of the points (weight 1/4); the other (3/4) lies two thirds of
+        the way to x_front, where the soil met the velocity of its time.
         """
         behind = (2.0 / 3.0) * (x_front - x)
         there = x + behind
-        u_x = self.contact.v_x - self.contact.omega * self._met(there, rim_depth(there * there, self.radius), along + (2.0 / 3.0) * (1.0 - along))
+        met = self._met(there, rim_depth(there * there, self.radius), along + (2.0 / 3.0) * (1.0 - along))
+        u_x = self.contact.v_x - self.contact.omega * met
         u_y = self.contact.v_y + self.contact.yaw_rate * there - self._change * (0.5 * behind)
         mean = 0.25 * length + 0.75 * self._length(u_x, u_y)
         return mean * ((0.5 * (x_front - x)) * self.twice_per_v + self.extra)

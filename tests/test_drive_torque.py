@@ -69,7 +69,7 @@ def test_the_torque_is_what_the_plants_shafts_carry(soil):
 
 
 def test_it_rolls_the_rear_wheels_as_it_does_the_plants():
-    """Lean and steering of the rear wheels, with the shaft's reaction less without it: straight on, so all of it is the moment's."""
+    """Lean and steering of the rear wheels, with the shaft's reaction less without it: straight on, so it is all the moment's."""
     declared, soil = load_vehicle(PLANT_VEHICLE).effects["wheel_lean"], SAND.with_(n=1.0)
     recording, _, axles = driven(soil)
     moved = (axles - driven(soil, torque_reaction=0.0)[2])[SETTLED:].mean(axis=0)

@@ -70,7 +70,11 @@ def turning():
     centre of gravity the rear contacts stand (m), the rear wheels' lateral velocity in their own frames beyond v - l_r omega_z
     (m/s), the speed, and the roll; the rear wheels' mean toe (rad)."""
     plant, rows, toes, turn = Plant(CLAY.with_(n=0.6), start=Start(u=5.0)), list[list[float]](), [], np.empty((3, 3))
-    driver, seen, within = Manoeuvre("turns", MultiSine(seed=5), Speed(5.5, 1.2, 10.0)), plant.sample(), np.arange(6) * plant.dt
+    driver, seen, within = (
+        Manoeuvre("turns", MultiSine(seed=5), Speed(5.5, 1.2, 10.0)),
+        plant.sample(),
+        np.arange(6) * plant.dt,
+    )
     vehicle = load_vehicle(PLANT_VEHICLE)
     by_steering = vehicle.effects["wheel_lean"]["lean_steer"]
     for step in range(1500):
@@ -87,7 +91,9 @@ def turning():
             across = plant.info[2:, 12:14] / np.linalg.norm(plant.info[2:, 12:14], axis=1)[:, None]
             slid = np.mean(np.sum(across * plant.info[2:, 9:11], axis=1)) - (seen["v"] - vehicle.l_r * seen["omega_z"])
             aside = left @ centre + WHEEL.radius * lean
-            rows.append([turn[2] @ front - by_steering * seen["steer"], lean, aside, slid, seen["u"], seen["true_roll"]])
+            rows.append(
+                [turn[2] @ front - by_steering * seen["steer"], lean, aside, slid, seen["u"], seen["true_roll"]]
+            )
     return np.array(rows), float(np.mean(toes))
 
 
@@ -101,7 +107,7 @@ def test_what_is_declared_to_go_with_the_roll_is_what_the_plant_does(turning, co
 
 
 def test_the_rear_wheels_steer_with_the_roll_as_declared(turning):
-    """What they slide sideways beyond the vehicle's own motion, with the roll times the speed; their centres swing with its rate."""
+    """What they slide sideways beyond the vehicle's motion, with roll times speed; their centres swing with the roll's rate."""
     _, _, _, slid, u, roll = turning[0].T
     columns = np.stack([roll * u, np.gradient(roll, 0.012), u, np.ones(len(u))], axis=1)
     slope = np.linalg.lstsq(columns, slid, rcond=None)[0][0]
@@ -164,8 +170,22 @@ def test_the_body_follows_its_lateral_force_and_the_ground_late():
     """A step of force and of sinkages: 63 % of it after the lag's time, with the rate that leads there."""
     memory, dt, said = body_roll("roll", "r"), ROLL_TIME / 20, []
     force = WheelForce(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    wheels = [Corner(a, side, 1, 0.0, 0.0, 0.0, 0.0, force=replace(force, sinkage=0.02 - 0.012 * side)) for a in "fr" for side in (1, -1)]
-    q = {"u": 5.0, "omega_z": 0.2, "mass": 2.0, "force_y": 6.0, "track": 1.2, "track_rear": 1.2, "wheels": wheels, "dt": dt}
+    corner = Corner("f", 1, 1, 0.0, 0.0, 0.0, 0.0)
+    wheels = [
+        corner.with_(axle=axle, side=side, force=replace(force, sinkage=0.02 - 0.012 * side))
+        for axle in "fr"
+        for side in (1, -1)
+    ]
+    q = {
+        "u": 5.0,
+        "omega_z": 0.2,
+        "mass": 2.0,
+        "force_y": 6.0,
+        "track": 1.2,
+        "track_rear": 1.2,
+        "wheels": wheels,
+        "dt": dt,
+    }
     cells = memory.start(q)
     assert cells == pytest.approx({"kept_r_a": 1.0, "kept_r_a_rate": 0.0, "kept_r_tilt": 0.02, "kept_r_tilt_rate": 0.0})
     cells["kept_r_tilt"] = 0.0

@@ -52,7 +52,8 @@ def box(count, seed=0):
             point(
                 soils[rng.integers(3)], v_x=v_x, v_y=-v * np.sin(angle), omega=omega, load=rng.uniform(500, 6000),
                 yaw_rate=rng.uniform(-2, 2), steer_rate=rng.uniform(-2, 2), dv_y=rng.uniform(-10, 10),
-                entry_path=rng.uniform(0, 0.05), overlap=rng.uniform(0, 1), rut_depth=rng.uniform(0, 0.06), n=rng.uniform(0.4, 1.3),
+                entry_path=rng.uniform(0, 0.05), overlap=rng.uniform(0, 1), rut_depth=rng.uniform(0, 0.06),
+                n=rng.uniform(0.4, 1.3),
             )
         )  # fmt: skip
     return np.array(points).T
@@ -272,7 +273,7 @@ def test_exit_path_is_the_path_where_no_soil_comes_in_from_the_side():
 
 
 def test_a_wheel_that_drifts_leaves_a_wide_rut_beside_it():
-    """While soil passes under it the wheel moves by v_y per v_x: so wide are the rut's edges, half of it behind the wheel's side."""
+    """While soil passes under it the wheel moves by v_y per v_x: so wide are the rut's edges, on both sides of where it stood."""
     contact = Contact(v_x=5.0, v_y=1.0, omega=15.5, load=3000.0)
     force = TurnSlip(contact_step=0.0)(CLAY, WHEEL, contact)
     line = contact_line(CLAY, WHEEL, 3000.0, 15.5, 5)
