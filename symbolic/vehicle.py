@@ -44,7 +44,8 @@ class Vehicle:
     mass (kg); l_f, l_r: centre of gravity to front and rear axle (m); yaw_inertia (kg m^2); track: between
     the front wheels when they point ahead (m); track_rear: between the rear wheels (m, 0: as in front); scrub: how far each
     front wheel's centre stands outside the axis it is steered about (m); h_cg: height of the centre of gravity above the soil
-    (m); load_offset: how far behind l_r, l_f say the static load acts (m, the e of the load balance); pull: yaw moment that is there on every drive (N m, left positive);
+    (m); load_offset: how far behind l_r, l_f say the static load acts (m, the e of the load balance); pull: yaw moment that
+    is there on every drive (N m, left positive);
     roll_stiffness_front, roll_damping_front: the front axle's share of the springs and of the dampers that resist roll (1), and
     so of the lateral load transfer; roll_gain: how far the body rolls on its springs per lateral acceleration (rad s^2/m);
     ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); toe_rear: the same of the rear wheels (rad);
