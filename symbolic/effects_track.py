@@ -19,7 +19,7 @@ PREFIX = "transfer"
 DAMPER_TIME = 0.15
 """s: what a damped suspension's dampers carry of the load transfer while the body still rolls, per what its springs carry in the
 end; less than `symbolic.body_roll.ROLL_TIME`, of which the body's inertia is a part."""
-RUT_CELLS = 26
+RUT_CELLS = 18
 RUT_REACH = 1.2
 """Length of the rut that is remembered, over the wheelbase."""
 RUT_VALUES = (

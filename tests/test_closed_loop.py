@@ -137,9 +137,11 @@ def test_histories_follow_the_plan():
     memory = np.zeros(len(model.cells))
     z = np.tile(ocp.z.pack(u=5.0, steer=0.2, omega_z=0.3), (21, 1))
     r = histories.along(memory, z, np.zeros((20, 2)), ocp.s.nominal)
-    assert r.shape == (20, 3)
-    assert r[-1, 1] > r[0, 1] >= 0, "the front wheels leave shear path that the rear ones meet later"
-    assert abs(r[-1, 0]) > 0.01, "in a turn the rut lies beside the rear wheels"
+    names = [signal.name for memory in model.memories for signal in memory.provides]
+    assert r.shape == (20, len(names))
+    told = dict(zip(names, r.T, strict=True))
+    assert told["rut_path_l"][-1] > told["rut_path_l"][0] >= 0, "the front wheels leave shear path that the rear ones meet later"
+    assert abs(told["rut_offset_l"][-1]) > 0.01, "in a turn the rut lies beside the rear wheels"
 
 
 def test_paths_project_onto_themselves():
