@@ -2,10 +2,9 @@
 
 `python benchmarks/second_pass.py`: two wheels of the rig's size pass one after the other over the same soil in a straight line,
 each under its own constant load, slip angle and slip; nothing is fitted. Lateral and longitudinal force and sinkage of the second
-are printed three ways: the soil contact model; the law as the model has it (fresh geometry, shear path of the first wheel as its
-exit path says); and the law's own equations integrated finely on the geometry of a rut: contact from the rut's floor on, which
-the elastic soil has raised by sigma/K, a path that the first wheel left by the same fine integration, and a slip floor of 0.001
-instead of 0.01.
+are printed three ways: the soil contact model; the law as the model has it, told the first wheel's sinkage and exit path; and the
+same equations integrated finely: contact from the rut's floor on, which the elastic soil has raised by sigma/K, a path that the
+first wheel left by the same fine integration, and a slip floor of 0.001 instead of 0.003.
 """
 
 from __future__ import annotations
@@ -78,10 +77,11 @@ def by_plant(soil: Soil, passes: tuple[Pass, ...]) -> list[Felt]:
     return felt
 
 
-def by_law(soil: Soil, told: Pass, path: float) -> Felt:
-    """What the law says, in soil that another wheel has sheared by `path` (m) before."""
+def by_law(soil: Soil, told: Pass, path: float, rut: float) -> Felt:
+    """What the law says, in a rut of depth `rut` (m; 0: fresh soil) that another wheel has sheared by `path` (m)."""
     v_x, v_y = SPEED * np.cos(told.angle), -SPEED * np.sin(told.angle)
-    contact = Contact(v_x=v_x, v_y=v_y, omega=told.spin, load=told.load, entry_path=path, overlap=1.0)
+    share = 1.0 if rut > 0.0 else 0.0
+    contact = Contact(v_x, v_y, told.spin, told.load, entry_path=path, overlap=share, rut_depth=rut)
     force = TurnSlip(contact_step=STEP)(soil, WHEEL, contact)
     return Felt(*(float(ca.DM(value)) for value in (force.f_x, force.f_y, force.sinkage, force.exit_path)))
 
@@ -125,12 +125,12 @@ def main() -> None:
     for soil in SOILS:
         for first_angle in FIRST_ANGLES:
             before = Pass(FIRST_LOAD, first_angle)
-            law_before, fine_before = by_law(soil, before, 0.0), by_hand(soil, before, 0.0, 0.0)
+            law_before, fine_before = by_law(soil, before, 0.0, 0.0), by_hand(soil, before, 0.0, 0.0)
             for load in LOADS:
                 for angle in ANGLES:
                     told = Pass(load, angle)
                     true = by_plant(soil, (before, told))[1]
-                    law = by_law(soil, told, law_before.path)
+                    law = by_law(soil, told, law_before.path, law_before.sinkage)
                     fine = by_hand(soil, told, fine_before.path, fine_before.sinkage)
                     print(
                         f"{soil.name:11s}{soil.n:5.2f} after {first_angle:.2f} rad: {load:5.0f} N {angle:.2f} rad  "
