@@ -1,0 +1,65 @@
+"""The body's roll and the wheels' places: the declared bicycle against the plant's own motion in a turning drive."""
+
+import numpy as np
+import pytest
+
+from estimator.inputs import measured_inputs, measured_states
+from estimator.predictor import Predictor
+from mpc_demo.blind_test import PLANT_VEHICLE
+from plant.manoeuvres import Manoeuvre, MultiSine, Speed
+from plant.simulate import recording_of
+from plant.start import Start
+from plant.world import Plant
+from symbolic.body_roll import roll_angle
+from symbolic.catalogue import declared_model
+from symbolic.soil import CLAY, SANDY_LOAM
+from symbolic.vehicle import load_vehicle
+
+SETTLED = 250
+"""Rows left out, the plant's start."""
+
+
+@pytest.fixture(scope="module", params=[CLAY.with_(n=0.6), SANDY_LOAM.with_(n=0.7)], ids=lambda soil: soil.name)
+def drive(request):
+    """(soil, recording, wheel centres (N, 4, 2) in the yaw frame)."""
+    soil = request.param
+    plant, rows, places = Plant(soil, start=Start(u=5.0)), [], []
+    driver, seen, within = (
+        Manoeuvre("turns", MultiSine(seed=7), Speed(5.0, 1.0, 9.0)),
+        plant.sample(),
+        np.arange(6) * plant.dt,
+    )
+    for _ in range(1600):
+        plant.advance(np.ascontiguousarray(driver(plant.time + within, seen)))
+        seen = plant.sample()
+        rows.append(seen.row.copy())
+        cos, sin = np.cos(seen["psi"]), np.sin(seen["psi"])
+        places.append(plant.info[:, 6:8] @ np.array([[cos, -sin], [sin, cos]]))
+    return soil, recording_of(np.array(rows), "turns"), np.array(places)
+
+
+def test_the_body_rolls_as_the_plants_does(drive):
+    """Springs and sinking wheels, nothing fitted: the swing within 10 %, and what is left of it."""
+    soil, log, _ = drive
+    model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
+    model = model.correct("forces", lambda q: dict(zip(("rolled", "rate"), roll_angle(q, "lean"), strict=True)))
+    inputs, _ = measured_inputs(log, model.external)
+    states, p = measured_states(log), model.p.nominal
+    _, full = Predictor(model, log.dt).track_memory(states, inputs, p)
+    rolled, rate = model.probe("rolled", "rate").map(len(states))(states.T, full.T, p).full()[:, SETTLED:]
+    true = log.truth["true_roll"][SETTLED:]
+    assert np.polyfit(true, rolled, 1)[0] == pytest.approx(1.0, abs=0.1)
+    assert np.std(rolled - true) < 0.15 * np.std(true)
+    assert np.corrcoef(rate, np.gradient(true, log.dt))[0, 1] > 0.95
+
+
+def test_the_wheels_stand_where_they_are_declared(drive):
+    """Tracks, and how the front one shrinks as the wheels turn about axes that they stand outside of."""
+    _, log, places = drive
+    vehicle = load_vehicle(PLANT_VEHICLE)
+    front, rear = (places[SETTLED:, left, 1] - places[SETTLED:, left + 1, 1] for left in (0, 2))
+    turned = 1.0 - np.cos(log["steer"][SETTLED:])
+    slope, ahead = np.polyfit(turned, front, 1)
+    assert ahead == pytest.approx(vehicle.track, abs=0.003)
+    assert rear.mean() == pytest.approx(vehicle.rear_track, abs=0.003)
+    assert slope == pytest.approx(-2.0 * vehicle.scrub, rel=0.4)
