@@ -19,7 +19,7 @@ from mpc_demo.plugs_do_mpc import do_mpc_controller
 from mpc_demo.scenarios import double_lane_change
 from symbolic.declaration import Declaration
 
-EFFECTS = {"multipass": {"kappa": 0.7}, "load_transfer": {"transfer_height": 0.63, "roll_sweep": 0.5}}
+EFFECTS = {"multipass": {"kappa": 1.0}, "load_transfer": {"transfer_height": 0.74, "roll_sweep": 0.55}}
 STEPS = 200
 SPEED = 7.0
 

@@ -22,7 +22,7 @@ from mpc_demo.scenarios import Scenario, scenarios
 from symbolic.declaration import Declaration, load_declaration
 from symbolic.vehicle import load_vehicle
 
-EFFECTS = {"multipass": {"kappa": 0.7}, "load_transfer": {"transfer_height": 0.63, "roll_sweep": 0.5}}
+EFFECTS = {"multipass": {"kappa": 1.0}, "load_transfer": {"transfer_height": 0.74, "roll_sweep": 0.55}}
 """What the model declares where its vehicle declares no effects: identified on the reference drives."""
 
 
