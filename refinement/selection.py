@@ -42,10 +42,10 @@ LEAST_PARAMETER_SIGMAS = 3.0
 BEYOND_DOUBT = 0.0004
 """Chance of a gain by scatter alone that over all candidates makes one per cent: a size that trades with n is uncertain even
 where absence is out of the question."""
-PLACE_SIGMAS = 4.0
+PLACE_SIGMAS = 4.5
 """A change at a place that stands so many standard errors from absence in a fit to the whole drive needs no size of gain: places
-are nothing that the declared model's own error knows of, so that standard errors hold (the best place of eight stood 3.3 of them
-from absence at most on 85 drives without a change), and where n hardly moves the forces it moves the predictions little."""
+are nothing that the declared model's own error knows of, so that standard errors hold (the best place of eight stood 3.9 of them
+from absence at most on 95 drives without a change), and where n hardly moves the forces it moves the predictions little."""
 MOST_EFFECTS = 3
 MOST_ALIKE = 2
 """Of more effects than this that explain the data alike none is named: that would be a guess."""
