@@ -109,9 +109,9 @@ def _two_tracks(q: Quantities) -> Quantities:
 def multipass(wheelbase: float) -> Effect:
     """Rear wheels in the front wheels' ruts: there the shear path starts at kappa times what the front wheel left.
 
-    wheelbase (m) sets how much of the rut is remembered. The rut is kept as samples behind the front axle (place and
-    shear path where each front wheel stood), moved with the vehicle's motion; a fraction max(0, 1 - |y_off|/b) of the
-    rear wheel's width runs in it. From the soil contact model: shear path stays in the soil.
+    wheelbase (m) sets how much of the rut is remembered. The rut is kept as samples behind the front axle (place, shear
+    path, depth and edges of what each front wheel pressed), moved with the vehicle's motion; the share of the rear wheel's
+    width that runs in it stands on its floor. From the soil contact model: shear path and plastic sinkage stay in the soil.
     """
     spacing = RUT_REACH * wheelbase / (RUT_CELLS - 2)
     cells = track_layout("rut", RUT_CELLS, RUT_VALUES)
