@@ -107,7 +107,7 @@ def _two_tracks(q: Quantities) -> Quantities:
 
 
 def multipass(wheelbase: float) -> Effect:
-    """Rear wheels in the front wheels' ruts: there the shear path starts at kappa times what the front wheel left.
+    """Rear wheels in the front wheels' ruts: there shear path and depth start at kappa times what the front wheel left.
 
     wheelbase (m) sets how much of the rut is remembered. The rut is kept as samples behind the front axle (place, shear
     path, depth and edges of what each front wheel pressed), moved with the vehicle's motion; the share of the rear wheel's
@@ -144,7 +144,7 @@ def multipass(wheelbase: float) -> Effect:
         reference="soil contact model: shear path is a property of the soil and is never reset",
         parameters=Layout.of(
             Signal(
-                "kappa", "", "share of the front wheels' shear path that the rear wheels meet", 0.0, 0.0, 1.5, spread=1
+                "kappa", "", "share of the front wheels' rut, its shear path and depth, that the rear wheels meet", 0.0, 0.0, 1.5, spread=1
             )
         ),
         typical={"kappa": 0.7},
@@ -194,7 +194,7 @@ def _in_rut(q: Quantities, corner: Corner) -> Corner:
         return corner.with_(contact=replace(corner.contact, overlap=ca.SX(0.0)))
     width, edge = q["width"], q["rut_edge"]
     offset, path, depth = (_of_side(q, corner.side, name) for name in ("rut_offset", "rut_path", "rut_depth"))
-    path = q["kappa"] * path
+    path, depth = q["kappa"] * path, q["kappa"] * depth
     spent = path / corner.soil.k  # type: ignore[union-attr]
     wider = edge * spent / ca.sqrt(144.0 + 16.0 * spent * spent)
     apart = smooth_norm(offset - corner.y, 0.25 * edge, 0.01 * width)

@@ -12,7 +12,6 @@ from plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from plant.simulate import simulate
 from symbolic.bicycle import body_force
 from symbolic.catalogue import catalogue, declared_model
-from symbolic.effects_track import RUT_CELLS, RUT_VALUES
 from symbolic.soil import CLAY, SANDY_LOAM
 from symbolic.track import interpolate, push
 from symbolic.vehicle import load_vehicle
@@ -49,8 +48,23 @@ def test_what_multipass_remembers_reaches_the_rear_axle():
     front = sunk.probe("sunk")(states[-1], full[-1], model.p.nominal)
     met = full[-1][model.u.index("rut_depth_l")]
     assert met == pytest.approx(float(front), rel=0.02)
-    assert len([name for name in model.cells.names if name.startswith("rut_d_")]) == RUT_CELLS
-    assert next(value.name for value in RUT_VALUES) == "d"
+
+
+def test_absent_it_does_nothing():
+    """kappa 0, where tracing starts from: in a turn, forces of all wheels are those of the model without it."""
+    vehicle = load_vehicle(PLANT_VEHICLE)
+    others = {name: values for name, values in vehicle.effects.items() if name != "multipass"}
+    spins = {"omega_fl": 15.6, "omega_fr": 16.0, "omega_rl": 15.6, "omega_rr": 16.0}
+    rut = {"rut_offset_l": 0.6, "rut_offset_r": -0.6, "rut_edge": 0.02}
+    rut |= {f"rut_{what}_{side}": value for what, value in (("depth", 0.03), ("path", 0.02)) for side in "lr"}
+    found = []
+    for effects in (others, {**others, "multipass": {"kappa": 0.0}}):
+        model = declared_model(vehicle, CLAY, effects=effects)
+        met = {name: value for name, value in rut.items() if name in model.u.names}
+        x, u = model.x.pack(u=5.0, v=-0.1, omega_z=0.3), model.u.pack(steer=0.2, **spins, **met)
+        found.append(model.probe("force_f", "force_r", "moment_z")(x, u, model.p.nominal).full()[:, 0])
+    assert found[1][:2] == pytest.approx(found[0][:2], rel=0.01)  # N; the sinkage comes from closed forms there
+    assert found[1][2] == pytest.approx(found[0][2], abs=10.0)  # N m
 
 
 @pytest.mark.parametrize("soil", [CLAY.with_(n=0.6), SANDY_LOAM.with_(n=0.7)], ids=lambda soil: soil.name)
