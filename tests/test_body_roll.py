@@ -53,6 +53,23 @@ def test_the_body_rolls_as_the_plants_does(drive):
     assert np.corrcoef(rate, np.gradient(true, log.dt))[0, 1] > 0.95
 
 
+def test_the_load_moves_between_the_wheels_as_on_the_plant(drive):
+    """Per axle, right less left: the swing within 12 %, and what is left of it."""
+    soil, log, _ = drive
+    model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
+    model = model.correct("tracks", lambda q: {f"load_{w.name}": w.load for w in q["wheels"]})
+    inputs, _ = measured_inputs(log, model.external)
+    states, p = measured_states(log), model.p.nominal
+    _, full = Predictor(model, log.dt).track_memory(states, inputs, p)
+    names = ("load_fl", "load_fr", "load_rl", "load_rr")
+    loads = dict(zip(names, model.probe(*names).map(len(states))(states.T, full.T, p).full()[:, SETTLED:], strict=True))
+    for axle in "fr":
+        told = loads[f"load_{axle}r"] - loads[f"load_{axle}l"]
+        true = (log.truth[f"true_fz_{axle}r"] - log.truth[f"true_fz_{axle}l"])[SETTLED:]
+        assert np.polyfit(told, true, 1)[0] == pytest.approx(1.0, abs=0.12)
+        assert np.corrcoef(told, true)[0, 1] > 0.97
+
+
 def test_the_wheels_stand_where_they_are_declared(drive):
     """Tracks, and how the front one shrinks as the wheels turn about axes that they stand outside of."""
     _, log, places = drive

@@ -238,7 +238,7 @@ def test_unknown_law_is_named():
 
 def test_outside_the_domain_is_said():
     check_contact(Contact(5.0, 0.1, 15.0, 3000.0))
-    for bad in ({"v_x": -1.0}, {"omega": -2.0}, {"load": -5.0}, {"overlap": 1.5}, {"v_y": float("nan")}):
+    for bad in ({"v_x": -1.0}, {"omega": -2.0}, {"load": -5.0}, {"rut_depth": -0.1}, {"overlap": 1.5}, {"v_y": float("nan")}):
         with pytest.raises(ValueError, match=next(iter(bad))):
             check_contact(Contact(**{"v_x": 5.0, "v_y": 0.1, "omega": 15.0, "load": 3000.0, **bad}))
     check_sinkage(0.05, WHEEL)
@@ -334,4 +334,3 @@ def test_the_sinkage_in_a_rut_is_that_of_the_equations(share, depth, load):
 
     h = brentq(lambda h: share * carried(h, floor) + (1 - share) * carried(h, 0.0) - load, 1e-4, 0.25)
     assert float(in_rut(share, load, depth=depth)[0].sinkage) == pytest.approx(h, rel=0.06)
-
