@@ -16,14 +16,11 @@ from mpc_demo.figures_drive import animate, draw_drive
 from mpc_demo.nmpc import Nmpc
 from mpc_demo.ocp import Ocp
 from mpc_demo.options import SeedOption
-from mpc_demo.options_model import REFERENCE_VEHICLE, LawOption, ModelOption, OutOption, VehicleOption
+from mpc_demo.options_model import LEAST_EFFECTS, REFERENCE_VEHICLE, LawOption, ModelOption, OutOption, VehicleOption
 from mpc_demo.output import console, output_folder, progress, say_written, write_json
 from mpc_demo.scenarios import Scenario, scenarios
 from symbolic.declaration import Declaration, load_declaration
 from symbolic.vehicle import load_vehicle
-
-EFFECTS = {"multipass": {"kappa": 1.0}, "load_transfer": {"transfer_height": 0.74, "roll_sweep": 0.55}}
-"""What the model declares where its vehicle declares no effects: identified on the reference drives."""
 
 
 def drive(
@@ -110,7 +107,7 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
     else:
         declared = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), course.believed, law)
         if not declared.vehicle.effects:
-            declared = declared.with_effects(EFFECTS)
+            declared = declared.with_effects(LEAST_EFFECTS)
     return loop_for(declared, converged)
 
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 PROJECT = Path(__file__).resolve().parents[1]
 REFERENCE_VEHICLE = PROJECT / "vehicles" / "reference.toml"
+LEAST_EFFECTS = {"multipass": {"kappa": 1.0}, "load_transfer": {"transfer_height": 0.74, "roll_sweep": 0.55}}
+"""What a controller's model declares where its vehicle declares no effects."""
 STEP = 0.012
 """s: the paper's step, the nominal one of a generated library."""
 

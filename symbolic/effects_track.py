@@ -143,7 +143,7 @@ def multipass(wheelbase: float) -> Effect:
         doc="rear wheels run in the front wheels' ruts, in soil that is sheared already",
         reference="soil contact model: shear path is a property of the soil and is never reset",
         parameters=Layout.of(
-            Signal("kappa", "", "share of the front wheels' rut, path and depth, that the rear ones meet", 0.0, 0.0, 1.5, spread=1)
+            Signal("kappa", "", "share of the front wheels' ruts, path and depth, that is met", 0.0, 0.0, 1.5, spread=1)
         ),
         typical={"kappa": 0.7},
         corrections={"contacts": each_wheel(_in_rut)},
