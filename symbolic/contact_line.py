@@ -111,14 +111,19 @@ def contact_line(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar, front_no
     return line.scaled(carried / (wheel.width * line.load))
 
 
+def parabola_area(n: Scalar) -> Scalar:
+    """int_0^1 (1 - xi^2)^n dxi = sqrt(pi) Gamma(n + 1)/(2 Gamma(n + 3/2)), within 3e-3 for n up to 1.4: mean over greatest
+    pressure ahead of the wheel centre."""
+    return 1.0 / (1.0 + n * (0.592 - 0.088 * n))
+
+
 def sinkage_guess(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar) -> Scalar:
-    """log h from load = A h^p, p = n + 1/2, A = b k_eq sqrt(2r) beta: pressure on a parabola alone, then one step for
+    """log h from load = A h^p, p = n + 1/2, A = b k_eq sqrt(2r) parabola_area(n): pressure on a parabola alone, then one step for
     the damping B h, B = b R omega r, and the tail T h^(1.5 n), T = (2/3) b k_eq sqrt(2 r k_eq/K).
     """
     b, r, n = wheel.width, wheel.radius, soil.n
-    beta = 1.0 / (1.0 + n * (0.592 - 0.088 * n))
     stiffness = bulk_modulus(soil, wheel)
-    log_h = ca.log(load / (b * stiffness * ca.sqrt(2.0 * r) * beta)) / (n + 0.5)
+    log_h = ca.log(load / (b * stiffness * ca.sqrt(2.0 * r) * parabola_area(n))) / (n + 0.5)
     sigma_m = stiffness * ca.exp(n * log_h)
     more = b * (soil.R * omega * r * ca.exp(log_h) + (2.0 / 3.0) * sigma_m * ca.sqrt(sigma_m * (2.0 * r / soil.K)))
     return log_h - ca.log(1.0 + more / load) / (0.5 + 0.5 * smooth_min(n + 0.5, 1.0, 0.1))

@@ -18,7 +18,7 @@ class Effect:
     typical: a plausible size of each parameter, where a fit starts (its sign is tried both ways where bounds allow);
     corrections: stage -> compute, applied to the quantities right after that stage;
     states, rates: extra states and their rates `d_<state>`, for effects that need them in every sigma point;
-    memories: histories kept beside the states;
+    memories: histories kept beside the states; effects whose memories have one name share it;
     confusable: effects with a like signature; separates: the manoeuvre that tells them apart;
     drawn: parameters of the vehicle's own build (its geometry, its shafts): once declared, no fit of another effect moves them.
     """
@@ -56,13 +56,18 @@ def add_effect(model: Model, effect: Effect, values: Mapping[str, float] | None 
     if effect.name in model.effects:
         raise ValueError(f"model {model.name}: effect {effect.name!r} is there already")
     parameters = effect.parameters.with_nominal(**{**effect.typical, **(values or {})})
-    provides = Layout(tuple(signal for memory in effect.memories for signal in memory.provides))
+    kept = {memory.name: memory.cells for memory in model.memories}
+    clash = [memory.name for memory in effect.memories if kept.get(memory.name, memory.cells) != memory.cells]
+    if clash:
+        raise ValueError(f"effect {effect.name}: expected a memory of its own name, found another one named {clash[0]!r}")
+    memories = tuple(memory for memory in effect.memories if memory.name not in kept)
+    provides = Layout(tuple(signal for memory in memories for signal in memory.provides))
     grown = replace(
         model,
         x=model.x + effect.states,
         u=model.u + provides,
         p=model.p + parameters,
-        memories=model.memories + effect.memories,
+        memories=model.memories + memories,
         effects=(*model.effects, effect.name),
     )
     for stage, compute in effect.corrections.items():

@@ -10,8 +10,6 @@ from symbolic.effects import Effect, each_wheel
 from symbolic.model import Quantities, Scalar
 from symbolic.signals import Layout, Signal
 
-PREFIX = "lean"
-
 
 def wheel_lean() -> Effect:
     """Front wheels that lean by gamma = lean_roll phi + lean_steer delta, positive where the left end of the axle is up; rear
@@ -38,7 +36,7 @@ def wheel_lean() -> Effect:
         ),
         typical={"lean_steer": -0.12, "lean_roll": 1.0, "lean_rear": 1.0, "steer_rear": 0.0},
         corrections={"loads": _aside, "contacts": each_wheel(_leaning)},
-        memories=(body_roll("wheel_lean", PREFIX),),
+        memories=(body_roll(),),
         confusable=("steering_gain", "payload"),
         separates="full lock and small steering angles at several speeds",
         drawn=("lean_steer", "lean_roll", "lean_rear", "steer_rear"),
@@ -47,10 +45,9 @@ def wheel_lean() -> Effect:
 
 def _front(q: Quantities) -> tuple[Scalar, Scalar]:
     """Lean of the front wheels (rad) and its rate (rad/s)."""
-    roll, rate = roll_angle(q, PREFIX)
-    return q["lean_roll"] * roll + q["lean_steer"] * q["delta"], q["lean_roll"] * rate + q["lean_steer"] * q[
-        "delta_rate"
-    ]
+    roll, rate = roll_angle(q)
+    lean = q["lean_roll"] * roll + q["lean_steer"] * q["delta"]
+    return lean, q["lean_roll"] * rate + q["lean_steer"] * q["delta_rate"]
 
 
 def _aside(q: Quantities) -> Quantities:
@@ -62,7 +59,7 @@ def _leaning(q: Quantities, corner: Corner) -> Corner:
     if contact is None:
         return corner
     if corner.axle == "r":
-        roll, _ = roll_angle(q, PREFIX)
+        roll, _ = roll_angle(q)
         steered = contact.v_y - contact.v_x * q["steer_rear"] * roll
         yawing = contact.yaw_rate + contact.omega * q["lean_rear"] * roll
         return corner.with_(contact=replace(contact, v_y=steered, yaw_rate=yawing))

@@ -15,7 +15,6 @@ from symbolic.signals import Layout, Signal
 from symbolic.smooth import smooth_norm, smooth_positive
 from symbolic.track import Cell, interpolate, push, read_cells, track_layout, write_cells
 
-PREFIX = "transfer"
 DAMPER_TIME = 0.15
 """s: what a damped suspension's dampers carry of the load transfer while the body still rolls, per what its springs carry in the
 end; less than `symbolic.body_roll.ROLL_TIME`, of which the body's inertia is a part."""
@@ -61,7 +60,7 @@ def load_transfer() -> Effect:
         parameters=parameters,
         typical={"transfer_height": 0.63, "roll_sweep": 0.5, "roll_moment": 0.0, "shaft_share": 0.0},
         corrections={"loads": _body, "tracks": _two_tracks, "contacts": each_wheel(_swept)},
-        memories=(body_roll("load_transfer", PREFIX), drive_torque("load_transfer")),
+        memories=(body_roll(), drive_torque("load_transfer")),
         confusable=("locked_differential", "yaw_moment"),
         separates="turns of both signs at several lateral accelerations and speeds",
         drawn=("roll_moment", "shaft_share"),
@@ -71,14 +70,14 @@ def load_transfer() -> Effect:
 def _body(q: Quantities) -> Quantities:
     """The moment on the body, and how far its roll has moved the rear contacts."""
     moment = q["roll_moment"] + q["shaft_share"] * q["drive_torque"]
-    roll, _ = roll_angle({**q, "body_moment": moment}, PREFIX)
+    roll, _ = roll_angle({**q, "body_moment": moment})
     return {"body_moment": moment, "aside_r": q["aside_r"] + q["roll_sweep"] * roll}
 
 
 def _swept(q: Quantities, corner: Corner) -> Corner:
     if corner.axle != "r" or corner.contact is None:
         return corner
-    _, rate = roll_angle(q, PREFIX)
+    _, rate = roll_angle(q)
     return corner.with_(contact=replace(corner.contact, v_y=corner.contact.v_y + q["roll_sweep"] * rate))
 
 
@@ -86,8 +85,8 @@ def _two_tracks(q: Quantities) -> Quantities:
     """Left and right wheels in the place of each axle's pair; delta_left - delta_right = ackermann delta^2 + toe."""
     spread = (q["ackermann"] * q["delta"] ** 2 + q["toe"]) / 2
     out, back = q["scrub"] * (ca.cos(q["delta"]) - 1.0), q["scrub"] * ca.sin(q["delta"])
-    springs = q["mass"] * q["transfer_height"] * q[f"{PREFIX}_a"] + q["body_moment"]
-    dampers = q["mass"] * q["transfer_height"] * DAMPER_TIME * q[f"{PREFIX}_a_rate"]
+    springs = q["mass"] * q["transfer_height"] * q["roll_a"] + q["body_moment"]
+    dampers = q["mass"] * q["transfer_height"] * DAMPER_TIME * q["roll_a_rate"]
     held, damped = q["roll_share_f"], q["damper_share_f"]
     # Of each axle: track, moment on its wheels' loads, how far out of line and back a wheel stands, its angle.
     axles = {
@@ -185,11 +184,8 @@ def _in_rut(q: Quantities, corner: Corner) -> Corner:
     falls from J to 0: |y_off| counts at least w/4, and what the edges' soil has mobilised widens the rut by w (coth(J/2)/2 -
     1/J - 1/2), J in shear moduli, here by J/sqrt(144 + 16 J^2).
     """
-    if corner.contact is None:
+    if corner.axle == "f" or corner.contact is None:
         return corner
-    if corner.axle == "f":
-        # No rut, but the same expression as the rear wheels', which C then evaluates for all wheels at once.
-        return corner.with_(contact=replace(corner.contact, overlap=ca.SX(0.0)))
     width, edge = q["width"], q["rut_edge"]
     offset, path, depth = (_of_side(q, corner.side, name) for name in ("rut_offset", "rut_path", "rut_depth"))
     path, depth = q["kappa"] * path, q["kappa"] * depth

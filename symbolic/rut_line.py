@@ -21,6 +21,7 @@ from symbolic.contact_line import (
     Shape,
     bulk_modulus,
     contact_line,
+    parabola_area,
     rim_depth,
     sinkage_capped,
     sinkage_guess,
@@ -102,7 +103,7 @@ class _Beside:
 
     def __init__(self, soil: Soil, wheel: Wheel, omega: Scalar) -> None:
         self.soil, self.wheel, self.rate = soil, wheel, soil.R * omega
-        self.area = 1.0 / (1.0 + soil.n * (0.592 - 0.088 * soil.n))
+        self.area = parabola_area(soil.n)
 
     def load(self, h: Scalar, sigma_m: Scalar) -> tuple[Scalar, Scalar]:
         """int sigma dX (N/m) at sinkage h (m) with sigma_m = k_eq h^n (Pa), and its derivative to h."""

@@ -43,8 +43,11 @@ def write_cells(cells: Sequence[Cell], prefix: str) -> Cell:
 def push(cells: Sequence[Cell], new: Cell, coordinate: str, spacing: float) -> list[Cell]:
     """Cells after one step: `new` in front; the rest, already aged, moved back by one once the first two are `spacing` apart."""
     far = cells[1][coordinate] - cells[0][coordinate] >= spacing
-    older = [{name: ca.if_else(far, cells[k - 1][name], cells[k][name]) for name in new} for k in range(1, len(cells))]
-    return [dict(new), *older]
+
+    def older(before: Cell, cell: Cell) -> Cell:
+        return {name: cell[name] + far * (before[name] - cell[name]) for name in new}
+
+    return [dict(new), *(older(before, cell) for before, cell in pairwise(cells))]
 
 
 def interpolate(cells: Sequence[Cell], coordinate: str, at: Scalar, name: str) -> Scalar:

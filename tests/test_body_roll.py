@@ -42,7 +42,7 @@ def test_the_body_rolls_as_the_plants_does(drive):
     """Springs and sinking wheels, nothing fitted: the swing within 10 %, and what is left of it."""
     soil, log, _ = drive
     model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
-    model = model.correct("forces", lambda q: dict(zip(("rolled", "rate"), roll_angle(q, "lean"), strict=True)))
+    model = model.correct("forces", lambda q: dict(zip(("rolled", "rate"), roll_angle(q), strict=True)))
     inputs, _ = measured_inputs(log, model.external)
     states, p = measured_states(log), model.p.nominal
     _, full = Predictor(model, log.dt).track_memory(states, inputs, p)

@@ -48,7 +48,7 @@ def driven(soil, torque_reaction: float = 1.0):
 def on_body(recording, soil, shaft_share: float | None = None):
     """(N, 2) driving torque (N m) and roll of the body (rad) by the declared bicycle along a recording."""
     model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
-    model = model.correct("forces", lambda q: {"rolled": roll_angle(q, "lean")[0]})
+    model = model.correct("forces", lambda q: {"rolled": roll_angle(q)[0]})
     inputs, _ = measured_inputs(recording, model.external)
     states, p = measured_states(recording), model.p.nominal
     if shaft_share is not None:

@@ -136,7 +136,7 @@ def test_lean_turns_and_sweeps_the_contacts_of_the_front_wheels(bare):
     x = bare.x.pack(u=5.0)
     signals = {"steer": 0.2, "steer_rate": 0.4, "omega_fl": 15.0, "omega_fr": 15.0, "omega_rl": 15.0, "omega_rr": 15.0}
     before = seen(bare)(x, bare.u.pack(**signals), bare.p.nominal).full()[:, 0]
-    u = model.u.pack(**signals, lean_a=1.5, lean_a_rate=2.0, lean_tilt=0.01, lean_tilt_rate=0.02)
+    u = model.u.pack(**signals, roll_a=1.5, roll_a_rate=2.0, roll_tilt=0.01, roll_tilt_rate=0.02)
     turned, swept, *rear = seen(model)(x, u, model.p.nominal).full()[:, 0] - before
     gain = load_vehicle(PLANT_VEHICLE).roll_gain
     assert turned == pytest.approx(15.0 * (0.8 * (gain * 1.5 + 0.01) - 0.15 * 0.2))
@@ -168,7 +168,7 @@ def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones():
 
 def test_the_body_follows_its_lateral_force_and_the_ground_late():
     """A step of force and of sinkages: 63 % of it after the lag's time, with the rate that leads there."""
-    memory, dt, said = body_roll("roll", "r"), ROLL_TIME / 20, []
+    memory, dt, said = body_roll(), ROLL_TIME / 20, []
     force = WheelForce(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     corner = Corner("f", 1, 1, 0.0, 0.0, 0.0, 0.0)
     wheels = [
@@ -187,15 +187,16 @@ def test_the_body_follows_its_lateral_force_and_the_ground_late():
         "dt": dt,
     }
     cells = memory.start(q)
-    assert cells == pytest.approx({"kept_r_a": 1.0, "kept_r_a_rate": 0.0, "kept_r_tilt": 0.02, "kept_r_tilt_rate": 0.0})
-    cells["kept_r_tilt"] = 0.0
+    still = {"kept_roll_a_rate": 0.0, "kept_roll_tilt_rate": 0.0}
+    assert cells == pytest.approx({"kept_roll_a": 1.0, "kept_roll_tilt": 0.02, **still})
+    cells["kept_roll_tilt"] = 0.0
     for _ in range(20):
         before = cells
         cells = {key: float(value) for key, value in memory.advance({**q, "memory": cells}).items()}
-        assert cells["kept_r_a_rate"] == pytest.approx((cells["kept_r_a"] - before["kept_r_a"]) / dt)
+        assert cells["kept_roll_a_rate"] == pytest.approx((cells["kept_roll_a"] - before["kept_roll_a"]) / dt)
         said.append(memory.read({"memory": cells}))
-    assert said[-1]["r_a"] == pytest.approx(3.0 - 2.0 * np.exp(-1.0), rel=0.02)
-    assert said[-1]["r_tilt"] == pytest.approx(0.02 * (1.0 - np.exp(-1.0)), rel=0.02)
+    assert said[-1]["roll_a"] == pytest.approx(3.0 - 2.0 * np.exp(-1.0), rel=0.02)
+    assert said[-1]["roll_tilt"] == pytest.approx(0.02 * (1.0 - np.exp(-1.0)), rel=0.02)
 
 
 def test_a_roll_moment_loads_one_side(bare):

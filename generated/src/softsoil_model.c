@@ -9,10 +9,29 @@
 #define PAIRS (SOFTSOIL_CALLS * SOFTSOIL_ACTIVE_POINTS)
 #define PAIR_ROW (GROUPS(PAIRS) * SOFTSOIL_LANES + SOFTSOIL_LANES)
 
-/* The last group may reach past the last pair by more than the surplus that was written: it repeats the last pairs. */
-static int first_of_group(int g) {
+typedef void law_t(const ssv *arguments, const double *p, ssv *outputs);
+
+/* The last group may reach past the last of the pairs by more than the surplus that was written: it repeats the last ones. */
+static int first_of_group(int g, int pairs) {
   const int at = g * SOFTSOIL_LANES;
-  return at + SOFTSOIL_LANES > PAIRS && PAIRS >= SOFTSOIL_LANES ? PAIRS - SOFTSOIL_LANES : at;
+  return at + SOFTSOIL_LANES > pairs && pairs >= SOFTSOIL_LANES ? pairs - SOFTSOIL_LANES : at;
+}
+
+/* One law at `wheels` wheels from `first` on. */
+static void forces_of(int first, int wheels, law_t *one, law_t *side_by_side, const double (*arguments)[PAIR_ROW],
+                      const double *p, double (*found)[PAIR_ROW]) {
+  const int from = first * SOFTSOIL_ACTIVE_POINTS, pairs = wheels * SOFTSOIL_ACTIVE_POINTS;
+  for (int g = 0, side; g < GROUPS(pairs); g += side) {
+    ssv argument[SOFTSOIL_SIDE * SOFTSOIL_SOME(SOFTSOIL_ARGUMENTS)], force[SOFTSOIL_SIDE * SOFTSOIL_SOME(SOFTSOIL_OUTPUTS)];
+    side = g + SOFTSOIL_SIDE <= GROUPS(pairs) ? SOFTSOIL_SIDE : 1;
+    for (int k = 0; k < side; ++k)
+      for (int a = 0; a < SOFTSOIL_ARGUMENTS; ++a)
+        argument[k * SOFTSOIL_ARGUMENTS + a] = ssv_load(&arguments[a][from + first_of_group(g + k, pairs)]);
+    (side == SOFTSOIL_SIDE ? side_by_side : one)(argument, p, force);
+    for (int k = 0; k < side; ++k)
+      for (int o = 0; o < SOFTSOIL_OUTPUTS; ++o)
+        ssv_store(&found[o][from + first_of_group(g + k, pairs)], force[k * SOFTSOIL_OUTPUTS + o]);
+  }
 }
 
 /* Arguments of all wheels in one row after the other: the law then runs over pairs of wheel and point, no lane idle but
@@ -31,21 +50,9 @@ void softsoil_model_forces(const softsoil_points_t *x, const double *u, const do
       for (int g = 0; g < GROUPS(SOFTSOIL_ACTIVE_POINTS); ++g)
         ssv_store(&arguments[a][call * SOFTSOIL_ACTIVE_POINTS + g * SOFTSOIL_LANES],
                   before[g][call * SOFTSOIL_ARGUMENTS + a]);
-  for (int g = 0, side; g < GROUPS(PAIRS); g += side) {
-    ssv argument[SOFTSOIL_SIDE * SOFTSOIL_SOME(SOFTSOIL_ARGUMENTS)], force[SOFTSOIL_SIDE * SOFTSOIL_SOME(SOFTSOIL_OUTPUTS)];
-    side = g + SOFTSOIL_SIDE <= GROUPS(PAIRS) ? SOFTSOIL_SIDE : 1;
-    for (int k = 0; k < side; ++k)
-      for (int a = 0; a < SOFTSOIL_ARGUMENTS; ++a)
-        argument[k * SOFTSOIL_ARGUMENTS + a] = ssv_load(&arguments[a][first_of_group(g + k)]);
-    if (side == SOFTSOIL_SIDE) {
-      kernel_law_side(argument, p, force);
-    } else {
-      kernel_law(argument, p, force);
-    }
-    for (int k = 0; k < side; ++k)
-      for (int o = 0; o < SOFTSOIL_OUTPUTS; ++o)
-        ssv_store(&found[o][first_of_group(g + k)], force[k * SOFTSOIL_OUTPUTS + o]);
-  }
+#define RUN(first, wheels, scalar, one, side) forces_of(first, wheels, one, side, (const double (*)[PAIR_ROW])arguments, p, found);
+  SOFTSOIL_LAWS(RUN)
+#undef RUN
   for (int call = 0; call < SOFTSOIL_CALLS; ++call)
     for (int o = 0; o < SOFTSOIL_OUTPUTS; ++o) {
       double *row = out->f[call * SOFTSOIL_OUTPUTS + o];
@@ -102,12 +109,15 @@ void softsoil_model_advance(const double *x, const double *u, const double *p, d
 static void scalar_forces(const double *x, const double *u, const double *p, double *force) {
   double arguments[SOFTSOIL_SOME(SOFTSOIL_CALLS * SOFTSOIL_ARGUMENTS)];
   scalar_before(x, u, p, arguments);
-  for (int call = 0; call < SOFTSOIL_CALLS; ++call)
-    scalar_law(arguments + call * SOFTSOIL_ARGUMENTS, p, force + call * SOFTSOIL_OUTPUTS);
+#define RUN(first, wheels, scalar, one, side) \
+  for (int call = first; call < first + wheels; ++call) \
+    scalar(arguments + call * SOFTSOIL_ARGUMENTS, p, force + call * SOFTSOIL_OUTPUTS);
+  SOFTSOIL_LAWS(RUN)
+#undef RUN
 }
 
 void softsoil_model_start(const double *x, const double *u_external, const double *p, double *m) {
-  static const double nominal[SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  static const double nominal[SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   double u[SOFTSOIL_N_U + SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)], force[SOFTSOIL_SOME(SOFTSOIL_FORCES)];
   for (int i = 0; i < SOFTSOIL_N_U; ++i) u[i] = u_external[i];
   for (int i = 0; i < SOFTSOIL_N_PROVIDED; ++i) u[SOFTSOIL_N_U + i] = nominal[i];
@@ -158,6 +168,16 @@ int softsoil_step(const double p[SOFTSOIL_N_P], double dt, double x[SOFTSOIL_N_X
   return SOFTSOIL_OK;
 }
 
+/* One law at `wheels` wheels from `first` on, each at one vector of points. */
+static inline void lanes_of(int first, int wheels, law_t *one, law_t *side_by_side, const ssv *arguments, const double *p,
+                            ssv *force) {
+  int call = first;
+  for (; call + SOFTSOIL_SIDE <= first + wheels; call += SOFTSOIL_SIDE)
+    side_by_side(arguments + call * SOFTSOIL_ARGUMENTS, p, force + call * SOFTSOIL_OUTPUTS);
+  for (; call < first + wheels; ++call)
+    one(arguments + call * SOFTSOIL_ARGUMENTS, p, force + call * SOFTSOIL_OUTPUTS);
+}
+
 int softsoil_rollout(const double p[SOFTSOIL_N_P], double dt, size_t count, size_t steps, const double *x0,
                      const double *m0, const double *u, double *x) {
   if (!p || !x0 || !u || !x) return SOFTSOIL_NULL_POINTER;
@@ -206,11 +226,9 @@ int softsoil_rollout(const double p[SOFTSOIL_N_P], double dt, size_t count, size
       }
       lanes_read(state, full, p, cells[k % 2], full + SOFTSOIL_N_U);
       lanes_before(state, full, p, arguments);
-      int call = 0;
-      for (; call + SOFTSOIL_SIDE <= SOFTSOIL_CALLS; call += SOFTSOIL_SIDE)
-        kernel_law_side(arguments + call * SOFTSOIL_ARGUMENTS, p, force + call * SOFTSOIL_OUTPUTS);
-      for (; call < SOFTSOIL_CALLS; ++call)
-        kernel_law(arguments + call * SOFTSOIL_ARGUMENTS, p, force + call * SOFTSOIL_OUTPUTS);
+#define RUN(first, wheels, scalar, one, side) lanes_of(first, wheels, one, side, arguments, p, force);
+      SOFTSOIL_LAWS(RUN)
+#undef RUN
       lanes_after(state, full, p, force, rate);
       lanes_advance(state, full, p, cells[k % 2], &dt, force, cells[(k + 1) % 2]);
       for (int i = 0; i < SOFTSOIL_N_X; ++i) {

@@ -15,7 +15,7 @@
 #define SOFTSOIL_OUTPUTS 7
 #define SOFTSOIL_FORCES (SOFTSOIL_CALLS * SOFTSOIL_OUTPUTS)
 #define SOFTSOIL_MEASURES_FORCES 0
-#define SOFTSOIL_N_PROVIDED 17
+#define SOFTSOIL_N_PROVIDED 13
 /* Arrays in C have at least one entry. */
 #define SOFTSOIL_SOME(n) ((n) > 0 ? (n) : 1)
 

@@ -93,28 +93,43 @@ def _fill(template: str, values: Mapping[str, str]) -> str:
 def _kernels(parts: Parts) -> str:
     """src/softsoil_kernels.h: the equations as C statements."""
     scalar = [write_kernel(getattr(parts, name), f"scalar_{name}") for name in _SCALAR]
+    scalar += [write_kernel(law.function, f"scalar_law_{k}") for k, law in enumerate(parts.laws)]
     lanes = [write_kernel(getattr(parts, name), alias, varies) for alias, (name, varies) in _LANES.items()]
-    lanes.append(write_kernel(parts.law, "kernel_law_side", _LANES["kernel_law"][1], SIDE))
-    same = "\n".join(f"#define {alias} scalar_{name}" for alias, (name, _) in _LANES.items())
+    lanes += [write_kernel(law.function, f"kernel_law_{k}", _LAW_VARIES) for k, law in enumerate(parts.laws)]
+    lanes += [write_kernel(law.function, f"side_law_{k}", _LAW_VARIES, SIDE) for k, law in enumerate(parts.laws)]
+    same = "\n".join(
+        [f"#define {alias} scalar_{name}" for alias, (name, _) in _LANES.items()]
+        + [f"#define {form}_law_{k} scalar_law_{k}" for k in range(len(parts.laws)) for form in ("kernel", "side")]
+    )
     return (
         "/* The model's equations, statement by statement, generated: never edited by hand. */\n"
         "#ifndef SOFTSOIL_KERNELS_H\n#define SOFTSOIL_KERNELS_H\n\n"
         + "\n".join(scalar)
         + f"\n#if SOFTSOIL_LANES == 1\n{write_kernel(parts.measure, 'scalar_measure')}\n{same}\n"
-        + "#define SOFTSOIL_SIDE 1\n#define kernel_law_side scalar_law\n"
-        + "#else\n/* Vectors that kernel_law_side computes side by side: one alone leaves a processor waiting for itself. */\n"
+        + "#define SOFTSOIL_SIDE 1\n"
+        + "#else\n/* Vectors that side_law_* compute side by side: one alone leaves a processor waiting for itself. */\n"
         + f"#define SOFTSOIL_SIDE {SIDE}\n\n"
         + "\n".join(lanes)
-        + "#endif\n#endif\n"
+        + f"#endif\n\n{_laws(parts)}#endif\n"
     )
+
+
+def _laws(parts: Parts) -> str:
+    """The table of force laws: first wheel, number of wheels, and the law in its three forms."""
+    runs, first = [], 0
+    for k, law in enumerate(parts.laws):
+        runs.append(f"RUN({first}, {law.calls}, scalar_law_{k}, kernel_law_{k}, side_law_{k})")
+        first += law.calls
+    return f"/* RUN(first wheel, wheels, the law at one point, at a vector of points, at several side by side). */\n" \
+        f"#define SOFTSOIL_LAWS(RUN) {' '.join(runs)}\n\n"
 
 
 SIDE = 2
 """Groups of points for which the force law is computed side by side: its chain of operations is longer than it is wide."""
-_SCALAR = ("before", "law", "after", "read", "advance", "start", "force")
+_LAW_VARIES = (True, False)
+_SCALAR = ("before", "after", "read", "advance", "start", "force")
 _LANES = {
     "kernel_before": ("before", (True, False, False)),
-    "kernel_law": ("law", (True, False)),
     "kernel_after": ("after", (True, False, False, True)),
     "kernel_measure": ("measure", (True, False, False, True)),
     "lanes_before": ("before", (True, True, False)),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from itertools import groupby
 from typing import Any
 
 import casadi as ca
@@ -45,11 +46,20 @@ class _Recorder:
 
 
 @dataclass(frozen=True)
+class LawPart:
+    """The force law as some wheels need it, `calls` of them one after the other; function: [arguments, p] -> [outputs]."""
+
+    calls: int
+    function: ca.Function
+
+
+@dataclass(frozen=True)
 class Parts:
     """The functions that the C library is made of; x, u (full input), p, m, dt as in `symbolic.model`.
 
     model; active: states that some wheel depends on; calls: wheels (law evaluations) per point; before: [x, u, p] ->
-    [what differs between wheels and points (calls * n_arguments)]; law: [arguments, p] -> [outputs];
+    [what differs between wheels and points (calls * n_arguments)]; laws: for all wheels in their order, one for those
+    whose arguments are numbers in the same places (a wheel that is known to meet no rut needs less);
     after: [x, u, p, F] -> [xdot];
     measure: [x, u, p, F] -> [y]; read: [x, u_external, p, m] -> [provided]; advance: [x, u, p, m, dt, F] -> [m_next];
     start: [x, u, p, F] -> [m]; force: [soil, TOLD] -> [SAID]; outputs: names of the law's outputs in F
@@ -65,7 +75,7 @@ class Parts:
     measures_forces: bool
     driven: tuple[str, ...]
     before: ca.Function
-    law: ca.Function
+    laws: tuple[LawPart, ...]
     after: ca.Function
     measure: ca.Function
     read: ca.Function
@@ -98,8 +108,7 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     free = ca.SX.sym("free", len(shared))
     free_force = ca.vertcat(*_call(law, wheel, ca.vertsplit(free)))
     varying = [i for i, value in enumerate(shared) if value is None and ca.depends_on(free_force, free[i])]
-    # Numbers stay numbers: the law is simpler for a wheel that is known to meet no rut.
-    shared = [0.0 if value is None else float(value) if value.is_constant() else value for value in shared]
+    shared = [0.0 if value is None else value for value in shared]
     before = ca.vertcat(*[ca.SX(call[i]) for call in recorder.calls for i in varying])
     names = (*SOIL, *CONTACT)
     arguments = tuple(names[i] for i in varying)
@@ -124,13 +133,19 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
         return ca.Function(name, [*inputs, given], [ca.cse(replaced)])
 
     argument = ca.SX.sym("argument", len(varying))
-    filled = [argument[varying.index(i)] if i in varying else shared[i] for i in range(len(names))]
-    answer = _call(law, wheel, filled)
+
+    def law_of(number: int, numbers: tuple[float | None, ...], count: int) -> LawPart:
+        symbols = [argument[varying.index(i)] if i in varying else shared[i] for i in range(len(names))]
+        answer = _call(law, wheel, [s if n is None else n for s, n in zip(symbols, numbers, strict=True)])
+        result = ca.cse(ca.densify(ca.vertcat(*[ca.SX(answer[j]) for j in used])))
+        return LawPart(count, ca.Function(f"law_{number}", [argument, p], [result]))
+
+    alike = [(numbers, len(list(run))) for numbers, run in groupby(_numbers(call) for call in recorder.calls)]
     return Parts(
         model=build(law), active=active, calls=calls, arguments=arguments, outputs=tuple(FORCE[j] for j in used),
         measures_forces=bool(ca.depends_on(y, every)), driven=driven,
         before=ca.Function("before", [x, u, p], [ca.cse(ca.densify(before))]),
-        law=ca.Function("law", [argument, p], [ca.cse(ca.densify(ca.vertcat(*[answer[j] for j in used])))]),
+        laws=tuple(law_of(k, *run) for k, run in enumerate(alike)),
         after=after("after", [x, u, p], xdot),
         measure=after("measure", [x, u, p], y),
         read=ca.Function("read", [x, external, p, m], [ca.cse(ca.densify(provided))]),
@@ -146,6 +161,11 @@ def _split(free: ca.SX, force: ca.SX) -> ca.Function:
     said = ca.vertcat(*[force[FORCE.index(name)] for name in SAID])
     (result,) = ca.substitute([said], [free], [asked])
     return ca.Function("force", [soil, contact], [ca.cse(ca.densify(result))])
+
+
+def _numbers(call: list[Any]) -> tuple[float | None, ...]:
+    """A wheel's arguments that are numbers and stay so: the law is simpler for them."""
+    return tuple(float(ca.SX(value)) if ca.SX(value).is_constant() else None for value in call)
 
 
 def _shared(values: list[Any], points: ca.SX) -> Any | None:
