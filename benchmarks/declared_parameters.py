@@ -1,15 +1,16 @@
-"""Where drives put the declared effects' parameters: `python benchmarks/declared_parameters.py ../shared/data/chrono_vehicle`.
+"""Where drives put the declared numbers: `python benchmarks/declared_parameters.py ../shared/data/chrono_vehicle`.
 
-Sensor channels of the multi-sine and step drives, by soil: the parameters of load_transfer and multipass, the vehicle's pull
-(as a constant yaw moment), and with them those of the front wheels' lean, each fitted together with every drive's n; for
-several yaw inertias, which are no parameter of the model: the cost says which it is. `paper_*` drives are not in it. Last, and
-apart from it, what the simulator's own wheel loads (`true_fz_*`, a weighing of the wheels that no sensor of the vehicle gives)
-say of transfer_height.
+Sensor channels of the multi-sine and step drives; `paper_*` drives are not in it. First how far ahead of the centre of gravity
+the front axle is, by the motion of its own point. Then the four numbers that nothing else says: the cost over wheel radius and
+yaw inertia, kappa and the vehicle's pull (a constant yaw moment) fitted with every drive's n, and where a paraboloid through
+the costs has its least. Then, by soil and for several yaw inertias, where the drives put the parameters of load_transfer and
+multipass, and with them those of the front wheels' lean. Last, and apart from it, what the simulator's own wheel loads
+(`true_fz_*`, a weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
 
-`python benchmarks/declared_parameters.py plant` does the same for vehicles/plant.toml, on the clean drives that the blind
-test draws for the seeds 11 to 14, once without wheel_lean, then with the shares of aligning_moment and pressure_offset in the
-last fit; the yaw inertia of the plant's bodies together is 1795 kg m^2, and its front suspension's hardpoints lean the wheels by
--0.14 of the steering angle and 0.02 rad per m/s^2 (tests/test_effects_lean.py).
+`python benchmarks/declared_parameters.py plant` does the same for vehicles/plant.toml, whose radius is known, on the clean
+drives that the blind test draws for the seeds 11 to 14, once without wheel_lean, then with the shares of aligning_moment and
+pressure_offset in the last fit; the yaw inertia of the plant's bodies together is 1795 kg m^2, and what its suspensions'
+hardpoints do to the wheels stands in tests/test_effects_lean.py.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from joblib import Parallel, delayed
+from scipy.signal import savgol_filter
 
 from mpc_demo.blind_cases import draw_cases, drive_case
 from recording.drive import Recording
@@ -46,10 +49,70 @@ LEAN = {
     "lean_roll": Free("lean_roll", ("lean_roll",), 0.5, -2.0, 2.0),
 }
 SOIL_MOMENTS = {name: Free(name, (name,), 0.3, 0.0, 2.0) for name in ("aligning_f", "aligning_r", "pressure_share")}
-INERTIAS = {"plant": (1690.0, 1740.0, 1795.0, 1840.0), "reference": (1790.0, 1820.0, 1850.0, 1880.0)}
+INERTIAS = {"plant": (1690.0, 1740.0, 1795.0, 1840.0), "reference": (1800.0, 1840.0, 1880.0)}
 """kg m^2."""
+RADII = (0.3302, 0.3309, 0.3316)
+"""m, about the 0.330229 m that the reference's wheels are."""
 PLANT_SEEDS = (11, 12, 13, 14)
 START_UP = 2.0
+
+
+def front_axle_ahead(recording: Recording) -> float:
+    """l_f (m) by which the front axle's point moves sideways as v + l_f omega_z says; the roll's part goes with d(omega_z)/dt."""
+    log = recording.between(recording.t[0] + START_UP, np.inf)
+
+    def rate(values: np.ndarray) -> np.ndarray:
+        return savgol_filter(values, 9, 3, deriv=1, delta=log.dt)
+
+    aside = rate(log["y"]) * np.cos(log["psi"]) - rate(log["x"]) * np.sin(log["psi"]) - log["v"]
+    turning = np.column_stack([log["omega_z"], rate(log["omega_z"])])
+    return float(np.linalg.lstsq(turning, aside, rcond=None)[0][0])
+
+
+def least_of(points: np.ndarray, costs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where the paraboloid through costs (N,) at points (N, 2) has its least, and how far from it the cost doubles (2,)."""
+    middle, span = points.mean(axis=0), np.ptp(points, axis=0)
+    a, b = ((points - middle) / span).T
+    c = np.linalg.lstsq(np.column_stack([np.ones_like(a), a, b, a * a, a * b, b * b]), costs, rcond=None)[0]
+    bowl = np.array([[2 * c[3], c[4]], [c[4], 2 * c[5]]])
+    at = np.linalg.solve(bowl, -c[1:3])
+    least = c[0] + 0.5 * c[1:3] @ at
+    return middle + span * at, span * np.sqrt(2.0 * least * np.diag(np.linalg.inv(bowl)))
+
+
+def radius_and_inertia(drives: dict[str, list[Recording]], vehicle: Vehicle) -> None:
+    """Print the costs over radius and yaw inertia with kappa and the pull free, and their least."""
+    declared = {soil: Declaration(vehicle, load_soil(soil)) for soil in drives}
+    weights = {soil: make_bench(drives[soil], declared[soil], START_UP, names=()).weights for soil in drives}
+
+    def tried_at(soil: str, radius: float, inertia: float) -> tuple[float, float, float]:
+        tried = vehicle.with_(radius=radius, yaw_inertia=inertia, pull=0.0)
+        told = replace(declared[soil], vehicle=tried).with_effects({"yaw_moment": {"yaw_moment": vehicle.pull}})
+        bench = replace(make_bench(drives[soil], told, START_UP, names=()), weights=weights[soil])
+        found = fitted(bench, (FREE["pull"], FREE["kappa"]))
+        return found.cost, found.named()["pull"][0], found.named()["kappa"][0]
+
+    grid = [(radius, inertia) for radius in RADII for inertia in INERTIAS["reference"]]
+    tasks = [delayed(tried_at)(soil, *point) for point in grid for soil in drives]
+    table = np.array(Parallel(n_jobs=-1)(tasks)).reshape(len(grid), len(drives), 3)
+    for point, row in zip(grid, table, strict=True):
+        told = ", ".join(
+            f"{soil} {cost:.4f} (pull {pull:.0f} N m, kappa {kappa:.3f})"
+            for soil, (cost, pull, kappa) in zip(drives, row, strict=True)
+        )
+        print(f"radius {point[0]:.4f} m, yaw inertia {point[1]:.0f} kg m^2: cost {told}", flush=True)
+    at, doubles = least_of(np.array(grid), table[:, :, 0].sum(axis=1))
+    pull, kappa = (plane_at(np.array(grid), table[:, :, k].mean(axis=1), at) for k in (1, 2))
+    print(
+        f"least cost: radius {at[0]:.5f} m (doubles within {doubles[0]:.5f}), yaw inertia {at[1]:.0f} kg m^2 "
+        f"({doubles[1]:.0f}), pull {pull:.0f} N m, kappa {kappa:.3f}"
+    )
+
+
+def plane_at(points: np.ndarray, values: np.ndarray, at: np.ndarray) -> float:
+    """Value at a place (2,) of the plane through values (N,) at points (N, 2)."""
+    plane = np.column_stack([np.ones(len(points)), points])
+    return float(np.r_[1.0, at] @ np.linalg.lstsq(plane, values, rcond=None)[0])
 
 
 def from_sensors(recordings: list[Recording], told: Declaration, sets: list[tuple[Free, ...]], inertias) -> None:
@@ -90,7 +153,7 @@ def from_wheel_loads(recording: Recording, vehicle: Vehicle) -> float:
     rows = recording.t > recording.t[0] + START_UP
     a_y = (recording["u"] * recording["omega_z"])[rows]
     slope = np.polyfit(a_y, moved[rows], 1)[0]
-    return float(slope * vehicle.track / vehicle.mass)
+    return float(slope * 0.5 * (vehicle.track + vehicle.rear_track) / vehicle.mass)
 
 
 def of_the_plant() -> None:
@@ -112,8 +175,11 @@ def of_the_plant() -> None:
 def of_the_reference(folder: Path) -> None:
     """The fits on the reference drives, and the weighing."""
     vehicle = load_vehicle(VEHICLES / "reference.toml")
-    for soil, names in DRIVES.items():
-        recordings = [read_drive(folder / f"{name}.csv.gz") for name in names]
+    drives = {soil: [read_drive(folder / f"{name}.csv.gz") for name in names] for soil, names in DRIVES.items()}
+    for recording in (r for recordings in drives.values() for r in recordings):
+        print(f"{recording.name}: l_f {front_axle_ahead(recording):.4f} m when driving")
+    radius_and_inertia(drives, vehicle)
+    for soil, recordings in drives.items():
         effects = (*FREE.values(), *LEAN.values())
         sets = [tuple(FREE.values()), effects, (*effects, *SOIL_MOMENTS.values())]
         from_sensors(recordings, Declaration(vehicle, load_soil(soil)), sets, INERTIAS["reference"])

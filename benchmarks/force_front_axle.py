@@ -69,13 +69,12 @@ def motion(log: Recording, side: str, sign: float, vehicle: Vehicle, own: bool) 
 
 
 def leaning(contact: np.ndarray, log: Recording, vehicle: Vehicle) -> np.ndarray:
-    """The contact (7, N) of a front wheel that leans with steering and roll."""
+    """The contact (8, N) of a front wheel that leans with steering and roll: with its sweep, last."""
     declared, dt = vehicle.effects["wheel_lean"], log.dt
     lean = declared["lean_steer"] * log["steer"] + declared["lean_roll"] * log.truth["true_roll"]
     moved = contact.copy()
     moved[MOTION.index("v_y")] += vehicle.wheel.radius * np.gradient(lean, dt)
-    moved[MOTION.index("yaw_rate")] += moved[MOTION.index("omega")] * lean
-    return moved
+    return np.vstack([moved, moved[MOTION.index("omega")] * lean])
 
 
 def sinks(log: Recording, vehicle: Vehicle) -> tuple[float, float]:
@@ -93,9 +92,9 @@ def sinks(log: Recording, vehicle: Vehicle) -> tuple[float, float]:
 
 
 def force(law: ForceLaw, vehicle: Vehicle) -> ca.Function:
-    """[motion, soil] -> [f_x, f_y] in the wheel frame."""
-    m, s = ca.SX.sym("m", 7), ca.SX.sym("s", 6)
-    contact = Contact(**{key: m[i] for i, key in enumerate(MOTION)})
+    """[motion and sweep, soil] -> [f_x, f_y] in the wheel frame."""
+    m, s = ca.SX.sym("m", 8), ca.SX.sym("s", 6)
+    contact = Contact(**{key: m[i] for i, key in enumerate((*MOTION, "sweep"))})
     out = law(Soil("", *[s[i] for i in range(6)]), vehicle.wheel, contact)
     return ca.Function("force", [m, s], [ca.vertcat(out.f_x, out.f_y)])
 
@@ -106,7 +105,7 @@ def judge(log: Recording, function: ca.Function, vehicle: Vehicle, own: bool, le
     predicted, measured = np.zeros(len(log)), np.zeros(len(log))
     for side, sign in SIDES:
         contact, angle = motion(log, side, sign, vehicle, own)
-        contact = leaning(contact, log, vehicle) if lean else contact
+        contact = leaning(contact, log, vehicle) if lean else np.vstack([contact, np.zeros(len(log))])
         f_x, f_y = np.array(function(contact, soil))
         predicted += f_x * np.sin(angle) + f_y * np.cos(angle)
         measured += log.truth[f"true_fy_{side}"]

@@ -132,6 +132,7 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "yaw_inertia",
         "h_cg",
         "roll_gain",
+        "pitch_gain",
         "track",
         "scrub",
         "load_offset",

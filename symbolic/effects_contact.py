@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import casadi as ca
+
 from symbolic.bicycle import Corner
 from symbolic.effects import Effect
 from symbolic.history import lag_share
@@ -43,13 +45,27 @@ def pressure_offset() -> Effect:
     """Pressure acts ahead of the wheels' centres: the axle loads balance there, share * sum W (X_p - e)/L moves to the rear.
 
     X_p is the centre of pressure by the force law, as the suspended body has followed it (first order, PITCH_TIME). It takes
-    the place of the vehicle's constant `load_offset` e, which stands for one soil and one sinkage.
+    the place of the vehicle's constant `load_offset` e, which stands for one soil and one sinkage. The body leans back, by
+    pitch_gain sum W X_p on its springs and by as much as its rear wheels stand deeper, and its centre of gravity, h_cg - radius
+    above the axles, comes to stand further behind the front and less far ahead of the rear axle.
     """
+    values = (
+        Signal("pressure_moment", "N m", "moment of the pressures that the body has followed"),
+        Signal("ground_pitch", "rad", "slope that the body has followed, of its axles' sinkages, nose up"),
+    )
+    cells = {signal.name: f"kept_{signal.name}" for signal in values}
 
     def advance(q: Quantities) -> Quantities:
-        share = lag_share(q["dt"], PITCH_TIME)
-        before = q["memory"]["pitch_moment"]
-        return {"pitch_moment": before + share * (_pressure_moment(q) - before)}
+        share, now = lag_share(q["dt"], PITCH_TIME), start(q)
+        return {cell: before + share * (now[cell] - before) for cell, before in ((c, q["memory"][c]) for c in now)}
+
+    def start(q: Quantities) -> Quantities:
+        return {cells["pressure_moment"]: _pressure_moment(q), cells["ground_pitch"]: _ground_pitch(q)}
+
+    def leaning_back(q: Quantities) -> Quantities:
+        pitch = q["ground_pitch"] + q["pitch_gain"] * q["pressure_moment"]
+        back = q["pressure_share"] * ca.fmax(q["h_cg"] - q["radius"], 0.0) * pitch
+        return {"l_f": q["l_f"] + back, "l_r": q["l_r"] - back}
 
     def loads(q: Quantities) -> Quantities:
         declared = q["mass"] * GRAVITY * q["load_offset"]
@@ -58,11 +74,11 @@ def pressure_offset() -> Effect:
 
     memory = Memory(
         "pressure_offset",
-        Layout.of(Signal("pitch_moment", "N m", "moment of the pressures that the body has followed")),
-        Layout.of(Signal("pressure_moment", "N m", "moment of the pressures that the body has followed")),
-        read=lambda q: {"pressure_moment": q["memory"]["pitch_moment"]},
+        Layout(tuple(Signal(cells[signal.name], signal.unit, signal.doc) for signal in values)),
+        Layout(values),
+        read=lambda q: {name: q["memory"][cell] for name, cell in cells.items()},
         advance=advance,
-        start=lambda q: {"pitch_moment": _pressure_moment(q)},
+        start=start,
     )
     return Effect(
         name="pressure_offset",
@@ -72,11 +88,18 @@ def pressure_offset() -> Effect:
             Signal("pressure_share", "", "share of the force law's centre of pressure", 0.0, 0.0, 2.0, spread=1)
         ),
         typical={"pressure_share": 1.0},
-        corrections={"loads": loads},
+        corrections={"vehicle": leaning_back, "loads": loads},
         memories=(memory,),
         confusable=("payload",),
         separates="soils of different sinkage",
     )
+
+
+def _ground_pitch(q: Quantities) -> Scalar:
+    """How much deeper the rear wheels stand, over the wheelbase (rad)."""
+    sunk = {axle: [w.force.sinkage for w in q["wheels"] if w.axle == axle] for axle in "fr"}
+    rear, front = (sum(sunk[axle]) / len(sunk[axle]) for axle in "rf")
+    return (rear - front) / (q["l_f"] + q["l_r"])
 
 
 def _pressure_moment(q: Quantities) -> Scalar:

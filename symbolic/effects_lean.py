@@ -16,7 +16,7 @@ def wheel_lean() -> Effect:
     wheels that lean by lean_rear phi and steer by steer_rear phi, with the body's roll phi (`symbolic.body_roll`).
 
     The spin of a leaning wheel has a part omega sin(gamma) about the vertical: its rim sweeps sideways through the contact as a
-    yawing wheel's does, yaw rate += omega gamma; and a contact stands radius gamma beside its wheel's centre, which moves it
+    yawing wheel's does, at the rate omega gamma; and a contact stands radius gamma beside its wheel's centre, which moves it
     while the lean changes, v_y += radius dgamma/dt (of the rear wheels by the roll_sweep of `load_transfer`). The numbers are
     the suspension's geometry: a rigid axle leans with the ground, a wheel held upright to the body with it.
     """
@@ -61,8 +61,6 @@ def _leaning(q: Quantities, corner: Corner) -> Corner:
     if corner.axle == "r":
         roll, _ = roll_angle(q)
         steered = contact.v_y - contact.v_x * q["steer_rear"] * roll
-        yawing = contact.yaw_rate + contact.omega * q["lean_rear"] * roll
-        return corner.with_(contact=replace(contact, v_y=steered, yaw_rate=yawing))
+        return corner.with_(contact=replace(contact, v_y=steered, sweep=contact.omega * q["lean_rear"] * roll))
     lean, rate = _front(q)
-    swept = replace(contact, v_y=contact.v_y + q["radius"] * rate, yaw_rate=contact.yaw_rate + contact.omega * lean)
-    return corner.with_(contact=swept)
+    return corner.with_(contact=replace(contact, v_y=contact.v_y + q["radius"] * rate, sweep=contact.omega * lean))

@@ -4,7 +4,7 @@ X is forward of the wheel centre, x_f where the soil enters, -x_r where it leave
   pressure   sigma = k_eq d(X)^n + R omega X,  d = sqrt(r^2 - X^2) - (r - h), for X >= 0,
              sigma = sigma_m (1 - (X/x_r)^2) + R omega X behind, sigma_m = k_eq h^n, x_r = sqrt(2 r sigma_m/K);
   sinkage    b int sigma dX = load;
-  sliding    u_x = v_x - omega sqrt(r^2 - X^2), u_y = v_y + yaw_rate X;
+  sliding    u_x = v_x - omega sqrt(r^2 - X^2), u_y = v_y + (yaw_rate + sweep) X;
   path       j(X) = int_X^x_f |u| dX'/v_x with the velocities that this soil met, u_y(X', t - (X' - X)/v_x);
   shear      tau = (c + sigma tan phi)(1 - exp(-j/k)), against u: force = -b int tau u/|u| dX.
 Soil that entered through the side of the wheel has run part of the path only (`side_entry`); soil that another wheel
@@ -49,7 +49,8 @@ class TurnSlip:
     contact_step: s, time step of the simulated soil, whose first contact counts a whole step of shear, half a step too
     much on average: 2 ms in the reference vehicle's runs, 1 ms on its single-wheel rig, 0 for a real soil;
     speed_floor: m/s, v_x is used as sqrt(v_x^2 + speed_floor^2); slip_floor: pure number, sliding speeds are used as
-    sqrt(|u|^2 + (slip_floor v_x)^2 + (yaw_rate b)^2/12), the last for the scrub over the width of a wheel that yaws;
+    sqrt(|u|^2 + (slip_floor v_x)^2 + (yaw_rate b)^2/12), the last for the scrub over the width of a wheel that yaws (not
+    of one that leans: its rim sweeps all of its width alike);
     front_nodes: Gauss nodes ahead of the wheel centre (one stands behind); factors: of a calibration.
     Raises ValueError unless contact_step >= 0 and the others are positive.
     """
@@ -75,10 +76,11 @@ class TurnSlip:
     def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
         """Forces on one wheel; see the module for the equations and symbolic.wheel for conventions."""
         wheel = replace(wheel, width=wheel.width * self.factors.width)
-        contact = replace(contact, yaw_rate=contact.yaw_rate * self.factors.turn)
+        scrub = contact.yaw_rate * self.factors.turn * wheel.width
+        contact = replace(contact, yaw_rate=(contact.yaw_rate + contact.sweep) * self.factors.turn)
         beside, inside = contact_lines(soil, wheel, contact, self.front_nodes)
         v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
-        least = (self.slip_floor * v) ** 2 + (contact.yaw_rate * wheel.width) ** 2 / 12.0
+        least = (self.slip_floor * v) ** 2 + scrub**2 / 12.0
         extra, late = 0.5 * self.contact_step + self.factors.entry_time, self.contact_step * v
         motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late if self.contact_step else 0.0)
         # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.

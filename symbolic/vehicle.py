@@ -27,6 +27,7 @@ _BOUNDS: dict[str, tuple[float, float, str]] = {
     "roll_stiffness_front": (0.0, 1.0, "1"),
     "roll_damping_front": (0.0, 1.0, "1"),
     "roll_gain": (0.0, 0.2, "rad s^2/m"),
+    "pitch_gain": (0.0, 10.0, "rad/(N m)"),
     "ackermann": (-5.0, 5.0, "1/rad"),
     "toe": (-0.2, 0.2, "rad"),
     "toe_rear": (-0.2, 0.2, "rad"),
@@ -41,13 +42,14 @@ _BOUNDS: dict[str, tuple[float, float, str]] = {
 class Vehicle:
     """A two-axle vehicle with rigid wheels.
 
-    mass (kg); l_f, l_r: centre of gravity to front and rear axle (m); yaw_inertia (kg m^2); track: between
-    the front wheels when they point ahead (m); track_rear: between the rear wheels (m, 0: as in front); scrub: how far each
-    front wheel's centre stands outside the axis it is steered about (m); h_cg: height of the centre of gravity above the soil
-    (m); load_offset: how far behind l_r, l_f say the static load acts (m, the e of the load balance); pull: yaw moment that
-    is there on every drive (N m, left positive);
+    mass (kg); l_f, l_r: centre of gravity to front and rear axle, at rest on level hard ground (m); yaw_inertia (kg m^2);
+    track: between the front wheels when they point ahead (m); track_rear: between the rear wheels (m, 0: as in front);
+    scrub: how far each front wheel's centre stands outside the axis it is steered about (m); h_cg: height of the centre of
+    gravity above the soil (m); load_offset: how far behind l_r, l_f say the static load acts (m, the e of the load balance);
+    pull: yaw moment that is there on every drive (N m, left positive);
     roll_stiffness_front, roll_damping_front: the front axle's share of the springs and of the dampers that resist roll (1), and
     so of the lateral load transfer; roll_gain: how far the body rolls on its springs per lateral acceleration (rad s^2/m);
+    pitch_gain: how far it leans back on them per pitching moment (rad/(N m));
     ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); toe_rear: the same of the rear wheels (rad);
     max_steer (rad), max_steer_rate (rad/s);
     radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters.
@@ -70,6 +72,7 @@ class Vehicle:
     roll_stiffness_front: float = 0.5
     roll_damping_front: float = 0.5
     roll_gain: float = 0.007
+    pitch_gain: float = 0.0
     ackermann: float = 0.0
     toe: float = 0.0
     toe_rear: float = 0.0

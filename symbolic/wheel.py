@@ -43,7 +43,9 @@ class Contact:
     dv_y: rate of v_y in the wheel frame, a_y - yaw_rate v_x (m/s^2), for laws that know shear history;
     entry_path: shear path already spent in the soil where the wheel enters it (m), 0 for fresh soil;
     overlap: fraction of the width that runs in a rut, where the path starts at entry_path; on the rest it starts at 0;
-    rut_depth: how deep the wheel that made the rut pressed it (m), for laws that know the rut's floor.
+    rut_depth: how deep the wheel that made the rut pressed it (m), for laws that know the rut's floor;
+    sweep: rate at which the rim of a leaning wheel sweeps sideways through the contact, omega sin(lean) (rad/s): along the
+    contact it is as a yaw rate, but nothing scrubs over the width.
     """
 
     v_x: Scalar
@@ -56,6 +58,7 @@ class Contact:
     entry_path: Scalar = 0.0
     overlap: Scalar = 0.0
     rut_depth: Scalar = 0.0
+    sweep: Scalar = 0.0
 
 
 @dataclass(frozen=True)

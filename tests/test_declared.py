@@ -100,7 +100,7 @@ def test_vehicle_round_trip_and_declared_effects(tmp_path):
     vehicle = load_vehicle(path)
     assert vehicle.effects == {"payload": {"mass": 200.0}}
     assert vehicle.with_(effects={}) == reference_vehicle().with_(effects={})
-    assert vehicle.wheelbase == pytest.approx(2.715)
+    assert vehicle.wheelbase == pytest.approx(2.721)
 
 
 @pytest.mark.parametrize(

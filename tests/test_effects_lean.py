@@ -41,7 +41,7 @@ def on_the_plants_soil(soil, angle: float, lean: float) -> float:
 
 def by_the_law(soil, angle: float, lean: float) -> float:
     contact = Contact(
-        v_x=SPEED * np.cos(angle), v_y=-SPEED * np.sin(angle), omega=SPIN, load=LOAD, yaw_rate=SPIN * np.sin(lean)
+        v_x=SPEED * np.cos(angle), v_y=-SPEED * np.sin(angle), omega=SPIN, load=LOAD, sweep=SPIN * np.sin(lean)
     )
     return float(ca.DM(TurnSlip(contact_step=STEP)(soil, WHEEL, contact).f_y))
 
@@ -129,9 +129,9 @@ def test_lean_turns_and_sweeps_the_contacts_of_the_front_wheels(bare):
 
     def seen(model):
         def contacts(q):
-            return {f"{key}_{w.axle}": getattr(w.contact, key) for w in q["wheels"] for key in ("yaw_rate", "v_y")}
+            return {f"{key}_{w.axle}": getattr(w.contact, key) for w in q["wheels"] for key in ("sweep", "v_y")}
 
-        return model.correct("contacts", contacts).probe("yaw_rate_f", "v_y_f", "yaw_rate_r", "v_y_r")
+        return model.correct("contacts", contacts).probe("sweep_f", "v_y_f", "sweep_r", "v_y_r")
 
     x = bare.x.pack(u=5.0)
     signals = {"steer": 0.2, "steer_rate": 0.4, "omega_fl": 15.0, "omega_fr": 15.0, "omega_rl": 15.0, "omega_rr": 15.0}
@@ -148,10 +148,10 @@ def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones():
     """By a_m = moment/(M h_cg); a vehicle that declares no height of its centre of gravity still gets numbers."""
     vehicle = load_vehicle(PLANT_VEHICLE)
     values = {"lean_steer": -0.15, "lean_roll": 0.8, "lean_rear": 0.9, "steer_rear": 0.1}
-    names = ("yaw_rate_f", "v_y_f", "yaw_rate_r", "v_y_r")
+    names = ("sweep_f", "v_y_f", "sweep_r", "v_y_r")
 
     def contacts(q):
-        return {f"{key}_{w.axle}": getattr(w.contact, key) for w in q["wheels"] for key in ("yaw_rate", "v_y")}
+        return {f"{key}_{w.axle}": getattr(w.contact, key) for w in q["wheels"] for key in ("sweep", "v_y")}
 
     def seen(moment, h_cg):
         model = declared_model(vehicle.with_(effects={}, h_cg=h_cg), CLAY)

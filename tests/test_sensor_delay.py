@@ -52,4 +52,4 @@ def test_a_late_pose_shows_in_the_pose_alone(plain):
     told = add_effect(plain, catalogue(reference_vehicle())["sensor_delay"], {"pose_delay": 0.2, "rate_delay": 0.0})
     x, u = told.x.pack(u=5.0, omega_z=0.3), told.u.nominal
     outputs = told.measurement()(x, u, told.p.nominal).full()[:, 0]
-    assert outputs == pytest.approx(np.array([-5.0 * 0.2, -0.2 * 1.541 * 0.3, -0.06, 5.0, 0.0, 0.3]), abs=1e-9)
+    assert outputs == pytest.approx(np.array([-5.0 * 0.2, -0.2 * reference_vehicle().l_f * 0.3, -0.06, 5.0, 0.0, 0.3]), abs=1e-9)

@@ -15,9 +15,9 @@ from symbolic.turn_slip import TurnSlip
 from symbolic.wheel import Contact, Wheel, force_law, law_names
 
 WHEEL = Wheel(0.330229, 0.2121)
-MOTION = ("v_x", "v_y", "omega", "load", "yaw_rate", "steer_rate", "dv_y", "entry_path", "overlap", "rut_depth")
+MOTION = ("v_x", "v_y", "omega", "load", "yaw_rate", "steer_rate", "dv_y", "entry_path", "overlap", "rut_depth", "sweep")
 SOIL = ("k_phi", "k_c", "n", "c", "phi", "k")
-LATERAL = [1, 4, 5, 6]
+LATERAL = [1, 4, 5, 6, 10]
 OUT = ("f_x", "f_y", "m_y", "m_z", "sinkage", "exit_path")
 
 
@@ -53,7 +53,7 @@ def box(count, seed=0):
                 soils[rng.integers(3)], v_x=v_x, v_y=-v * np.sin(angle), omega=omega, load=rng.uniform(500, 6000),
                 yaw_rate=rng.uniform(-2, 2), steer_rate=rng.uniform(-2, 2), dv_y=rng.uniform(-10, 10),
                 entry_path=rng.uniform(0, 0.05), overlap=rng.uniform(0, 1), rut_depth=rng.uniform(0, 0.06),
-                n=rng.uniform(0.4, 1.3),
+                n=rng.uniform(0.4, 1.3), sweep=rng.uniform(-1, 1),
             )
         )  # fmt: skip
     return np.array(points).T
@@ -98,6 +98,26 @@ def test_mirror_symmetry(law):
     mirrored[LATERAL] *= -1
     sign = np.array([1, -1, 1, -1, 1, 1])[:, None]
     assert np.allclose(np.array(value(x)), sign * np.array(value(mirrored)), rtol=1e-9, atol=1e-7)
+
+
+def test_a_leaning_wheel_sweeps_its_contact_and_scrubs_nothing(turn_slip):
+    """At no slip a sweep moves the ends of the contact sideways as a yaw rate does; what a yaw rate scrubs over the width, and
+    so takes from a slipping wheel's side force, a sweep does not."""
+    value, _ = turn_slip
+    rolling = {"omega": 5.0 / WHEEL.radius}
+
+    def of(**motion):
+        return dict(zip(OUT, np.array(value(point(**rolling, **motion)))[:, 0], strict=True))
+
+    swept, yawed = of(sweep=0.6), of(yaw_rate=0.6)
+    assert swept["m_z"] < -1.0
+    assert np.sign(swept["m_z"]) == np.sign(yawed["m_z"])
+    slow = {"v_y": -0.05}
+    upright, leaning, left = of(**slow), of(**slow, sweep=0.5), of(**slow, sweep=-0.5)
+    both = 0.5 * (leaning["f_y"] + left["f_y"])
+    scrubbed = 0.5 * (of(**slow, yaw_rate=0.5)["f_y"] + of(**slow, yaw_rate=-0.5)["f_y"])
+    assert scrubbed < 0.97 * both
+    assert both == pytest.approx(upright["f_y"], rel=0.1)
 
 
 def test_derivatives_against_finite_differences(turn_slip):

@@ -117,7 +117,7 @@ static void scalar_forces(const double *x, const double *u, const double *p, dou
 }
 
 void softsoil_model_start(const double *x, const double *u_external, const double *p, double *m) {
-  static const double nominal[SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  static const double nominal[SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   double u[SOFTSOIL_N_U + SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)], force[SOFTSOIL_SOME(SOFTSOIL_FORCES)];
   for (int i = 0; i < SOFTSOIL_N_U; ++i) u[i] = u_external[i];
   for (int i = 0; i < SOFTSOIL_N_PROVIDED; ++i) u[SOFTSOIL_N_U + i] = nominal[i];

@@ -22,8 +22,8 @@ from symbolic.wheel import Contact, ForceLaw, Wheel, WheelForce
 SOIL = SOIL_SIGNALS.names
 CONTACT = tuple(f.name for f in fields(Contact))
 FORCE = tuple(f.name for f in fields(WheelForce))
-TOLD = tuple(name for name in CONTACT if name != "rut_depth")
-"""What the C function of one wheel is told; a rut has no depth there."""
+TOLD = tuple(name for name in CONTACT if name not in ("rut_depth", "sweep"))
+"""What the C function of one wheel is told; there a rut has no depth and the wheel stands upright."""
 SAID = tuple(name for name in FORCE if not name.startswith("exit_") or name == "exit_path")
 """What it answers."""
 
