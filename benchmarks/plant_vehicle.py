@@ -123,6 +123,7 @@ def main() -> None:
     parser.add_argument("--drives", nargs="+", default=["paper", "multi", "steps"], help="beginnings of the names")
     parser.add_argument("--figure", type=Path, help="draw the first window of the last drive")
     parser.add_argument("--hold-speed", action="store_true", help="give the plant the log's u and wheel speeds")
+    parser.add_argument("--hold-gear", action="store_true", help="shift the plant's gears when the log's were")
     parser.add_argument(
         "--exact", action="store_true", help="wheels as cylinders, not as the other's ray cast finds them"
     )
@@ -134,7 +135,8 @@ def main() -> None:
     logs = [read_drive(path) for d in arguments.drives for path in sorted(arguments.folder.glob(f"{d}_*.csv.gz"))]
     tasks = [(log, begin) for log in sorted(logs, key=lambda log: log.name) for begin in windows(log)]
     vehicle = load_plant_vehicle() if arguments.carried else with_the_others_steering()
-    options = {"vehicle": vehicle, "hold_speed": arguments.hold_speed, "cast": not arguments.exact}
+    options = {"vehicle": vehicle, "hold_speed": arguments.hold_speed, "hold_gear": arguments.hold_gear}
+    options["cast"] = not arguments.exact
     runs = Parallel(n_jobs=arguments.workers, return_as="generator")(
         delayed(window)(log, begin, **options) for log, begin in tasks
     )

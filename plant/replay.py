@@ -59,14 +59,16 @@ def replay(
     vehicle: PlantVehicle | None = None,
     lead: float = LEAD,
     hold_speed: bool = False,
+    hold_gear: bool = False,
     cast: bool = False,
 ) -> tuple[Recording, Recording]:
     """The plant and the log over begin < t <= end (s), both from the log's state at `begin`.
 
     For `lead` s before, the plant is led along the log's own track, so that the ruts lie where the log has them (where
-    the log begins later: along its first heading). Then it runs free on the log's steering, throttle and brake; with
-    `hold_speed` its speed u and wheel speeds are the log's at every row, so that a gear shifted at another moment does
-    not count; with `cast` its wheels meet the soil as the reference simulator's do (see Plant).
+    the log begins later: along its first heading). Then it runs free on the log's steering, throttle and brake. With
+    `hold_gear` its gears are shifted when the log's were, with `hold_speed` its speed u and wheel speeds are the log's
+    at every row, so that a gear shifted at another moment does not count. With `cast` its wheels meet the soil as the
+    reference simulator's do (see Plant).
     Returns (plant, log) with equal rows. ValueError where the log does not reach from begin to end.
     """
     vehicle = vehicle or load_plant_vehicle()
@@ -85,8 +87,13 @@ def replay(
         plant.advance(driver(t[row] + within, plant.sample()))
         lead_to(plant, log, row + 1)
     plant.state[GEAR] = gears[first]
+    if hold_gear:
+        never = plant.vehicle.machine._replace(shift=np.array([-np.inf, np.inf]))
+        plant.vehicle = replace(plant.vehicle, machine=never)
     table = np.zeros((last - 1 - first, len(COLUMNS)))
     for k in range(len(table)):
+        if hold_gear:
+            plant.state[GEAR] = gears[first + k]
         plant.advance(driver(t[first + k] + within, plant.sample()))
         if hold_speed:
             _hold_speed(plant, log, first + k + 1)

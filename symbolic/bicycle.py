@@ -7,8 +7,9 @@ Valid for forward motion (u > 0) only; below a few tenths of a metre per second 
 
 The stages, in order, and what an effect may correct after each:
 inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg, burden: mass over the declared one,
-body_moment: what rolls the body to the right besides lateral force, aside_f, aside_r: how far left of its wheels' designed
-places an axle's contacts are, 0 without an effect), loads (load_f, load_r: axle loads),
+axle_ahead: how far ahead of the centre of gravity (x, y) is, body_moment: what rolls the body to the right besides lateral
+force, aside_f, aside_r: how far left of its wheels' designed places an axle's contacts are, 0 without an effect),
+loads (load_f, load_r: axle loads),
 tracks (wheels: position, load, steering angle, count), contacts (each wheel's soil and contact), forces (each wheel's
 force), balance (force_y, moment_z in the yaw frame), rates (d_*), outputs (y_*).
 """
@@ -151,6 +152,7 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "damper_share_f": vehicle.roll_damping_front,
         "burden": 1.0,
         "body_moment": 0.0,
+        "axle_ahead": vehicle.l_f,
         "aside_f": 0.0,
         "aside_r": 0.0,
     }
@@ -226,7 +228,7 @@ def _balance(q: Quantities) -> Quantities:
 def _rates(q: Quantities) -> Quantities:
     """Right-hand side of eq. (bicycle)."""
     cos, sin = ca.cos(q["psi"]), ca.sin(q["psi"])
-    v_axle = q["v"] + q["l_f"] * q["omega_z"]
+    v_axle = q["v"] + q["axle_ahead"] * q["omega_z"]
     return {
         "d_x": q["u"] * cos - v_axle * sin,
         "d_y": q["u"] * sin + v_axle * cos,

@@ -120,8 +120,10 @@ def _laws(parts: Parts) -> str:
     for k, law in enumerate(parts.laws):
         runs.append(f"RUN({first}, {law.calls}, scalar_law_{k}, kernel_law_{k}, side_law_{k})")
         first += law.calls
-    return f"/* RUN(first wheel, wheels, the law at one point, at a vector of points, at several side by side). */\n" \
+    return (
+        "/* RUN(first wheel, wheels, the law at one point, at a vector of points, at several side by side). */\n"
         f"#define SOFTSOIL_LAWS(RUN) {' '.join(runs)}\n\n"
+    )
 
 
 SIDE = 2

@@ -1,8 +1,8 @@
 """A model taken apart for C: what leads to the wheels, the force law once for all wheels, and what follows from forces.
 
 The model is built a second time with a force law that writes down what it is asked and answers with symbols; no equation
-is repeated. The law, nine tenths of the work, then stands once in the C code and runs over all pairs of wheel and sigma
-point. Sigma points that differ only in states on which no wheel depends share one evaluation.
+is repeated. The law, nine tenths of the work, then stands in the C code once for all wheels that ask it alike and runs over all
+pairs of wheel and sigma point. Sigma points that differ only in states on which no wheel depends share one evaluation.
 """
 
 from __future__ import annotations
@@ -140,7 +140,8 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
         result = ca.cse(ca.densify(ca.vertcat(*[ca.SX(answer[j]) for j in used])))
         return LawPart(count, ca.Function(f"law_{number}", [argument, p], [result]))
 
-    alike = [(numbers, len(list(run))) for numbers, run in groupby(_numbers(call) for call in recorder.calls)]
+    known = [_numbers([a if i in varying else shared[i] for i, a in enumerate(call)]) for call in recorder.calls]
+    alike = [(numbers, len(list(run))) for numbers, run in groupby(known)]
     return Parts(
         model=build(law), active=active, calls=calls, arguments=arguments, outputs=tuple(FORCE[j] for j in used),
         measures_forces=bool(ca.depends_on(y, every)), driven=driven,
