@@ -7,8 +7,9 @@ Valid for forward motion (u > 0) only; below a few tenths of a metre per second 
 
 The stages, in order, and what an effect may correct after each:
 inputs (delta, delta_rate, du, spin_*), vehicle (mass, l_f, l_r, yaw_inertia, h_cg, burden: mass over the declared one,
-axle_ahead: how far ahead of the centre of gravity (x, y) is, body_moment: what rolls the body to the right besides lateral
-force, aside_f, aside_r: how far left of its wheels' designed places an axle's contacts are, 0 without an effect),
+axle_ahead: how far ahead of the centre of gravity (x, y) is, rest_load_r: on the rear axle at rest, body_moment: what rolls the
+body to the right besides lateral force, aside_f, aside_r: how far left of its wheels' designed places an axle's contacts are,
+0 without an effect),
 loads (load_f, load_r: axle loads),
 tracks (wheels: position, load, steering angle, count), contacts (each wheel's soil and contact), forces (each wheel's
 force), balance (force_y, moment_z in the yaw frame), rates (d_*), outputs (y_*).
@@ -141,6 +142,7 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "ackermann",
         "toe",
         "toe_rear",
+        "toe_rear_load",
         "width",
         "radius",
     )
@@ -153,6 +155,7 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "burden": 1.0,
         "body_moment": 0.0,
         "axle_ahead": vehicle.l_f,
+        "rest_load_r": vehicle.mass * GRAVITY * vehicle.l_f / vehicle.wheelbase,
         "aside_f": 0.0,
         "aside_r": 0.0,
     }

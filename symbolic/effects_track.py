@@ -78,7 +78,10 @@ def _swept(q: Quantities, corner: Corner) -> Corner:
     if corner.axle != "r" or corner.contact is None:
         return corner
     _, rate = roll_angle(q)
-    return corner.with_(contact=replace(corner.contact, v_y=corner.contact.v_y + q["roll_sweep"] * rate))
+    # The suspension's, with the load: as a slip angle, since a few mrad turn no force.
+    toe = 0.5 * corner.side * q["toe_rear_load"] * (q["load_r"] - q["rest_load_r"])
+    swept = corner.contact.v_y + q["roll_sweep"] * rate - corner.contact.v_x * toe
+    return corner.with_(contact=replace(corner.contact, v_y=swept))
 
 
 def _two_tracks(q: Quantities) -> Quantities:

@@ -31,6 +31,7 @@ _BOUNDS: dict[str, tuple[float, float, str]] = {
     "ackermann": (-5.0, 5.0, "1/rad"),
     "toe": (-0.2, 0.2, "rad"),
     "toe_rear": (-0.2, 0.2, "rad"),
+    "toe_rear_load": (-0.1, 0.1, "rad/N"),
     "max_steer": (0.01, 1.5, "rad"),
     "max_steer_rate": (0.01, 50.0, "rad/s"),
     "radius": (0.005, 5.0, "m"),
@@ -50,7 +51,8 @@ class Vehicle:
     roll_stiffness_front, roll_damping_front: the front axle's share of the springs and of the dampers that resist roll (1), and
     so of the lateral load transfer; roll_gain: how far the body rolls on its springs per lateral acceleration (rad s^2/m);
     pitch_gain: how far it leans back on them per pitching moment (rad/(N m));
-    ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); toe_rear: the same of the rear wheels (rad);
+    ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); toe_rear: the same of the rear wheels (rad),
+    toe_rear_load: and how it goes with their axle's load beyond that at rest (rad/N);
     max_steer (rad), max_steer_rate (rad/s);
     radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters.
     Raises ValueError for a number outside its physical bounds.
@@ -76,6 +78,7 @@ class Vehicle:
     ackermann: float = 0.0
     toe: float = 0.0
     toe_rear: float = 0.0
+    toe_rear_load: float = 0.0
     max_steer: float = 0.5
     max_steer_rate: float = 1.0
     effects: dict[str, dict[str, float]] = field(default_factory=dict)

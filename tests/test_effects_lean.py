@@ -9,7 +9,8 @@ import pytest
 from axles import axle_of
 from mpc_demo.blind_test import PLANT_VEHICLE
 from plant.bed import SoilBed
-from plant.manoeuvres import Manoeuvre, MultiSine, Speed
+from plant.effects import Effects
+from plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed
 from plant.start import Start
 from plant.state import PITMAN, TRAVEL, rotation
 from plant.world import Plant
@@ -121,6 +122,25 @@ def test_the_declared_rear_toe_is_what_the_plants_wheels_have(turning):
 @pytest.fixture(scope="module")
 def bare():
     return declared_model(load_vehicle(PLANT_VEHICLE).with_(effects={}), CLAY)
+
+
+def test_the_rear_toe_goes_with_the_load_as_declared():
+    """Driving straight with a load and without: the hardpoints' toe at the suspension's travel, per what the axle bears."""
+    vehicle, toes, loads = load_vehicle(PLANT_VEHICLE), [], []
+    for payload in (0.0, 350.0):
+        plant = Plant(CLAY.with_(n=0.6), start=Start(u=5.0), effects=Effects(payload=payload, payload_at=(-2.4, 0.0, 0.9)))
+        seen, within, rows = plant.sample(), np.arange(6) * plant.dt, []
+        for _ in range(500):
+            plant.advance(np.ascontiguousarray(Manoeuvre("straight", Sine(0.0), Speed(5.0))(plant.time + within, seen)))
+            seen = plant.sample()
+            left, right = (axle_of(wheel, plant.state[TRAVEL + wheel], plant.state[PITMAN]) for wheel in (2, 3))
+            rows.append([np.arctan2(-left[0], left[1]) - np.arctan2(-right[0], right[1]), *plant.info[2:, 2]])
+        toe, *load = np.mean(rows[300:], axis=0)
+        toes.append(toe)
+        loads.append(sum(load))
+    at_rest = vehicle.mass * 9.81 * vehicle.l_f / vehicle.wheelbase
+    declared = [vehicle.toe_rear + vehicle.toe_rear_load * (load - at_rest) for load in loads]
+    assert declared == pytest.approx(toes, abs=8e-4)
 
 
 def test_lean_turns_and_sweeps_the_contacts_of_the_front_wheels(bare):
