@@ -54,8 +54,8 @@ class Corner:
     """One wheel, or the two wheels of an axle taken as one.
 
     axle: "f" or "r"; side: +1 left, -1 right, 0 both; count: wheels it stands for; y: lateral position (m);
-    load: per wheel (N); delta: steering angle (rad); spin (rad/s); x: position ahead of the axle (m); the rest is filled in by
-    later stages.
+    load: per wheel (N); delta: steering angle (rad); spin (rad/s); x: position ahead of the axle (m); apart: what the wheel is
+    turned beyond delta, a small angle (rad); the rest is filled in by later stages.
     """
 
     axle: str
@@ -66,6 +66,7 @@ class Corner:
     delta: Scalar
     spin: Scalar
     x: Scalar = 0.0
+    apart: Scalar = 0.0
     soil: Soil | None = None
     contact: Contact | None = None
     force: WheelForce | None = None
@@ -74,6 +75,16 @@ class Corner:
     def name(self) -> str:
         """Name for messages and probes: f, fl, fr, r, rl, rr."""
         return self.axle + {0: "", 1: "l", -1: "r"}[self.side]
+
+    @property
+    def heading(self) -> tuple[Scalar, Scalar]:
+        """cos and sin of delta + apart: one pair for both wheels of an axle, and series in apart, 1e-8 at 0.1 rad."""
+        cos, sin, a = ca.cos(self.delta), ca.sin(self.delta), self.apart
+        if isinstance(a, float) and a == 0.0:
+            return cos, sin
+        square = a * a
+        c, s = 1.0 - square * (0.5 - square * (1.0 / 24.0)), a * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
+        return cos * c - sin * s, sin * c + cos * s
 
     def with_(self, **values: Any) -> Corner:
         """The same corner with other values, by name."""
@@ -183,7 +194,7 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
     """Velocity of the wheel centre, turned into the wheel plane; steering moves a centre that stands beside its axis."""
     arm = (q["l_f"] if corner.axle == "f" else -q["l_r"]) + corner.x
     v_x, v_y = q["u"] - corner.y * q["omega_z"], q["v"] + arm * q["omega_z"]
-    cos, sin = ca.cos(corner.delta), ca.sin(corner.delta)
+    cos, sin = corner.heading
     steer_rate = q["delta_rate"] if corner.axle == "f" else 0.0
     contact = Contact(
         v_x=v_x * cos + v_y * sin - corner.side * q["scrub"] * steer_rate,
@@ -208,7 +219,7 @@ def body_force(corner: Corner) -> tuple[Scalar, Scalar]:
     force = corner.force
     if force is None:
         raise ValueError(f"corner {corner.name}: expected its force, found none: the stage 'forces' has not run")
-    cos, sin = ca.cos(corner.delta), ca.sin(corner.delta)
+    cos, sin = corner.heading
     return force.f_x * cos - force.f_y * sin, force.f_x * sin + force.f_y * cos
 
 

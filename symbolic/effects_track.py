@@ -18,8 +18,8 @@ from symbolic.track import Cell, interpolate, push, read_cells, track_layout, wr
 DAMPER_TIME = 0.15
 """s: what a damped suspension's dampers carry of the load transfer while the body still rolls, per what its springs carry in the
 end; less than `symbolic.body_roll.ROLL_TIME`, of which the body's inertia is a part."""
-RUT_CELLS = 18
-RUT_REACH = 1.2
+RUT_CELLS = 17
+RUT_REACH = 1.125
 """Length of the rut that is remembered, over the wheelbase."""
 RUT_VALUES = (
     Signal("d", "m", "distance behind the front axle"),
@@ -104,7 +104,7 @@ def _two_tracks(q: Quantities) -> Quantities:
             # A wheel that has lifted carries nothing.
             carried = smooth_positive(load - side * moved, 50.0)
             spin = q[f"spin_{axle}{letter}"]
-            corners.append(Corner(axle, side, 1, y, carried, delta + side * apart, spin, x=-side * backward))
+            corners.append(Corner(axle, side, 1, y, carried, delta, spin, x=-side * backward, apart=side * apart))
     return {"wheels": tuple(corners)}
 
 

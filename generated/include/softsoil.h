@@ -18,7 +18,7 @@ extern "C" {
 #define SOFTSOIL_N_U 7 /* inputs */
 #define SOFTSOIL_N_P 17 /* parameters */
 #define SOFTSOIL_N_Y 6 /* measurements */
-#define SOFTSOIL_N_M 151 /* memory cells: histories kept beside the states */
+#define SOFTSOIL_N_M 143 /* memory cells: histories kept beside the states */
 #define SOFTSOIL_N_U_FULL 21 /* inputs with those that histories provide */
 #define SOFTSOIL_STEP 0.012 /* s, nominal step */
 #define SOFTSOIL_MAX_STEP 0.018 /* s, longest step of the model */
