@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 HUBER = 3.0
 """Standard deviations beyond which a residual counts linearly: spikes of a sensor do not pull."""
-RELATIVE_STEP = 1e-5
+RELATIVE_STEP = 5e-6
 """Step of the differences that make the Jacobian, relative to a parameter's scale: rollouts are exact to 1e-12, so derivatives
 are to 1e-5 (tests/test_derivatives.py). Algorithmic ones cost eight times the compiling and three times the rollouts, and at a
 bound where an effect is absent (a delay of 0) they give the branch that does not move; differences inwards give the other."""

@@ -78,10 +78,8 @@ class Corner:
 
     @property
     def heading(self) -> tuple[Scalar, Scalar]:
-        """cos and sin of delta + apart: one pair for both wheels of an axle, and series in apart, 1e-8 at 0.1 rad."""
+        """cos and sin of delta + apart: one pair for an axle, and series in apart, within 3e-6 at 0.35 rad."""
         cos, sin, a = ca.cos(self.delta), ca.sin(self.delta), self.apart
-        if isinstance(a, float) and a == 0.0:
-            return cos, sin
         square = a * a
         c, s = 1.0 - square * (0.5 - square * (1.0 / 24.0)), a * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
         return cos * c - sin * s, sin * c + cos * s

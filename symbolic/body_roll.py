@@ -23,9 +23,10 @@ LAYOUT = Layout.of(
 
 
 def body_roll() -> Memory:
-    """Memory of every effect that the body's roll has, first order, ROLL_TIME late: provides roll_a (m/s^2), the lateral specific
-    force that the body has followed, roll_tilt (rad), the slope that its wheels' sinkages give the vehicle, positive to the
-    right, and the rates of both, `_rate`.
+    """Memory that all effects of the body's roll share, first order, ROLL_TIME late.
+
+    Provides roll_a (m/s^2), the lateral specific force that the body has followed, roll_tilt (rad), the slope that its wheels'
+    sinkages give the vehicle, positive to the right, and the rates of both, `_rate`.
     """
     kept = Layout(tuple(Signal(f"kept_{signal.name}", signal.unit, signal.doc) for signal in LAYOUT))
 

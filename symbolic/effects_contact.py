@@ -56,8 +56,8 @@ def pressure_offset() -> Effect:
     cells = {signal.name: f"kept_{signal.name}" for signal in values}
 
     def advance(q: Quantities) -> Quantities:
-        share, now = lag_share(q["dt"], PITCH_TIME), start(q)
-        return {cell: before + share * (now[cell] - before) for cell, before in ((c, q["memory"][c]) for c in now)}
+        share, kept = lag_share(q["dt"], PITCH_TIME), q["memory"]
+        return {cell: kept[cell] + share * (now - kept[cell]) for cell, now in start(q).items()}
 
     def start(q: Quantities) -> Quantities:
         return {cells["pressure_moment"]: _pressure_moment(q), cells["ground_pitch"]: _ground_pitch(q)}

@@ -78,14 +78,13 @@ def _swept(q: Quantities, corner: Corner) -> Corner:
     if corner.axle != "r" or corner.contact is None:
         return corner
     _, rate = roll_angle(q)
-    # The suspension's, with the load: as a slip angle, since a few mrad turn no force.
-    toe = 0.5 * corner.side * q["toe_rear_load"] * (q["load_r"] - q["rest_load_r"])
-    swept = corner.contact.v_y + q["roll_sweep"] * rate - corner.contact.v_x * toe
-    return corner.with_(contact=replace(corner.contact, v_y=swept))
+    return corner.with_(contact=replace(corner.contact, v_y=corner.contact.v_y + q["roll_sweep"] * rate))
 
 
 def _two_tracks(q: Quantities) -> Quantities:
-    """Left and right wheels in the place of each axle's pair; delta_left - delta_right = ackermann delta^2 + toe."""
+    """Left and right wheels in the place of each axle's pair; delta_left - delta_right = ackermann delta^2 + toe in front, at the
+    rear the toe that goes with the load."""
+    toe_rear = q["toe_rear"] + q["toe_rear_load"] * (q["load_r"] - q["rest_load_r"])
     spread = (q["ackermann"] * q["delta"] ** 2 + q["toe"]) / 2
     out, back = q["scrub"] * (ca.cos(q["delta"]) - 1.0), q["scrub"] * ca.sin(q["delta"])
     springs = q["mass"] * q["transfer_height"] * q["roll_a"] + q["body_moment"]
@@ -94,7 +93,7 @@ def _two_tracks(q: Quantities) -> Quantities:
     # Of each axle: track, moment on its wheels' loads, how far out of line and back a wheel stands, its angle.
     axles = {
         "f": (q["track"], held * springs + damped * dampers, out, back, q["delta"], spread),
-        "r": (q["track_rear"], (1.0 - held) * springs + (1.0 - damped) * dampers, 0.0, 0.0, 0.0, q["toe_rear"] / 2),
+        "r": (q["track_rear"], (1.0 - held) * springs + (1.0 - damped) * dampers, 0.0, 0.0, 0.0, toe_rear / 2),
     }
     corners = []
     for axle, (track, moment, outward, backward, delta, apart) in axles.items():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drives import reference_vehicle
-from symbolic.bicycle import bicycle
+from symbolic.bicycle import Corner, bicycle
 from symbolic.soil import CLAY, SAND, SANDY_LOAM
 from symbolic.wheel import law_names
 
@@ -114,6 +114,12 @@ def test_larger_n_is_softer_soil_with_less_side_force(soil):
     x, u = np.array([0, 0, 0, 6.0, 0, 0]), inputs(6.0, 0.15)
     sideways = [float(model.ode()(x, u, model.p.pack(n_f=n, n_r=n))[4]) for n in (0.5, 0.7, 0.9)]
     assert len(set(np.sign(np.diff(sideways)))) == 1 and abs(sideways[2] / sideways[0] - 1) > 0.05
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.08, -0.3])
+def test_a_wheel_heads_where_it_is_turned(apart):
+    cos, sin = (float(value) for value in Corner("f", 1, 1, 0.0, 1.0, 0.4, 15.0, apart=apart).heading)
+    assert (cos, sin) == pytest.approx((np.cos(0.4 + apart), np.sin(0.4 + apart)), abs=3e-6)
 
 
 def test_unknown_law_and_stage_are_named():

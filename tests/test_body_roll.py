@@ -1,5 +1,7 @@
 """The body's roll and the wheels' places: the declared bicycle against the plant's own motion in a turning drive."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import savgol_filter
@@ -12,7 +14,9 @@ from plant.simulate import recording_of
 from plant.start import Start
 from plant.world import Plant
 from symbolic.body_roll import roll_angle
-from symbolic.catalogue import declared_model
+from symbolic.catalogue import catalogue, declared_model
+from symbolic.effects import add_effect
+from symbolic.signals import Layout, Signal
 from symbolic.soil import CLAY, SANDY_LOAM
 from symbolic.vehicle import load_vehicle
 
@@ -37,6 +41,19 @@ def drive(request):
         cos, sin = np.cos(seen["psi"]), np.sin(seen["psi"])
         places.append(plant.info[:, 6:8] @ np.array([[cos, -sin], [sin, cos]]))
     return soil, recording_of(np.array(rows), "turns"), np.array(places)
+
+
+def test_effects_of_the_roll_share_its_memory():
+    """Once in the model, whichever comes first; another memory of its name is refused."""
+    vehicle = load_vehicle(PLANT_VEHICLE)
+    known, bare = catalogue(vehicle), declared_model(vehicle.with_(effects={}), CLAY)
+    for names in (("load_transfer", "wheel_lean"), ("wheel_lean", "load_transfer")):
+        model = add_effect(add_effect(bare, known[names[0]]), known[names[1]])
+        assert [memory.name for memory in model.memories].count("body_roll") == 1
+        assert model.u.names.count("roll_a") == 1
+    alien = replace(known["wheel_lean"].memories[0], cells=Layout.of(Signal("other", "", "another cell")))
+    with pytest.raises(ValueError, match="body_roll"):
+        add_effect(add_effect(bare, known["load_transfer"]), replace(known["wheel_lean"], memories=(alien,)))
 
 
 def test_the_body_rolls_as_the_plants_does(drive):
