@@ -23,7 +23,7 @@ from plant.manoeuvres import Driver, Manoeuvre, MultiSine, Speed
 from plant.simulate import simulate
 from plant.start import Start
 from plant.state import TRAVEL
-from plant.suspension import AXLE_X, carrier
+from plant.suspension import AXLE_X, COUNT, carrier
 from plant.world import Plant, Sample
 from recording.drive import Recording
 from symbolic.catalogue import catalogue, declared_model
@@ -50,7 +50,7 @@ class Watched:
 
     def __call__(self, t: Array, seen: Sample) -> Array:
         """What the driver commands at the times t (s)."""
-        value, by_q, by_angle = np.empty(13), np.empty(13), np.empty(13)
+        value, by_q, by_angle = np.empty(COUNT), np.empty(COUNT), np.empty(COUNT)
         angles = []
         for wheel in (2, 3):
             carrier(self._paths[wheel], self._plant.state[TRAVEL + wheel], 0.0, value, by_q, by_angle)

@@ -3,7 +3,7 @@
     python -m benchmarks.plant_vehicle ../shared/data/chrono_vehicle [--drives paper multi steps] [--figure docs/x.png]
 
 The plant's wheels find the soil as the independent simulator's do (`plant.raycast`); with --exact as cylinders do; with
---carried the steering passes all of the soil's moments on to the chassis, which the independent simulator's does not.
+--carried the vehicle's own steering, whose idler arm pushes the chassis as it is pushed.
 The drives paper_*, multi_* and steps_* judge; the effect_* drives were looked at while the plant was built (--drives
 effect); change_* has a border in its soil (--drives change).
 Per window: yaw rate and lateral velocity, rms error over their own rms; per-axle lateral force correlation and gain;
@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 WINDOW = 15.0
 SETTLE = 2.0
 """The logs' first two seconds hold the start-up transient (s)."""
+PRESCRIBED = 1e6
+"""Natural frequency of a servo that is there within a step (rad/s)."""
 HALF_TRACK = 0.616
 MASS = 1378.33
 CLASSES = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
@@ -105,9 +107,10 @@ def windows(log: Recording) -> list[float]:
 
 
 def with_the_others_steering() -> PlantVehicle:
-    """The plant's vehicle with a steering that keeps the soil's moments about the front wheels' verticals to itself."""
+    """The plant's vehicle with the other's steering: its angle is prescribed, its idler arm breaks Newton's third law."""
     vehicle = load_plant_vehicle()
-    return replace(vehicle, machine=vehicle.machine._replace(steering_reaction=0.0))
+    machine = vehicle.machine._replace(idler_error=1.0, servo=np.array([PRESCRIBED, *vehicle.machine.servo[1:]]))
+    return replace(vehicle, machine=machine)
 
 
 def window(log: Recording, begin: float, **options: Any) -> tuple[Recording, Recording]:
@@ -127,7 +130,7 @@ def main() -> None:
     parser.add_argument(
         "--exact", action="store_true", help="wheels as cylinders, not as the other's ray cast finds them"
     )
-    parser.add_argument("--carried", action="store_true", help="let the steering pass all of the soil's moments on")
+    parser.add_argument("--carried", action="store_true", help="the vehicle's own steering, not the other's")
     parser.add_argument("--workers", type=int, default=2)
     arguments = parser.parse_args()
     columns = ("omega_z", "v", "u", "corr_f", "corr_r", "gain_f", "gain_r", "ratio", "c", "c_log")

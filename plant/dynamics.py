@@ -33,19 +33,29 @@ from plant.state import (
     advance_pose,
     rotation,
 )
-from plant.steering import advance_pitman, steering_target
-from plant.suspension import AXLE_X, AXLE_Z, LINK, STEER_TURN, STRUT, TURN, bar_forces, carrier, stop_force, strut_force
+from plant.steering import advance_pitman, idler_moment, rods_lift, steering_target
+from plant.suspension import (
+    AXLE_X,
+    AXLE_Z,
+    COUNT,
+    LINK,
+    STEER_TURN,
+    STRUT,
+    TURN,
+    bar_forces,
+    carrier,
+    stop_force,
+    strut_force,
+)
 
 GRAVITY = 9.81
 """m/s^2"""
 
 INFO = 17
-"""Columns per wheel of what a step reports: soil force (3), its moment (3), wheel centre (3), its velocity (3), axle
-(3), all
-in world axes; greatest sinkage (m); drive torque (N m)."""
+"""Columns per wheel of what a step reports, in world axes: soil force (3), its moment (3), wheel centre (3), its velocity
+(3), axle (3); greatest sinkage (m); drive torque (N m)."""
 EXTRA = 8
-"""And of the vehicle: force without gravity (3, world), gravity (3, world), engine torque at the axle (N m), mass with
-payload (kg)."""
+"""And of the vehicle: force without gravity (3), gravity (3), engine torque at the axle (N m), mass with payload (kg)."""
 
 
 @inner
@@ -84,8 +94,7 @@ def gravity_at(slope, x, out):
 
 @inner
 def add_point_mass(matrix, rhs, mass, r, velocity_rate, path, column):
-    """Add a point mass to the equations; velocity_rate: its acceleration without that of the speeds; path: dr/dq or
-    none."""
+    """Add a point mass; velocity_rate: its acceleration without that of the speeds; path: dr/dq or none."""
     for i in range(3):
         matrix[i, i] += mass
         rhs[i] -= mass * velocity_rate[i]
@@ -180,11 +189,11 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
     _external(state, machine, world, turn, gravity, rhs, extra)
 
     theta, theta_rate = state[PITMAN], state[PITMAN_RATE]
-    value, by_q, by_angle = np.empty((4, 13)), np.empty((4, 13)), np.empty((4, 13))
-    torque, axle, arm_torque = np.empty(4), np.empty((4, 3)), 0.0
+    value, by_q, by_angle = np.empty((4, COUNT)), np.empty((4, COUNT)), np.empty((4, COUNT))
+    torque, axle, arm = np.empty(4), np.empty((4, 3)), np.zeros(4)
     for w in range(4):
         carrier(machine.paths[w], state[TRAVEL + w], theta, value[w], by_q[w], by_angle[w])
-        arm_torque += _wheel(
+        arm[w] = _wheel(
             w, state, command, machine, world, turn, velocity, omega, gravity_body, theta_rate, value[w], by_q[w],
             by_angle[w], keys, slots, count, nodes, spacing, field, meta, dt, matrix, rhs, torque, axle[w], info[w],
         )  # fmt: skip
@@ -215,6 +224,12 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
             across = 1.0 if i == 1 else 0.0
             rhs[3 + i] -= shaft_torque * (across + machine.joint_reaction * (axle[w, i] - across))
 
+    target = steering_target(state, command[0], world.steering, dt)
+    advance_pitman(state, machine, target, arm.sum(), dt)
+    if machine.idler_error != 0.0:
+        rods_lift(machine, state, theta, theta_rate, value, by_angle, dt, arm)
+        idler_moment(machine, theta, -gravity_body[2], arm[0], arm[1], rhs[3:6])
+
     solve_positive(matrix, rhs)
     for i in range(3):
         state[VELOCITY + i] += dt * rhs[i]
@@ -224,8 +239,6 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
         state[TRAVEL + w] += dt * state[TRAVEL_RATE + w]
         state[SPIN + w] += dt * rates[w]
         state[SPIN_ANGLE + w] += dt * state[SPIN + w]
-    target = steering_target(state, command[0], world.steering, dt)
-    advance_pitman(state, machine, target, arm_torque, dt)
     advance_pose(state, turn, dt)
     state[TIME] += dt
     state[STEPS] += 1.0
@@ -309,9 +322,6 @@ def _wheel(
     for i in range(3):
         pull[i] = turn[0, i] * force[0] + turn[1, i] * force[1] + turn[2, i] * force[2]
         twist[i] = turn[0, i] * moment[0] + turn[1, i] * moment[1] + turn[2, i] * moment[2]
-    if w < 2:
-        # What the steering does not pass on of the soil's moment about the vertical (of the body).
-        twist[2] *= machine.steering_reaction
     # An imbalance turns with the wheel, in the plane across its axle.
     shake = world.imbalance[w] * spin * spin
     pull[0] += shake * math.cos(angle)

@@ -23,10 +23,11 @@ DEGREE = 5
 """Total degree of the polynomials in (q, theta)."""
 TRAVEL = 0.09
 """Travel covered to each side of the design position (m)."""
-QUANTITIES = ("x", "y", "z", "a_x", "a_z", "e_x", "e_y", "e_z", "k_x", "k_y", "k_z", "strut", "link")
+QUANTITIES = ("x", "y", "z", "a_x", "a_z", "e_x", "e_y", "e_z", "k_x", "k_y", "k_z", "strut", "link", "rod")
 """Wheel centre; x and z of the axle's unit vector; turning of the carrier per travel (rad/m) and per pitman angle
 (rad/rad);
-length of the strut and height of the roll bar's drop link (m)."""
+length of the strut and height of the roll bar's drop link (m); upward force of the tie rod on the steering link per
+moment about the pitman arm with which the wheel turns it (1/m)."""
 
 
 def _pose(points: Array, equations: Callable[[Array], Array], start: Array) -> Array:
@@ -82,7 +83,7 @@ def _arm_point(point: Array, fixed: Array, lengths: Array, start: Array) -> Arra
 
 
 def solve_axle(axle: Mapping[str, Any], link_arm: float, max_angle: float, side: int) -> tuple[Array, Array, Array]:
-    """Grids q (A,), theta (B,) and the QUANTITIES on them (A, B, 13), of the left (side = 1) or right (-1) wheel.
+    """Grids q (A,), theta (B,) and the QUANTITIES on them (A, B, 14), of the left (side = 1) or right (-1) wheel.
 
     A right wheel is a left wheel seen in the mirror: its steering link moves the other way.
     """
@@ -94,12 +95,13 @@ def solve_axle(axle: Mapping[str, Any], link_arm: float, max_angle: float, side:
     travels = np.linspace(-TRAVEL, TRAVEL, 13)
     angles = np.linspace(-max_angle, max_angle, 11) if wishbone else np.array([0.0])
     poses = np.zeros((len(travels), len(angles), 6))
-    strut, link = np.zeros(poses.shape[:2]), np.zeros(poses.shape[:2])
+    strut, link, rod = np.zeros((3, *poses.shape[:2]))
     order = np.argsort(np.abs(travels), kind="stable")
     middle = len(angles) // 2
     for b in sorted(range(len(angles)), key=lambda b: abs(b - middle)):
         theta = angles[b]
         shift = link_arm * np.array([np.cos(theta) - 1.0, -side * np.sin(theta), 0.0])
+        moved = link_arm * np.array([-np.sin(theta), -side * np.cos(theta), 0.0])
         near = dict.fromkeys((1, -1), poses[order[0], b + (b < middle) - (b > middle)])
         seat = {1: mount, -1: mount}
         for a in order:
@@ -110,17 +112,18 @@ def solve_axle(axle: Mapping[str, Any], link_arm: float, max_angle: float, side:
             if wishbone:
                 ball = turn.apply(points[2] - points[0]) + points[0] + pose[:3]
                 seat[sign] = _arm_point(mount, np.array([*axle["lower_chassis"], ball]), reach, seat[sign])
+                along = turn.apply(points[3] - points[0]) + points[0] + pose[:3] - axle["tie_rod_chassis"] - shift
+                rod[a, b] = along[2] / (along @ moved)
             else:
                 seat[sign] = turn.apply(mount - points[0]) + points[0] + pose[:3]
             strut[a, b] = _distance(top, seat[sign])
             if "bar_link" in axle:
                 link[a, b] = (turn.apply(np.array(axle["bar_link"]) - points[0]) + points[0] + pose[:3])[2]
-    return travels, angles, _quantities(points[0], travels, angles, poses, strut, link, side)
+    lengths = np.stack([strut, link, rod], axis=-1)
+    return travels, angles, _quantities(points[0], travels, angles, poses, lengths, side)
 
 
-def _quantities(
-    spindle: Array, travels: Array, angles: Array, poses: Array, strut: Array, link: Array, side: int
-) -> Array:
+def _quantities(spindle: Array, travels: Array, angles: Array, poses: Array, lengths: Array, side: int) -> Array:
     turns = Rotation.from_rotvec(poses[..., 3:].reshape(-1, 3)).as_matrix().reshape(*poses.shape[:2], 3, 3)
     turning = []
     for axis, grid in ((0, travels), (1, angles)):
@@ -132,15 +135,15 @@ def _quantities(
     axle = turns[..., :, 1]
     centre = spindle + poses[..., :3]
     out = np.concatenate(
-        [centre, axle[..., [0]], axle[..., [2]], turning[0], turning[1], strut[..., None], link[..., None]], axis=-1
+        [centre, axle[..., [0]], axle[..., [2]], turning[0], turning[1], lengths], axis=-1
     )
     # The mirror y -> -y turns the axle's x and z (kept leftward) and the turning about x and z.
-    flip = np.array([1, side, 1, side, side, side, 1, side, side, 1, side, 1, 1], dtype=float)
+    flip = np.array([1, side, 1, side, side, side, 1, side, side, 1, side, 1, 1, 1], dtype=float)
     return out * flip
 
 
 def fit_polynomials(travels: Array, angles: Array, values: Array) -> Array:
-    """(13, 6, 6) coefficients c[m, i, j] of q^i theta^j with i + j <= 5, least squares on the grid."""
+    """(14, 6, 6) coefficients c[m, i, j] of q^i theta^j with i + j <= 5, least squares on the grid."""
     q, theta = np.meshgrid(travels, angles, indexing="ij")
     powers = [(i, j) for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i) if j == 0 or len(angles) > 1]
     scale = np.array([TRAVEL**i * (max(abs(angles).max(), 1e-9)) ** j for i, j in powers])

@@ -30,7 +30,7 @@ class Machine(NamedTuple):
     sprung_inertia: Array  # (3, 3)
     unsprung_mass: Array  # (4,)
     total_mass: float
-    paths: Array  # (4, 13, 6, 6) polynomials of plant.kinematics
+    paths: Array  # (4, 14, 6, 6) polynomials of plant.kinematics
     origin: Array  # (3,) sprung centre of gravity in the vehicle's frame
     front_point: Array  # (3,) middle of the front axle in the chassis frame
     radius: Array  # (4,)
@@ -45,7 +45,12 @@ class Machine(NamedTuple):
     bar: Array  # (2, 3) stiffness, damping, lever of each axle's roll bar; lever 1 and stiffness 0 where there is none
     steer_table: Array  # (N, 2) road-wheel angle a command stands for; pitman angle
     servo: Array  # (3,) natural frequency, damping ratio, inertia
-    steering_reaction: float  # share of the soil's moments about the verticals of steered wheels that is passed on
+    wheel_mass: float
+    steer_inertia: float  # of a steered wheel and its carrier about the vertical
+    link_arm: float  # radius on which the steering link swings
+    idler_pivot: Array  # (3,) pivot of the idler arm, from the chassis's own centre of gravity
+    idler_load: Array  # (3,) what it carries: mass (kg), share of the left and of the right rod's pull down
+    idler_error: float  # share of the reference's error in the moment of what the idler carries on the chassis
     final_drive: float
     box_inertia: Array  # (3,) centre, front and rear, at axle speed
     lock_limit: Array  # (3,) torque that the locks of centre, front and rear can hold, at axle speed
@@ -125,6 +130,8 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
     bars = [
         (axle.get("bar_stiffness", 0.0), axle.get("bar_damping", 0.0), axle.get("bar_lever", 1.0)) for axle in axles
     ]
+    pivot = steering["idler_pivot"]
+    ends = 0.5 * axles[0]["tie_rod_chassis"][1] / pivot[1]
     final = drive["final_drive"]
     shaft, lock = drive["shaft_inertia"] * final**2, drive.get("axle_lock_limit", np.inf)
     machine = Machine(
@@ -147,7 +154,12 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         bar=np.array(bars, dtype=float),
         steer_table=np.stack([angle, command * steering["max_angle"]], axis=1),
         servo=np.array([steering["natural_frequency"], steering["damping_ratio"], steering["inertia"]], dtype=float),
-        steering_reaction=float(steering.get("reaction", 1.0)),
+        wheel_mass=float(wheel["mass"]),
+        steer_inertia=float(wheel["cross_inertia"] + axles[0]["carrier_inertia"][2]),
+        link_arm=float(steering["link_arm"]),
+        idler_pivot=np.subtract(pivot, table["chassis"]["position"]),
+        idler_load=np.array([0.5 * steering["link_mass"], -0.5 - ends, ends - 0.5]),
+        idler_error=float(steering.get("idler_error", 0.0)),
         final_drive=float(final),
         box_inertia=np.array([shaft, drive["box_inertia"] + shaft, drive["box_inertia"] + shaft]),
         lock_limit=np.array([drive.get("centre_lock_limit", np.inf) * final, lock, lock], dtype=float),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from plant.world import Sample
 
 Array = NDArray[np.float64]
+
+STEP_RATE = 10.0
+"""A logged steering command that moves faster than this has jumped (rad/s)."""
 
 
 class Driver(Protocol):
@@ -180,7 +183,8 @@ class PathFollower:
 
 @dataclass(frozen=True)
 class Logged:
-    """The steering, throttle and brake of a log, by linear interpolation."""
+    """The steering, throttle and brake of a log, by linear interpolation; a step of the steering stays one (STEP_RATE),
+    halfway between its rows."""
 
     t: Array
     commands: Array
@@ -188,7 +192,19 @@ class Logged:
 
     def __call__(self, t: Array, sample: Sample) -> Array:
         """Commands at t."""
-        return np.stack([np.interp(t, self.t, column) for column in self.commands.T], axis=1)
+        steering = np.interp(t, *self._steering)
+        return np.stack([steering, *(np.interp(t, self.t, column) for column in self.commands.T[1:])], axis=1)
+
+    @cached_property
+    def _steering(self) -> tuple[Array, Array]:
+        """Times and steering with both sides of each step between its rows."""
+        steering = self.commands[:, 0]
+        at = np.flatnonzero(np.abs(np.diff(steering)) > STEP_RATE * np.diff(self.t))
+        middle = 0.5 * (self.t[at] + self.t[at + 1])
+        times = np.stack([middle, np.nextafter(middle, np.inf)], axis=1).ravel()
+        both = np.stack([steering[at], steering[at + 1]], axis=1).ravel()
+        rows = np.repeat(at + 1, 2)
+        return np.insert(self.t, rows, times), np.insert(steering, rows, both)
 
 
 def lane_change(length: float = 120.0, width: float = 3.5, every: float = 0.5, changes: int = 2) -> Array:

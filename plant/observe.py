@@ -8,7 +8,7 @@ import numpy as np
 
 from plant.kernel import kernel
 from plant.state import PITMAN, POSITION, RATE, SPIN, TIME, TRAVEL, TRAVEL_RATE, VELOCITY, rotation
-from plant.suspension import carrier
+from plant.suspension import COUNT, carrier
 from recording.drive import CHANNEL_UNITS
 
 WHEELS = ("fl", "fr", "rl", "rr")
@@ -33,7 +33,7 @@ def observe(state, command, machine, info, extra, row):
     omega = state[RATE : RATE + 3]
     # Centre of gravity (without payload): position and velocity from all masses, in chassis axes about the sprung one.
     centre, relative = np.zeros(3), np.zeros(3)
-    value, by_q, by_angle = np.empty(13), np.empty(13), np.empty(13)
+    value, by_q, by_angle = np.empty(COUNT), np.empty(COUNT), np.empty(COUNT)
     for w in range(4):
         carrier(machine.paths[w], state[TRAVEL + w], state[PITMAN], value, by_q, by_angle)
         for i in range(3):

@@ -23,7 +23,7 @@ from plant.state import (
     quaternion,
     rotation,
 )
-from plant.suspension import STRUT, carrier, strut_force
+from plant.suspension import COUNT, STRUT, carrier, strut_force
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Start:
 
 
 def _paths(machine: Machine, wheel: int, q: float) -> tuple[Array, Array]:
-    value, by_q, by_angle = np.empty(13), np.empty(13), np.empty(13)
+    value, by_q, by_angle = np.empty(COUNT), np.empty(COUNT), np.empty(COUNT)
     carrier(machine.paths[wheel], q, 0.0, value, by_q, by_angle)
     return value, by_q
 

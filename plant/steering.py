@@ -5,10 +5,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from plant.driveline import curve
 from plant.effects import MAX_DELAY_STEPS
 from plant.kernel import inner
-from plant.state import PITMAN, PITMAN_RATE, RING, STEER_LAGGED, STEER_PLAY, STEPS
+from plant.state import PITMAN, PITMAN_RATE, RING, STEER_LAGGED, STEER_PLAY, STEPS, TRAVEL
+from plant.suspension import COUNT, ROD, STEER_TURN, carrier
 
 
 @inner
@@ -36,3 +39,48 @@ def advance_pitman(state, machine, target, torque, dt):
     rate /= 1.0 + 2.0 * zeta * omega * dt + omega * omega * dt * dt
     state[PITMAN_RATE] = rate
     state[PITMAN] += dt * rate
+
+
+@inner
+def rods_lift(machine, state, theta, theta_rate, value, by_angle, dt, arm):
+    """Upward forces (N) of the front tie rods on the steering link, in the place of the moments about the pitman arm
+    (N m) that the soil puts on their wheels; theta, theta_rate: before this step, whose rate is in
+    `state`."""
+    for w in range(2):
+        arm[w] -= _steered_momentum(machine, w, state, theta, theta_rate, value[w], by_angle[w], dt)
+        arm[w] *= value[w, ROD]
+
+
+@inner
+def _steered_momentum(machine, w, state, theta, theta_rate, value, by_angle, dt):
+    """Moment (N m) about the pitman arm that takes a steered wheel from the last step's motion to this one's.
+
+    The carrier's mass is left out: its centre stands on the axis that it steers about.
+    """
+    before, by_q, by_angle_before = np.empty(COUNT), np.empty(COUNT), np.empty(COUNT)
+    carrier(machine.paths[w], state[TRAVEL + w], theta - dt * theta_rate, before, by_q, by_angle_before)
+    rate, found = state[PITMAN_RATE], 0.0
+    for i in range(3):
+        moved = by_angle[i] * rate - by_angle_before[i] * theta_rate
+        turned = value[STEER_TURN + i] * rate - before[STEER_TURN + i] * theta_rate
+        found += machine.wheel_mass * moved * by_angle[i] + machine.steer_inertia * turned * value[STEER_TURN + i]
+    return found / dt
+
+
+@inner
+def idler_moment(machine, theta, weight, left, right, out):
+    """Add to out the moment (N m) on the chassis by which the reference's idler arm breaks Newton's third law.
+
+    The idler holds the steering link up: half its weight and, since the link may roll about its other end, nearly all
+    of what the right tie rod, which slopes, pulls it down by. That force comes back to the chassis at the link's end,
+    p + d from the chassis's centre of gravity (p: the idler's pivot, d: the idler, z: its axis); the reference has u x p,
+    u along the idler, where z x d should be. weight: of a kilogram (N); left, right: upward forces of the tie rods on
+    the link (N). The arms turn against theta, which is positive to the left: the rods stand behind the axle.
+    """
+    force = machine.idler_load[0] * weight + machine.idler_load[1] * left + machine.idler_load[2] * right
+    c, s = math.cos(theta), -math.sin(theta)
+    p, d = machine.idler_pivot, machine.link_arm
+    share = machine.idler_error * force
+    out[0] -= share * (s * p[2] - d * s)
+    out[1] -= share * (d * c - c * p[2])
+    out[2] -= share * (c * p[1] - s * p[0])

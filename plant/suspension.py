@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from plant.driveline import curve
 from plant.kernel import inner, kernel
+from plant.kinematics import QUANTITIES
 
-CENTRE, AXLE_X, AXLE_Z, TURN, STEER_TURN, STRUT, LINK = 0, 3, 4, 5, 8, 11, 12
+CENTRE, AXLE_X, AXLE_Z, TURN, STEER_TURN, STRUT, LINK, ROD = 0, 3, 4, 5, 8, 11, 12, 13
 """First column of each group in the polynomials of plant.kinematics."""
+COUNT = len(QUANTITIES)
+"""Columns in all."""
 
 STOP = 0.085
 """Travel at which a stiff stop begins (m)."""
@@ -16,7 +19,7 @@ STOP_STIFFNESS = 2e5
 
 @kernel
 def carrier(path, q, theta, value, per_travel, per_angle):
-    """Write the 13 quantities of one wheel and their rates per travel and per pitman angle; path: (13, 6, 6)."""
+    """Write the 14 quantities of one wheel and their rates per travel and per pitman angle; path: (14, 6, 6)."""
     n = path.shape[1]
     for m in range(path.shape[0]):
         v = 0.0

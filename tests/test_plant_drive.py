@@ -7,7 +7,7 @@ import pytest
 
 from plant.effects import Effects
 from plant.machine import load_plant_vehicle
-from plant.manoeuvres import Manoeuvre, Sine, Speed
+from plant.manoeuvres import Logged, Manoeuvre, Sine, Speed
 from plant.sensors import Sensors
 from plant.simulate import drive, simulate
 from plant.start import Start
@@ -117,3 +117,13 @@ def test_sensors() -> None:
         assert np.array_equal(Sensors("table5").apply(clean).truth[name], clean.truth[name])
     with pytest.raises(ValueError, match="expected one of"):
         Sensors(bias={"speed": 1.0})
+
+
+def test_a_step_in_a_logs_steering_stays_a_step() -> None:
+    """And all else is interpolated; a fast but steady steering is none."""
+    t = np.arange(6) * 0.012
+    steer = np.array([0.30, 0.30, -0.01, -0.02, -0.03, -0.04])
+    driver = Logged(t, np.stack([steer, np.linspace(0.0, 1.0, 6), np.zeros(6)], axis=1))
+    found = driver(np.array([0.012, 0.017, 0.019, 0.030, 0.054]), None)  # type: ignore[arg-type]
+    assert found[:, 0] == pytest.approx([0.30, 0.30, -0.01, -0.015, -0.035])
+    assert found[:, 1] == pytest.approx(np.array([0.012, 0.017, 0.019, 0.030, 0.054]) / 0.06)
