@@ -130,8 +130,7 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
     bars = [
         (axle.get("bar_stiffness", 0.0), axle.get("bar_damping", 0.0), axle.get("bar_lever", 1.0)) for axle in axles
     ]
-    pivot = steering["idler_pivot"]
-    ends = 0.5 * axles[0]["tie_rod_chassis"][1] / pivot[1]
+    idler_pivot, idler_load = _idler(table)
     final = drive["final_drive"]
     shaft, lock = drive["shaft_inertia"] * final**2, drive.get("axle_lock_limit", np.inf)
     machine = Machine(
@@ -157,8 +156,8 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         wheel_mass=float(wheel["mass"]),
         steer_inertia=float(wheel["cross_inertia"] + axles[0]["carrier_inertia"][2]),
         link_arm=float(steering["link_arm"]),
-        idler_pivot=np.subtract(pivot, table["chassis"]["position"]),
-        idler_load=np.array([0.5 * steering["link_mass"], -0.5 - ends, ends - 0.5]),
+        idler_pivot=idler_pivot,
+        idler_load=idler_load,
         idler_error=float(steering.get("idler_error", 0.0)),
         final_drive=float(final),
         box_inertia=np.array([shaft, drive["box_inertia"] + shaft, drive["box_inertia"] + shaft]),
@@ -178,6 +177,16 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         l_r=float(centre[0] - design[2:, 0].mean()),
         max_steer=float(angle[-1]),
     )
+
+
+def _idler(table: dict[str, Any]) -> tuple[Array, Array]:
+    """Where the idler arm's pivot is and what it carries; nothing for a steering without one."""
+    steering = table["steering"]
+    if "idler_pivot" not in steering and not steering.get("idler_error"):
+        return np.zeros(3), np.zeros(3)
+    pivot = np.array(steering["idler_pivot"], dtype=float)
+    ends = 0.5 * table["front"]["tie_rod_chassis"][1] / pivot[1]
+    return pivot - table["chassis"]["position"], np.array([0.5 * steering["link_mass"], -0.5 - ends, ends - 0.5])
 
 
 def _sprung(table: dict[str, Any]) -> tuple[float, Array, Array]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -133,3 +134,15 @@ def test_the_idlers_moment_is_the_references_less_the_right_one() -> None:
     found = np.zeros(3)
     idler_moment.py_func(machine, THETA, GRAVITY, left[2], right[2], found)
     assert found == pytest.approx(references - right_one, rel=1e-9)
+
+
+def test_a_steering_without_an_idler_needs_none(tmp_path: Path) -> None:
+    """But one that is to break the law must say where it is."""
+    kept = [line for line in REFERENCE.read_text(encoding="utf-8").splitlines() if not line.startswith(("idler", "link_mass"))]
+    bare, wrong = tmp_path / "bare.toml", tmp_path / "wrong.toml"
+    bare.write_text("\n".join(kept), encoding="utf-8")
+    at = kept.index("[steering]") + 1
+    wrong.write_text("\n".join([*kept[:at], "idler_error = 1.0", *kept[at:]]), encoding="utf-8")
+    assert load_plant_vehicle(bare).machine.idler_error == 0.0
+    with pytest.raises(ValueError, match="idler_pivot"):
+        load_plant_vehicle(wrong)
