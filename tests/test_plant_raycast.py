@@ -102,10 +102,15 @@ def test_a_plant_goes_on_as_it_was_saved(tmp_path: Path) -> None:
 
 @pytest.mark.shared
 @pytest.mark.parametrize(
-    ("name", "begin"),
-    [("effect_bank", 2.0), ("effect_wind", 17.0), ("multi_sandyloam_n0.55", 2.0), ("steps_sandyloam_n0.80", 2.0)],
+    ("name", "begin", "speed"),
+    [
+        ("effect_bank", 2.0, 0.01),
+        ("effect_wind", 17.0, 0.01),
+        ("multi_sandyloam_n0.55", 2.0, 0.01),
+        ("steps_sandyloam_n0.80", 2.0, 0.03),
+    ],
 )
-def test_with_it_the_plant_follows_the_reference_closely(shared_data: Path, name: str, begin: float) -> None:
+def test_with_it_the_plant_follows_the_reference_closely(shared_data: Path, name: str, begin: float, speed: float) -> None:
     log = read_drive(shared_data / "chrono_vehicle" / f"{name}.csv.gz")
     ours, theirs = window(log, begin, vehicle=with_the_others_steering(), cast=True)
     for wheel in ("fl", "fr", "rl", "rr"):
@@ -113,6 +118,6 @@ def test_with_it_the_plant_follows_the_reference_closely(shared_data: Path, name
     found = compare(ours, theirs)
     assert found["omega_z"] < 0.04
     assert found["v"] < 0.06
-    assert found["u"] < 0.03
+    assert found["u"] < speed
     assert found["gain_f"] == pytest.approx(1.0, abs=0.02)
     assert found["gain_r"] == pytest.approx(1.0, abs=0.03)
