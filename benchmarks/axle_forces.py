@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import savgol_filter
 
-from estimator.horizons import START_UP
-from estimator.inputs import measured_inputs, measured_states
-from estimator.predictor import Predictor
-from recording.read import read_drive
-from symbolic.catalogue import declared_model
-from symbolic.soil import CLAY, SAND, SANDY_LOAM
-from symbolic.vehicle import load_vehicle
+from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.predictor import Predictor
+from softsoil.recording.read import read_drive
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
+from softsoil.symbolic.vehicle import load_vehicle
 
 SOILS = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
 VEHICLES = Path(__file__).resolve().parents[1] / "vehicles"

@@ -86,9 +86,9 @@ def arm(folder: Path, scratch: Path, amount: int) -> None:
 
 def reference_declaration() -> str:
     """A refined.toml of the reference vehicle with its effects, on clay."""
-    from symbolic.declaration import Declaration, declaration_toml
-    from symbolic.soil import CLAY
-    from symbolic.vehicle import load_vehicle
+    from softsoil.symbolic.declaration import Declaration, declaration_toml
+    from softsoil.symbolic.soil import CLAY
+    from softsoil.symbolic.vehicle import load_vehicle
 
     return declaration_toml(Declaration(load_vehicle(PROJECT / "vehicles" / "reference.toml"), CLAY))
 
@@ -111,7 +111,7 @@ def generate(model: Path | None, scratch: Path) -> None:
         path = os.pathsep.join(filter(None, [str(PROJECT), os.environ.get("PYTHONPATH")]))
         environment = os.environ | {"SOFTSOIL_CACHE": str(scratch / f"cache{place}"), "PYTHONPATH": path}
         for state in ("empty cache", "nothing changed"):
-            command = [sys.executable, "-m", "mpc_demo.start", "generate", str(folder), "--model", str(model)]
+            command = [sys.executable, "-m", "softsoil.commands.start", "generate", str(folder), "--model", str(model)]
             spent = min(_seconds(command, environment) for _ in range(1 if state == "empty cache" else 5))
             print(
                 f"{state}: {spent:.2f} s for the command, of which Python's own start {_seconds(bare, environment):.2f} s"

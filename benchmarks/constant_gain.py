@@ -13,16 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from recording.read import read_drive
-from refinement.fit import N_NAMES, Fit, Free, Weights, fit
-from refinement.shooting import Shooting, shooting_drive
-from refinement.trace import FIT_SHARE, HORIZON
-from symbolic.catalogue import declared_model
-from symbolic.effects import Effect, add_effect
-from symbolic.model import Model, Quantities
-from symbolic.signals import Layout, Signal
-from symbolic.soil import CLAY, SAND, SANDY_LOAM
-from symbolic.vehicle import load_vehicle
+from softsoil.recording.read import read_drive
+from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
+from softsoil.refinement.shooting import Shooting, shooting_drive
+from softsoil.refinement.trace import FIT_SHARE, HORIZON
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.effect import Effect, add_effect
+from softsoil.symbolic.model import Model, Quantities
+from softsoil.symbolic.signals import Layout, Signal
+from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
+from softsoil.symbolic.vehicle import load_vehicle
 
 SOILS = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
 VEHICLE = Path(__file__).resolve().parents[1] / "vehicles" / "reference.toml"

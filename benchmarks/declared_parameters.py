@@ -10,7 +10,7 @@ multipass, and with them those of the front wheels' lean. Last, and apart from i
 `python benchmarks/declared_parameters.py plant` does the same for vehicles/plant.toml, whose radius is known, on the clean
 drives that the blind test draws for the seeds 11 to 14, once without wheel_lean, then with the shares of aligning_moment and
 pressure_offset in the last fit; the yaw inertia of the plant's bodies together is 1795 kg m^2, and what its suspensions'
-hardpoints do to the wheels stands in tests/test_effects_lean.py.
+hardpoints do to the wheels stands in tests/symbolic/test_effects_lean.py.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ import numpy as np
 from joblib import Parallel, delayed
 from scipy.signal import savgol_filter
 
-from mpc_demo.blind_cases import draw_cases, drive_case
-from recording.drive import Recording
-from recording.read import read_drive
-from refinement.fit import Fit, Free, fit
-from refinement.trace import Bench, everything, free_n, make_bench
-from symbolic.declaration import Declaration
-from symbolic.soil import load_soil
-from symbolic.vehicle import Vehicle, load_vehicle
+from softsoil.mpc_demo.blind_cases import draw_cases, drive_case
+from softsoil.recording.drive import Recording
+from softsoil.recording.read import read_drive
+from softsoil.refinement.fit import Fit, Free, fit
+from softsoil.refinement.trace import Bench, everything, free_n, make_bench
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.soil import load_soil
+from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 VEHICLES = Path(__file__).resolve().parents[1] / "vehicles"
 DRIVES = {

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from estimator.consistency import inside_band
-from estimator.terrain import estimate_terrain
-from recording.noise import add_noise
-from recording.read import read_drive
-from symbolic.catalogue import declared_model
-from symbolic.soil import CLAY, SAND, SANDY_LOAM
-from symbolic.vehicle import Vehicle, load_vehicle
+from softsoil.estimator.consistency import inside_band
+from softsoil.estimator.terrain import estimate_terrain
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
+from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 GUESSES = (0.2, -0.15)
 BORDER = 90.0

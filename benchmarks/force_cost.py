@@ -1,6 +1,6 @@
 """What a force costs, all in one run on one core: `python benchmarks/force_cost.py`.
 
-One call after the other in generated C for every law; many forces at once in vector registers (`symbolic.lanes`), with one
+One call after the other in generated C for every law; many forces at once in vector registers (`codegen/lanes.py`), with one
 soil for all wheels and with a soil per wheel; and the soil contact model of the plant, per wheel and step. The paper
 reports 200-400 us per force for its surrogate. Each figure is the best of many short loops, taking turns.
 """
@@ -13,16 +13,16 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 
-from estimator.compiled import CompiledFunction, at_points
-from plant.rig import Rig, RigRun, run_rig
-from recording.rig import MOTION, SOIL_KEYS
-from symbolic.bekker import Bekker
-from symbolic.dallas import Dallas
-from symbolic.dallas_refit import DallasRefit
-from symbolic.soil import CLAY, Soil
-from symbolic.turn_slip import TurnSlip
-from symbolic.turn_slip_calibrated import TurnSlipCalibrated
-from symbolic.wheel import Contact, ForceLaw, Wheel
+from softsoil.codegen.compiled import CompiledFunction, at_points
+from softsoil.plant.rig import Rig, RigRun, run_rig
+from softsoil.recording.rig import MOTION, SOIL_KEYS
+from softsoil.symbolic.laws.bekker import Bekker
+from softsoil.symbolic.laws.dallas import Dallas
+from softsoil.symbolic.laws.dallas_refit import DallasRefit
+from softsoil.symbolic.laws.turn_slip import TurnSlip
+from softsoil.symbolic.laws.turn_slip_calibrated import TurnSlipCalibrated
+from softsoil.symbolic.soil import CLAY, Soil
+from softsoil.symbolic.wheel import Contact, ForceLaw, Wheel
 
 WHEEL = Wheel(0.330229, 0.2121)
 COUNT = 1024

@@ -16,11 +16,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mpc_demo.rig_sweep import wheel_run
-from plant.rig import Rig, RigRun, run_rig
-from recording.rig import WheelRun
-from refinement.single_wheel import law_for, predict
-from symbolic.soil import SAND
+from softsoil.calibration.rig_sweep import wheel_run
+from softsoil.calibration.single_wheel import law_for, predict
+from softsoil.plant.rig import Rig, RigRun, run_rig
+from softsoil.recording.rig import WheelRun
+from softsoil.symbolic.soil import SAND
 
 TABLE_3 = {"load": 2500.0, "slip": 0.2, "speed": 5.5}
 COLOURS = {"bekker": "C0", "dallas_refit": "C2", "turn_slip": "C3"}

@@ -18,15 +18,15 @@ import casadi as ca
 import numpy as np
 from scipy.signal import savgol_filter
 
-from recording.drive import Recording
-from recording.read import read_drive
-from recording.rig import MOTION, SOIL_KEYS, moving_mean
-from symbolic.bekker import Bekker
-from symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
-from symbolic.turn_slip import TurnSlip
-from symbolic.turn_slip_calibrated import TurnSlipCalibrated
-from symbolic.vehicle import GRAVITY, Vehicle, load_vehicle
-from symbolic.wheel import Contact, ForceLaw
+from softsoil.recording.drive import Recording
+from softsoil.recording.read import read_drive
+from softsoil.recording.rig import MOTION, SOIL_KEYS, moving_mean
+from softsoil.symbolic.laws.bekker import Bekker
+from softsoil.symbolic.laws.turn_slip import TurnSlip
+from softsoil.symbolic.laws.turn_slip_calibrated import TurnSlipCalibrated
+from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
+from softsoil.symbolic.vehicle import GRAVITY, Vehicle, load_vehicle
+from softsoil.symbolic.wheel import Contact, ForceLaw
 
 PROJECT = Path(__file__).resolve().parents[1]
 DRIVES = PROJECT.parent / "shared" / "data" / "chrono_vehicle"

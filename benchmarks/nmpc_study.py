@@ -8,14 +8,14 @@ import argparse
 import json
 from pathlib import Path
 
-from mpc_demo.closed_loop import ClosedLoop
-from mpc_demo.closed_loop_study import STUDY, Case, Run
-from mpc_demo.commands_drive import loop_for
-from mpc_demo.options_model import REFERENCE_VEHICLE
-from mpc_demo.output import console
-from mpc_demo.study_report import draw_study, say_study
-from symbolic.declaration import Declaration
-from symbolic.vehicle import load_vehicle
+from softsoil.commands.drive import loop_for
+from softsoil.commands.options_model import REFERENCE_VEHICLE
+from softsoil.commands.output import console
+from softsoil.figures.closed_loop_study import draw_study, say_study
+from softsoil.mpc_demo.closed_loop import ClosedLoop
+from softsoil.mpc_demo.closed_loop_study import STUDY, Case, Run
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.vehicle import load_vehicle
 
 FIRST_SEED = 100
 

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from estimator.synthetic import synthetic_drive
-from estimator.terrain import EXACT_MODEL, estimate_terrain
-from recording.noise import add_noise
-from symbolic.bicycle import bicycle
-from symbolic.soil import CLAY, SANDY_LOAM
-from symbolic.vehicle import load_vehicle
+from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.estimator.terrain import EXACT_MODEL, estimate_terrain
+from softsoil.recording.noise import add_noise
+from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.soil import CLAY, SANDY_LOAM
+from softsoil.symbolic.vehicle import load_vehicle
 
 SEEDS = 20
 GUESS_OFF = 0.2

@@ -14,22 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from estimator.inputs import measured_inputs, measured_states
-from estimator.predictor import Predictor
-from mpc_demo.blind_test import PLANT_VEHICLE
-from plant.effects import Effects
-from plant.machine import load_plant_vehicle
-from plant.manoeuvres import Driver, Manoeuvre, MultiSine, Speed
-from plant.simulate import simulate
-from plant.start import Start
-from plant.state import TRAVEL
-from plant.suspension import AXLE_X, COUNT, carrier
-from plant.world import Plant, Sample
-from recording.drive import Recording
-from symbolic.catalogue import catalogue, declared_model
-from symbolic.effects import add_effect
-from symbolic.soil import CLAY, SANDY_LOAM, Soil
-from symbolic.vehicle import load_vehicle
+from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.predictor import Predictor
+from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
+from softsoil.plant.effects import Effects
+from softsoil.plant.machine import load_plant_vehicle
+from softsoil.plant.manoeuvres import Driver, Manoeuvre, MultiSine, Speed
+from softsoil.plant.simulate import simulate
+from softsoil.plant.start import Start
+from softsoil.plant.state import TRAVEL
+from softsoil.plant.suspension import AXLE_X, COUNT, carrier
+from softsoil.plant.world import Plant, Sample
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.effect import add_effect
+from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
+from softsoil.symbolic.vehicle import load_vehicle
 
 Array = NDArray[np.float64]
 

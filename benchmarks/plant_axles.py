@@ -2,7 +2,7 @@
 
 The bicycle gets the plant's soil, recorded states and inputs, and nothing is fitted; its axles' forces are judged by those of
 the plant's wheels, which find the soil as cylinders and, in a second table, by the independent simulator's rough search
-(`plant.raycast`). Per drive: mean front load, model less plant, over the plant's; gain of the model's lateral force on the
+(`plant/raycast.py`). Per drive: mean front load, model less plant, over the plant's; gain of the model's lateral force on the
 plant's and rms error over rms force, front and rear, smoothed over 0.1 s.
 """
 
@@ -12,16 +12,16 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from benchmarks.axle_forces import VEHICLES
-from estimator.inputs import measured_inputs, measured_states
-from estimator.predictor import Predictor
-from plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed
-from plant.simulate import drive
-from plant.start import Start
-from plant.world import Plant
-from recording.drive import Recording
-from symbolic.catalogue import declared_model
-from symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
-from symbolic.vehicle import load_vehicle
+from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.predictor import Predictor
+from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed
+from softsoil.plant.simulate import drive
+from softsoil.plant.start import Start
+from softsoil.plant.world import Plant
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
+from softsoil.symbolic.vehicle import load_vehicle
 
 SOILS = (CLAY.with_(n=0.5), CLAY.with_(n=0.7), SANDY_LOAM.with_(n=0.55), SANDY_LOAM.with_(n=0.8), SAND.with_(n=1.08))
 STEERING = {"turns": MultiSine(seed=3), "sine": Sine()}

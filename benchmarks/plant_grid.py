@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from plant.rig import Rig, RigRun, run_rig
-from symbolic.soil import SOILS
+from softsoil.plant.rig import Rig, RigRun, run_rig
+from softsoil.symbolic.soil import SOILS
 
 FINEST = 0.005
 SPACINGS = (0.06, 0.04, 0.03, 0.025, 0.02, 0.015, 0.01, 0.0075)

@@ -8,11 +8,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from plant.pictures import animation, picture
-from plant.simulate import simulate
-from plant.start import Start
-from plant.world import Plant
-from symbolic.soil import SANDY_LOAM
+from softsoil.figures.plant import animation, picture
+from softsoil.plant.simulate import simulate
+from softsoil.plant.start import Start
+from softsoil.plant.world import Plant
+from softsoil.symbolic.soil import SANDY_LOAM
 
 
 def main() -> None:

@@ -18,11 +18,11 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from benchmarks.plant_vehicle import SETTLE, conditions, with_the_others_steering
-from mpc_demo.study import GUESS_OFF, LATERAL
-from plant.replay import LEAD, replay
-from recording.drive import Recording
-from recording.read import read_drive
-from symbolic.soil import Soil
+from softsoil.mpc_demo.study import GUESS_OFF, LATERAL
+from softsoil.plant.replay import LEAD, replay
+from softsoil.recording.drive import Recording
+from softsoil.recording.read import read_drive
+from softsoil.symbolic.soil import Soil
 
 
 def errors(log: Recording, begin: float, horizon: float, off: float) -> NDArray[np.float64]:

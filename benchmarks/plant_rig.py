@@ -2,7 +2,7 @@
 
     python -m benchmarks.plant_rig ../shared/data/chrono_rig [--set val] [--every 1] [--cast]
 
-Nothing is fitted: the rig's facts are in `plant.rig`, the soil is what each run was told.
+Nothing is fitted: the rig's facts are in `softsoil.plant.rig`, the soil is what each run was told.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.rig import CHANNELS, run_rig
-from plant.rig_sweep import run_of
+from softsoil.plant.rig import CHANNELS, run_rig
+from softsoil.plant.rig_sweep import run_of
 
 CLOCK_LEAD = 0.002
 """The reference's rows lie 2 ms after their label (s): the phase of its yaw angle says so."""

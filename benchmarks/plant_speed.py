@@ -13,11 +13,11 @@ import time
 
 import numpy as np
 
-from plant.manoeuvres import MANOEUVRES, Manoeuvre, MultiSine, Speed
-from plant.simulate import drive
-from plant.start import Start
-from plant.world import Plant
-from symbolic.soil import CLAY, SANDY_LOAM
+from softsoil.plant.manoeuvres import MANOEUVRES, Manoeuvre, MultiSine, Speed
+from softsoil.plant.simulate import drive
+from softsoil.plant.start import Start
+from softsoil.plant.world import Plant
+from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 
 
 def factor(plant: Plant, duration: float) -> float:

@@ -2,7 +2,7 @@
 
     python -m benchmarks.plant_vehicle ../shared/data/chrono_vehicle [--drives paper multi steps] [--figure docs/x.png]
 
-The plant's wheels find the soil as the independent simulator's do (`plant.raycast`); with --exact as cylinders do; with
+The plant's wheels find the soil as the independent simulator's do (`softsoil.plant.raycast`); with --exact as cylinders do; with
 --carried the vehicle's own steering, whose idler arm pushes the chassis as it is pushed.
 The drives paper_*, multi_* and steps_* judge; the effect_* drives were looked at while the plant was built (--drives
 effect); change_* has a border in its soil (--drives change).
@@ -23,13 +23,13 @@ import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from plant.effects import Effects
-from plant.machine import PlantVehicle, load_plant_vehicle
-from plant.replay import replay
-from plant.soil_field import SoilField
-from recording.drive import Recording
-from recording.read import read_drive
-from symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
+from softsoil.plant.effects import Effects
+from softsoil.plant.machine import PlantVehicle, load_plant_vehicle
+from softsoil.plant.replay import replay
+from softsoil.plant.soil_field import SoilField
+from softsoil.recording.drive import Recording
+from softsoil.recording.read import read_drive
+from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 
 Array = NDArray[np.float64]
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from mpc_demo.blind_test import score
-from mpc_demo.logs import named_soil
-from mpc_demo.options_model import declaration
-from mpc_demo.refine_words import falls
-from recording.read import read_drive
-from refinement.refine import refine
+from softsoil.commands.options_model import declaration
+from softsoil.mpc_demo.blind_test import score
+from softsoil.recording.log_names import named_soil
+from softsoil.recording.read import read_drive
+from softsoil.refinement.refine import refine
+from softsoil.refinement.words import falls
 
 FULL = 0.4404
 """rad of road-wheel angle per unit of steering command, at small commands."""

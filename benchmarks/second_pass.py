@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
-from plant.bed import SoilBed
-from symbolic.contact_line import bulk_modulus
-from symbolic.soil import CLAY, SANDY_LOAM, Soil
-from symbolic.turn_slip import TurnSlip
-from symbolic.vehicle import GRAVITY
-from symbolic.wheel import Contact, Wheel
+from softsoil.plant.bed import SoilBed
+from softsoil.symbolic.contact_line import bulk_modulus
+from softsoil.symbolic.laws.turn_slip import TurnSlip
+from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
+from softsoil.symbolic.vehicle import GRAVITY
+from softsoil.symbolic.wheel import Contact, Wheel
 
 Array = NDArray[np.float64]
 

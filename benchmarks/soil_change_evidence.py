@@ -2,21 +2,21 @@
 
 `python benchmarks/soil_change_evidence.py clean|outside|soil_change SEED [SEED ...]`: the blind test's drives of that kind, or
 with that effect. For each, the best place of a change, its size by all windows, the standard errors that it stands from absence
-(what `refinement.selection.PLACE_SIGMAS` is held against) and its held-out gain. The true change is printed and not used.
+(against `PLACE_SIGMAS` of `refinement/selection.py`) and its held-out gain. The true change is printed and not used.
 """
 
 from __future__ import annotations
 
 import argparse
 
-from mpc_demo.blind_cases import INSIDE, draw_cases, drive_case
-from mpc_demo.blind_test import plant_on
-from recording.forward import forward_part
-from refinement.folds import cross_validated
-from refinement.ranking import try_places
-from refinement.selection import strength
-from refinement.trace import loosened, make_bench
-from symbolic.catalogue import catalogue
+from softsoil.mpc_demo.blind_cases import INSIDE, draw_cases, drive_case
+from softsoil.mpc_demo.blind_test import plant_on
+from softsoil.recording.forward import forward_part
+from softsoil.refinement.folds import cross_validated
+from softsoil.refinement.ranking import try_places
+from softsoil.refinement.selection import strength
+from softsoil.refinement.trace import loosened, make_bench
+from softsoil.symbolic.catalogue import catalogue
 
 START_UP = 2.0
 DRIVES = 40

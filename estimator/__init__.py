@@ -1,0 +1,1 @@
+"""What consumes measurements: filter, terrain estimator, prediction windows."""

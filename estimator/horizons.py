@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.inputs import measured_inputs, measured_states
-from estimator.predictor import Predictor, substeps_for
-from recording.clock import on_even_clock
-from recording.drive import STATE_CHANNELS, Recording
-from symbolic.model import Model
+from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.predictor import Predictor, substeps_for
+from softsoil.recording.clock import on_even_clock
+from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
 

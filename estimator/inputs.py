@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from recording.drive import STATE_CHANNELS, Recording
-from symbolic.signals import Layout
+from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.symbolic.signals import Layout
 
 Array = NDArray[np.float64]
 

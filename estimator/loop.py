@@ -1,7 +1,7 @@
 """A model's step run over many windows, or along known states, for many parameter sets, in one call of generated C.
 
 Windows and parameter sets are jobs that know nothing of each other: they run side by side in vector lanes
-(`symbolic.lanes`), histories included.
+(`softsoil.codegen.lanes`), histories included.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.compiled import build_library, find_compiler
-from symbolic.lanes import LANES, write_lanes
+from softsoil.codegen.compiled import build_library, find_compiler
+from softsoil.codegen.lanes import LANES, write_lanes
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.compiled import CompiledFunction
-from symbolic.discretize import advance_memory, read_memory, start_memory, step_with_memory
-from symbolic.model import Model
+from softsoil.codegen.compiled import CompiledFunction
+from softsoil.symbolic.discretize import advance_memory, read_memory, start_memory, step_with_memory
+from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.predictor import Predictor
-from recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from symbolic.model import Model
+from softsoil.estimator.predictor import Predictor
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.sampling import STEP
 
 Array = NDArray[np.float64]
-
-STEP = 0.012
-"""s: rows of the reference logs."""
 
 
 def paper_steering(t: Array, amplitude: float = 0.45, period: float = 3.0) -> Array:

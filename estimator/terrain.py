@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.consistency import inside_band
-from estimator.inputs import measured_inputs, measured_states, sensor_std
-from estimator.predictor import substeps_for
-from estimator.ukf import Counts, Innovation, UnscentedKalmanFilter
-from recording.clock import on_even_clock
-from recording.drive import STATE_CHANNELS, Recording
-from symbolic.model import Model, promote_parameters, tie_parameters
-from symbolic.soil import SOIL_SIGNALS
+from softsoil.estimator.consistency import inside_band
+from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_std
+from softsoil.estimator.predictor import substeps_for
+from softsoil.estimator.ukf import Counts, Innovation, UnscentedKalmanFilter
+from softsoil.recording.clock import on_even_clock
+from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.symbolic.model import Model, promote_parameters, tie_parameters
+from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.compiled import CompiledFunction, at_points
-from estimator.unscented import UnscentedScaling, predict_function, update_function
-from symbolic.discretize import advance_memory, discretize, read_memory, start_memory
-from symbolic.model import Model
+from softsoil.codegen.compiled import CompiledFunction, at_points
+from softsoil.estimator.unscented import UnscentedScaling, predict_function, update_function
+from softsoil.symbolic.discretize import advance_memory, discretize, read_memory, start_memory
+from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
 

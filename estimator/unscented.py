@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from symbolic.signals import Layout
+from softsoil.symbolic.signals import Layout
 
 PIVOT_FLOOR = 1e-14
 """Least pivot of a Cholesky factor relative to its diagonal: rounding, not information."""

@@ -1,0 +1,1 @@
+"""The demonstration: scenarios, closed loop, studies."""

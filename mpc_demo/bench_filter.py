@@ -13,17 +13,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from estimator.compiled import CompiledFunction, at_points
-from estimator.terrain import estimate_terrain, terrain_model
-from estimator.ukf import UnscentedKalmanFilter
-from estimator.unscented import UnscentedScaling, predict_function
-from mpc_demo.bench_rows import Row, microseconds, seconds
-from recording.drive import Recording
-from symbolic.declaration import Declaration
-from symbolic.discretize import discretize
-from symbolic.model import Model
-from symbolic.numpy_code import write_numpy
-from symbolic.wheel import Contact, Wheel, force_law
+from softsoil.codegen.compiled import CompiledFunction, at_points
+from softsoil.codegen.numpy_code import write_numpy
+from softsoil.estimator.terrain import estimate_terrain, terrain_model
+from softsoil.estimator.ukf import UnscentedKalmanFilter
+from softsoil.estimator.unscented import UnscentedScaling, predict_function
+from softsoil.mpc_demo.bench_rows import Row, microseconds, seconds
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.discretize import discretize
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.wheel import Contact, Wheel, force_law
 
 DT = 0.012
 Q = np.array([0.02, 0.02, 0.002, 0.1, 0.05, 0.02, 0.002, 0.002]) ** 2 * DT

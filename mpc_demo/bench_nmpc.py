@@ -10,15 +10,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mpc_demo.bench_rows import Row
-from mpc_demo.nmpc import Nmpc
-from mpc_demo.nmpc_casadi import CasadiNmpc
-from mpc_demo.ocp import REFERENCE, Ocp, OcpSettings
-from mpc_demo.ocp_examples import Solver, closed_loop_cost, reference_along, straight_guess, tanh_bicycle
-from mpc_demo.options_model import LEAST_EFFECTS
-from mpc_demo.plugs_do_mpc import do_mpc_controller
-from mpc_demo.scenarios import double_lane_change
-from symbolic.declaration import Declaration
+from softsoil.control.courses import double_lane_change
+from softsoil.control.declared import for_control
+from softsoil.control.nmpc import Nmpc
+from softsoil.control.nmpc_casadi import CasadiNmpc
+from softsoil.control.ocp import REFERENCE, Ocp, OcpSettings
+from softsoil.control.ocp_examples import Solver, closed_loop_cost, reference_along, straight_guess, tanh_bicycle
+from softsoil.control.plugs_do_mpc import do_mpc_controller
+from softsoil.mpc_demo.bench_rows import Row
+from softsoil.symbolic.declaration import Declaration
 
 STEPS = 200
 SPEED = 7.0
@@ -29,7 +29,7 @@ def nmpc_rows(declared: Declaration) -> Iterator[Row]:
 
     The declared model, with multipass and load transfer where it declares no effects, N = 40.
     """
-    whole = declared if declared.vehicle.effects else declared.with_effects(LEAST_EFFECTS)
+    whole = for_control(declared)
     ocp = Ocp(whole.build(), whole.vehicle)
     ipopt = _ipopt_once(ocp)
     for mode, name in (("rti", "nmpc_rti"), ("converged", "nmpc_converged")):

@@ -5,15 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
-from estimator.horizons import START_UP
-from mpc_demo.bench_rows import Row
-from plant.manoeuvres import MANOEUVRES
-from plant.simulate import drive as simulate
-from plant.start import Start
-from plant.world import Plant
-from recording.drive import Recording
-from refinement.refine import refine
-from symbolic.declaration import Declaration
+from softsoil.estimator.horizons import START_UP
+from softsoil.mpc_demo.bench_rows import Row
+from softsoil.plant.manoeuvres import MANOEUVRES
+from softsoil.plant.simulate import drive as simulate
+from softsoil.plant.start import Start
+from softsoil.plant.world import Plant
+from softsoil.recording.drive import Recording
+from softsoil.refinement.refine import refine
+from softsoil.symbolic.declaration import Declaration
 
 SIMULATED, REPEATS = 10.0, 3
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from plant.effects import Effects
-from plant.manoeuvres import Manoeuvre, MultiSine, Speed
-from plant.sensors import ODOMETRY, Sensors
-from plant.simulate import simulate
-from plant.soil_field import SoilField
-from plant.start import Start
-from recording.drive import Recording
-from symbolic.soil import SOILS, Soil
+from softsoil.plant.effects import Effects
+from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
+from softsoil.plant.sensors import ODOMETRY, Sensors
+from softsoil.plant.simulate import simulate
+from softsoil.plant.soil_field import SoilField
+from softsoil.plant.start import Start
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.soil import SOILS, Soil
 
 KINDS = ("effect", "effect", "clean", "effect", "effect", "outside", "effect", "clean")
 """Kinds of drives in turns: of 40, 25 with an effect of the catalogue, 10 clean, 5 with one outside the catalogue."""

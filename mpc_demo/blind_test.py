@@ -8,22 +8,21 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mpc_demo.blind_cases import Case, drive_case
-from mpc_demo.options_model import PROJECT
-from mpc_demo.output import plain
-from mpc_demo.refine_words import falls
-from refinement.refine import Refinement, refine
-from refinement.sweep import run_sweep
-from symbolic.catalogue import catalogue
-from symbolic.declaration import Declaration
-from symbolic.soil import load_soil
-from symbolic.vehicle import load_vehicle
+from softsoil.files.json_file import plain
+from softsoil.files.package_data import PLANT_VEHICLE
+from softsoil.mpc_demo.blind_cases import Case, drive_case
+from softsoil.mpc_demo.sweep import run_sweep
+from softsoil.refinement.refine import Refinement, refine
+from softsoil.refinement.words import falls
+from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.soil import load_soil
+from softsoil.symbolic.vehicle import load_vehicle
 
 WITHIN = 0.3
 """A parameter is right within this share of its departure from absence."""
 MOST_ALIKE = 2
 """Effects in a group that cannot be separated, of which one is the true one."""
-PLANT_VEHICLE = PROJECT / "vehicles" / "plant.toml"
 
 
 def plant_on(soil: str) -> Declaration:

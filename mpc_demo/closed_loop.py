@@ -8,8 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.terrain import Tuning
-from mpc_demo.closed_loop_parts import (
+from softsoil.control.courses import WARM_UP
+from softsoil.control.nmpc import Nmpc
+from softsoil.control.nmpc_status import Status
+from softsoil.control.ocp import Ocp
+from softsoil.estimator.terrain import Tuning
+from softsoil.mpc_demo.closed_loop_parts import (
     TICK,
     Faults,
     Histories,
@@ -19,14 +23,11 @@ from mpc_demo.closed_loop_parts import (
     PlanFollower,
     wheel_slip,
 )
-from mpc_demo.nmpc import Nmpc
-from mpc_demo.nmpc_status import Status
-from mpc_demo.ocp import Ocp
-from mpc_demo.scenarios import WARM_UP, Scenario
-from plant.start import Start
-from plant.world import Plant, Sample
-from recording.drive import STATE_CHANNELS
-from recording.noise import TABLE5
+from softsoil.mpc_demo.scenarios import Scenario
+from softsoil.plant.start import Start
+from softsoil.plant.world import Plant, Sample
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.noise import TABLE5
 
 Array = NDArray[np.float64]
 

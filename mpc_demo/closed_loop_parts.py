@@ -8,15 +8,15 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.compiled import CompiledFunction
-from estimator.terrain import ForceError, Jumps, SoilChange, Tuning, terrain_model
-from estimator.ukf import UnscentedKalmanFilter
-from mpc_demo.ocp import Ocp
-from plant.world import Sample
-from recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
-from recording.noise import TABLE5
-from symbolic.discretize import advance_memory, read_memory
-from symbolic.model import Model
+from softsoil.codegen.compiled import CompiledFunction
+from softsoil.control.ocp import Ocp
+from softsoil.estimator.terrain import ForceError, Jumps, SoilChange, Tuning, terrain_model
+from softsoil.estimator.ukf import UnscentedKalmanFilter
+from softsoil.plant.world import Sample
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.recording.noise import TABLE5
+from softsoil.symbolic.discretize import advance_memory, read_memory
+from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
 

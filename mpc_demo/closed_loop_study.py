@@ -11,9 +11,9 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mpc_demo.closed_loop import LoopLog
-from mpc_demo.closed_loop_parts import Faults
-from mpc_demo.scenarios import GUESS_OFF, Scenario, scenarios
+from softsoil.mpc_demo.closed_loop import LoopLog
+from softsoil.mpc_demo.closed_loop_parts import Faults
+from softsoil.mpc_demo.scenarios import GUESS_OFF, Scenario, scenarios
 
 Array = NDArray[np.float64]
 

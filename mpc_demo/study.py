@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.horizons import HORIZONS, START_UP, Replay, Windows
-from estimator.terrain import TerrainEstimate, estimate_terrain
-from recording.drive import Recording
-from symbolic.declaration import Declaration
+from softsoil.estimator.horizons import HORIZONS, START_UP, Replay, Windows
+from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.declaration import Declaration
 
 Array = NDArray[np.float64]
 

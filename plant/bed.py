@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plant.contact import REACH, tiles_within_reach, wheel_contact
-from plant.grid import RutGrid
-from plant.soil_field import SoilField
-from symbolic.soil import Soil
+from softsoil.plant.contact import REACH, tiles_within_reach, wheel_contact
+from softsoil.plant.grid import RutGrid
+from softsoil.plant.soil_field import SoilField
+from softsoil.symbolic.soil import Soil
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class SoilBed:
     """Deformable soil with its memory.
 
     soil: a Soil or SoilField; spacing: of the grid (m); damping: with the soil's R; creep: speed below which shear fades;
-    cast: find the wheel as the reference simulator does (`plant.raycast`).
+    cast: find the wheel as the reference simulator does (`softsoil.plant.raycast`).
     """
 
     def __init__(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from plant.kernel import inner, kernel
+from softsoil.plant.kernel import inner, kernel
 
 
 @kernel

@@ -14,10 +14,10 @@ import math
 
 import numpy as np
 
-from plant.contact import REACH, wheel_contact
-from plant.driveline import axle_drive_torque, shift_gear, spin_rates
-from plant.kernel import inner
-from plant.state import (
+from softsoil.plant.contact import REACH, wheel_contact
+from softsoil.plant.driveline import axle_drive_torque, shift_gear, spin_rates
+from softsoil.plant.kernel import inner
+from softsoil.plant.state import (
     GEAR,
     PITMAN,
     PITMAN_RATE,
@@ -33,8 +33,8 @@ from plant.state import (
     advance_pose,
     rotation,
 )
-from plant.steering import advance_pitman, idler_moment, rods_lift, steering_target
-from plant.suspension import (
+from softsoil.plant.steering import advance_pitman, idler_moment, rods_lift, steering_target
+from softsoil.plant.suspension import (
     AXLE_X,
     AXLE_Z,
     COUNT,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plant.kernel import kernel
+from softsoil.plant.kernel import kernel
 
 
 @kernel

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.kernel import inner, kernel
+from softsoil.plant.kernel import inner, kernel
 
 TILE = 8
 TILE_NODES = TILE * TILE

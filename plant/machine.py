@@ -11,11 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.kinematics import fit_polynomials, solve_axle
+from softsoil.files.package_data import VEHICLES
+from softsoil.plant.kinematics import fit_polynomials, solve_axle
 
 Array = NDArray[np.float64]
 
-REFERENCE = Path(__file__).resolve().parents[1] / "vehicles" / "reference_plant.toml"
+REFERENCE = VEHICLES / "reference_plant.toml"
 RPM = np.pi / 30.0
 _SECTIONS = ("chassis", "wheel", "front", "rear", "steering", "driveline")
 
@@ -30,7 +31,7 @@ class Machine(NamedTuple):
     sprung_inertia: Array  # (3, 3)
     unsprung_mass: Array  # (4,)
     total_mass: float
-    paths: Array  # (4, 14, 6, 6) polynomials of plant.kinematics
+    paths: Array  # (4, 14, 6, 6) polynomials of softsoil.plant.kinematics
     origin: Array  # (3,) sprung centre of gravity in the vehicle's frame
     front_point: Array  # (3,) middle of the front axle in the chassis frame
     radius: Array  # (4,)

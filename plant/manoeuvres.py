@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.world import Sample
+from softsoil.plant.world import Sample
 
 Array = NDArray[np.float64]
 

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from plant.kernel import kernel
-from plant.state import PITMAN, POSITION, RATE, SPIN, TIME, TRAVEL, TRAVEL_RATE, VELOCITY, rotation
-from plant.suspension import COUNT, carrier
-from recording.drive import CHANNEL_UNITS
+from softsoil.plant.kernel import kernel
+from softsoil.plant.state import PITMAN, POSITION, RATE, SPIN, TIME, TRAVEL, TRAVEL_RATE, VELOCITY, rotation
+from softsoil.plant.suspension import COUNT, carrier
+from softsoil.recording.drive import CHANNEL_UNITS
 
 WHEELS = ("fl", "fr", "rl", "rr")
 _PER_WHEEL = ("fx", "fy", "fz", "vx", "vy", "z")

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from plant.kernel import geometry
+from softsoil.plant.kernel import geometry
 
 EDGE = 0.01
 """Radius of the rounded edges (m): the reference's margin."""

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.driveline import curve, shift_gear
-from plant.effects import Effects
-from plant.machine import PlantVehicle, load_plant_vehicle
-from plant.manoeuvres import Logged, Manoeuvre, Sine, Speed
-from plant.observe import COLUMNS, WHEELS
-from plant.simulate import drive, recording_of
-from plant.soil_field import SoilField
-from plant.start import Start
-from plant.state import (
+from softsoil.plant.driveline import curve, shift_gear
+from softsoil.plant.effects import Effects
+from softsoil.plant.machine import PlantVehicle, load_plant_vehicle
+from softsoil.plant.manoeuvres import Logged, Manoeuvre, Sine, Speed
+from softsoil.plant.observe import COLUMNS, WHEELS
+from softsoil.plant.simulate import drive, recording_of
+from softsoil.plant.soil_field import SoilField
+from softsoil.plant.start import Start
+from softsoil.plant.state import (
     GEAR,
     PITMAN,
     POSITION,
@@ -28,9 +28,9 @@ from plant.state import (
     VELOCITY,
     rotation,
 )
-from plant.world import Plant
-from recording.drive import Recording
-from symbolic.soil import Soil
+from softsoil.plant.world import Plant
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.soil import Soil
 
 Array = NDArray[np.float64]
 

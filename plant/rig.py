@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.contact import REACH, tiles_within_reach, wheel_contact
-from plant.grid import RutGrid
-from plant.kernel import kernel
-from plant.soil_field import SoilField
-from symbolic.soil import Soil
+from softsoil.plant.contact import REACH, tiles_within_reach, wheel_contact
+from softsoil.plant.grid import RutGrid
+from softsoil.plant.kernel import kernel
+from softsoil.plant.soil_field import SoilField
+from softsoil.symbolic.soil import Soil
 
 CHANNELS = ("wheel_yaw", "omega", "fx", "fy", "fz", "my", "wheel_z")
 """Columns of a run, in the travel frame; as in the shared single-wheel runs."""
@@ -130,7 +130,7 @@ def run_rig(
     """One run of the rig from the drop on: times (N,) and the CHANNELS (N, 7), every `every` steps.
 
     damping: with the soil's damping R; creep: speed below which shear fades (m/s), 0 as in the reference simulator; cast:
-    find the wheel as that does (`plant.raycast`).
+    find the wheel as that does (`softsoil.plant.raycast`).
     """
     rig = rig or Rig()
     soil = SoilField.uniform(run.soil)

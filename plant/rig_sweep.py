@@ -1,10 +1,10 @@
 """Many runs of the single-wheel rig over the paper's Table 4, for a force law to be judged on.
 
-    python -m plant.rig_sweep --out runs/rig_sweep [--runs 1600] [--seed 1] [--jobs 2] [--cast]
+    python -m softsoil.plant.rig_sweep --out runs/rig_sweep [--runs 1600] [--seed 1] [--jobs 2] [--cast]
 
 Writes one npz per soil class with the arrays of the shared single-wheel runs: conditions, t, series, channels
 (load with allow_pickle=False). `--experiment table3` writes the paper's Table 3 experiment instead; with `--cast` the wheel is
-found as the reference simulator finds it (`plant.raycast`).
+found as the reference simulator finds it (`softsoil.plant.raycast`).
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from plant.rig import CHANNELS, RigRun, run_rig
-from symbolic.soil import SOILS, Soil
+from softsoil.plant.rig import CHANNELS, RigRun, run_rig
+from softsoil.symbolic.soil import SOILS, Soil
 
 Array = NDArray[np.float64]
 

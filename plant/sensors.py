@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.drive import CHANNEL_UNITS, Recording
-from recording.noise import add_noise
+from softsoil.recording.drive import CHANNEL_UNITS, Recording
+from softsoil.recording.noise import add_noise
 
 Array = NDArray[np.float64]
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.effects import Effects
-from plant.machine import PlantVehicle
-from plant.manoeuvres import MANOEUVRES, Driver, PathFollower, lane_change, names
-from plant.observe import COLUMNS
-from plant.sensors import Sensors
-from plant.soil_field import SoilField
-from plant.start import Start
-from plant.world import Plant
-from recording.drive import Recording
-from symbolic.soil import CLAY, Soil
+from softsoil.plant.effects import Effects
+from softsoil.plant.machine import PlantVehicle
+from softsoil.plant.manoeuvres import MANOEUVRES, Driver, PathFollower, lane_change, names
+from softsoil.plant.observe import COLUMNS
+from softsoil.plant.sensors import Sensors
+from softsoil.plant.soil_field import SoilField
+from softsoil.plant.start import Start
+from softsoil.plant.world import Plant
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.soil import CLAY, Soil
 
 SAMPLE = 0.012
 """Interval of the recorded rows (s), as in the shared drives."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.kernel import kernel
-from symbolic.soil import SOIL_SIGNALS, Soil
+from softsoil.plant.kernel import kernel
+from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
 
 K_PHI, K_C, N, C, TAN_PHI, K_SHEAR, K_ELASTIC, DAMPING = range(8)
 """Order of a parameter set in the kernel; friction as tan(phi)."""

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from plant.dynamics import GRAVITY
-from plant.machine import Machine, PlantVehicle
-from plant.soil_field import SoilField
-from plant.state import (
+from softsoil.plant.dynamics import GRAVITY
+from softsoil.plant.machine import Machine, PlantVehicle
+from softsoil.plant.soil_field import SoilField
+from softsoil.plant.state import (
     GEAR,
     POSITION,
     QUATERNION,
@@ -23,7 +23,7 @@ from plant.state import (
     quaternion,
     rotation,
 )
-from plant.suspension import COUNT, STRUT, carrier, strut_force
+from softsoil.plant.suspension import COUNT, STRUT, carrier, strut_force
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.effects import MAX_DELAY_STEPS
-from plant.kernel import inner, kernel
+from softsoil.plant.effects import MAX_DELAY_STEPS
+from softsoil.plant.kernel import inner, kernel
 
 POSITION = 0  # 3: sprung centre of gravity, world (m)
 QUATERNION = 3  # 4: chassis to world, scalar first

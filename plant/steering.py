@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from plant.driveline import curve
-from plant.effects import MAX_DELAY_STEPS
-from plant.kernel import inner
-from plant.state import PITMAN, PITMAN_RATE, RING, STEER_LAGGED, STEER_PLAY, STEPS, TRAVEL
-from plant.suspension import COUNT, ROD, STEER_TURN, carrier
+from softsoil.plant.driveline import curve
+from softsoil.plant.effects import MAX_DELAY_STEPS
+from softsoil.plant.kernel import inner
+from softsoil.plant.state import PITMAN, PITMAN_RATE, RING, STEER_LAGGED, STEER_PLAY, STEPS, TRAVEL
+from softsoil.plant.suspension import COUNT, ROD, STEER_TURN, carrier
 
 
 @inner

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from plant.driveline import curve
-from plant.kernel import inner, kernel
-from plant.kinematics import QUANTITIES
+from softsoil.plant.driveline import curve
+from softsoil.plant.kernel import inner, kernel
+from softsoil.plant.kinematics import QUANTITIES
 
 CENTRE, AXLE_X, AXLE_Z, TURN, STEER_TURN, STRUT, LINK, ROD = 0, 3, 4, 5, 8, 11, 12, 13
-"""First column of each group in the polynomials of plant.kinematics."""
+"""First column of each group in the polynomials of softsoil.plant.kinematics."""
 COUNT = len(QUANTITIES)
 """Columns in all."""
 

@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plant.contact import tiles_within_reach
-from plant.dynamics import EXTRA, INFO, step_vehicle
-from plant.effects import Effects
-from plant.grid import RutGrid
-from plant.kernel import kernel
-from plant.machine import PlantVehicle, load_plant_vehicle
-from plant.observe import COLUMNS, observe
-from plant.soil_field import SoilField
-from plant.start import Start, start_state
-from plant.state import TIME
-from symbolic.soil import CLAY, Soil
+from softsoil.plant.contact import tiles_within_reach
+from softsoil.plant.dynamics import EXTRA, INFO, step_vehicle
+from softsoil.plant.effects import Effects
+from softsoil.plant.grid import RutGrid
+from softsoil.plant.kernel import kernel
+from softsoil.plant.machine import PlantVehicle, load_plant_vehicle
+from softsoil.plant.observe import COLUMNS, observe
+from softsoil.plant.soil_field import SoilField
+from softsoil.plant.start import Start, start_state
+from softsoil.plant.state import TIME
+from softsoil.symbolic.soil import CLAY, Soil
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class Plant:
 
     vehicle: PlantVehicle (default: the reference vehicle); soil: a Soil or a SoilField; effects: what is switched on;
     start: where and how fast the vehicle begins; step: s; spacing: of the soil's grid (m); cast: find the wheels over the
-    soil as the reference simulator does, up to 1 cm too low (`plant.raycast`), at a third of the speed.
+    soil as the reference simulator does, up to 1 cm too low (`softsoil.plant.raycast`), at a third of the speed.
     Deterministic: the same arguments and commands give the same numbers.
     """
 

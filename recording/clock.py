@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from recording.drive import Array, Recording
+from softsoil.recording.drive import Array, Recording
 
 LARGEST_JITTER = 0.1
 """Share of a step: below it, the clock is even enough for equal steps to be taken for granted."""

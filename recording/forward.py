@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.drive import Array, Recording
+from softsoil.recording.drive import Array, Recording
 
 STANDING = 0.2
 """m/s: below this the vehicle stands, crawls or reverses: slip has no meaning there."""

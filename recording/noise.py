@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from recording.drive import Recording
+from softsoil.recording.drive import Recording
 
 TABLE5: Mapping[str, float] = MappingProxyType(
     {"x": 1.2, "y": 1.2, "psi": 0.0175, "u": 0.25, "v": 0.25, "omega_z": 0.0175}

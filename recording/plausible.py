@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.columns import Source
-from recording.drive import CHANNEL_UNITS, Array
+from softsoil.recording.columns import Source
+from softsoil.recording.drive import CHANNEL_UNITS, Array
 
 Rows = NDArray[np.integer]
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from recording.columns import Source
-from recording.drive import CHANNEL_UNITS, STATE_CHANNELS, TRUTH_PREFIX, WHEEL_CHANNELS, Array, Recording
-from recording.plausible import check_units
-from recording.table import numbers, read_table
+from softsoil.recording.columns import Source
+from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS, TRUTH_PREFIX, WHEEL_CHANNELS, Array, Recording
+from softsoil.recording.plausible import check_units
+from softsoil.recording.table import numbers, read_table
 
 REQUIRED = ("t", *STATE_CHANNELS, "steer", *WHEEL_CHANNELS)
 GAP_STEPS = 2.5

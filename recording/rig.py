@@ -77,7 +77,7 @@ class WheelRun:
         return len(self.v_x)
 
     def motion(self) -> Array:
-        """(7, N): v_x, v_y, omega, load, yaw_rate, steer_rate, dv_y, in the order of symbolic.wheel.Contact."""
+        """(7, N): v_x, v_y, omega, load, yaw_rate, steer_rate, dv_y, in the order of softsoil.symbolic.wheel.Contact."""
         return np.array([getattr(self, key) for key in MOTION])
 
     def lateral(self, f_x: Array, f_y: Array) -> Array:

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from recording.columns import Source, load_columns
-from recording.rig import SMOOTHING, SOIL_KEYS, WheelRun, moving_mean
-from recording.table import numbers, read_table
+from softsoil.recording.columns import Source, load_columns
+from softsoil.recording.rig import SMOOTHING, SOIL_KEYS, WheelRun, moving_mean
+from softsoil.recording.table import numbers, read_table
 
 Array = NDArray[np.float64]
 

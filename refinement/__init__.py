@@ -1,0 +1,1 @@
+"""The loop closed with data: residual, missing effect, refined model."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from recording.clock import on_even_clock
-from recording.drive import Recording
+from softsoil.recording.clock import on_even_clock
+from softsoil.recording.drive import Recording
 
 ONE_WAVE = 0.8
 """Share of the steering's variance in one line of its spectrum beyond which a drive repeats one wave."""

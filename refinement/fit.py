@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from refinement.shooting import Shooting
+from softsoil.refinement.shooting import Shooting
 
 Array = NDArray[np.float64]
 
@@ -17,8 +17,9 @@ HUBER = 3.0
 """Standard deviations beyond which a residual counts linearly: spikes of a sensor do not pull."""
 RELATIVE_STEP = 5e-6
 """Step of the differences that make the Jacobian, relative to a parameter's scale: rollouts are exact to 1e-12, so derivatives
-are to 1e-5 (tests/test_derivatives.py). Algorithmic ones cost eight times the compiling and three times the rollouts, and at a
-bound where an effect is absent (a delay of 0) they give the branch that does not move; differences inwards give the other."""
+are to 1e-5 (tests/symbolic/test_derivatives.py). Algorithmic ones cost eight times the compiling and three times the rollouts,
+and at a bound where an effect is absent (a delay of 0) they give the branch that does not move; differences inwards give the
+other."""
 ITERATIONS = 12
 SETTLED_COST, SETTLED_VALUE = 1e-3, 0.03
 """A fit is over when a step gains less than this share of the cost and moves no number by more than this share of its scale."""

@@ -9,8 +9,8 @@ import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from refinement.fit import Fit, fit
-from refinement.trace import Bench, Candidate, everything, fit_base, gain_of, held_cost, of_effect
+from softsoil.refinement.fit import Fit, fit
+from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, gain_of, held_cost, of_effect
 
 Array = NDArray[np.float64]
 

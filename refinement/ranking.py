@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from joblib import Parallel, delayed
 
-from refinement.trace import FIT_SHARE, Bench, Candidate, try_effect
-from symbolic.effects import Effect
+from softsoil.refinement.trace import FIT_SHARE, Bench, Candidate, try_effect
+from softsoil.symbolic.effect import Effect
 
 PLACE = ("change_x", "change_y", "change_heading")
 """Parameters that say where something begins: they are tried, not fitted, since a window sees only what it crosses."""

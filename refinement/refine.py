@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.horizons import HORIZONS
-from recording.drive import STATE_CHANNELS, Recording
-from recording.forward import forward_part
-from refinement.excitation import one_wave
-from refinement.fit import N_NAMES, Fit
-from refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
-from refinement.shooting import Shooting
-from refinement.structure import Structure, structure
-from refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
-from refinement.wheel_speeds import all_open, locked_axles
-from symbolic.catalogue import catalogue
-from symbolic.declaration import Declaration
-from symbolic.effects import Effect
-from symbolic.vehicle import Vehicle
+from softsoil.estimator.horizons import HORIZONS
+from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.forward import forward_part
+from softsoil.refinement.excitation import one_wave
+from softsoil.refinement.fit import N_NAMES, Fit
+from softsoil.refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
+from softsoil.refinement.shooting import Shooting
+from softsoil.refinement.structure import Structure, structure
+from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
+from softsoil.refinement.wheel_speeds import all_open, locked_axles
+from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.effect import Effect
+from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 

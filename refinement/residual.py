@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from estimator.consistency import whiteness_p
-from estimator.horizons import HORIZONS, START_UP, Replay
-from recording.drive import STATE_CHANNELS, Recording
-from symbolic.model import Model
-from symbolic.vehicle import Vehicle
+from softsoil.estimator.consistency import whiteness_p
+from softsoil.estimator.horizons import HORIZONS, START_UP, Replay
+from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 

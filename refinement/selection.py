@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit
 
-from refinement.fit import Fit
-from refinement.folds import cross_validated
-from refinement.ranking import placed, rank
-from refinement.trace import Bench, Candidate, fit_base, held_cost, reweighted
-from symbolic.catalogue import catalogue
-from symbolic.declaration import Declaration
-from symbolic.effects import Effect
+from softsoil.refinement.fit import Fit
+from softsoil.refinement.folds import cross_validated
+from softsoil.refinement.ranking import placed, rank
+from softsoil.refinement.trace import Bench, Candidate, fit_base, held_cost, reweighted
+from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.effect import Effect
 
 LEAST_GAIN = 0.2
 """An effect must remove this share of the held-out cost beyond sensor noise: the declared model's own error lets any flexible

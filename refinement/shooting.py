@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import savgol_filter
 
-from estimator.compiled import CompiledFunction
-from estimator.inputs import measured_inputs, measured_states
-from estimator.loop import StepLoop
-from recording.clock import on_even_clock
-from recording.drive import STATE_CHANNELS, Recording
-from symbolic.discretize import start_memory, step_with_memory
-from symbolic.model import Model
+from softsoil.codegen.compiled import CompiledFunction
+from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.loop import StepLoop
+from softsoil.recording.clock import on_even_clock
+from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.symbolic.discretize import start_memory, step_with_memory
+from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
 

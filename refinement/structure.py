@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.inputs import measured_inputs, measured_states, sensor_std
-from recording.clock import on_even_clock
-from recording.drive import Recording
-from refinement.residual import WINDOW, drive_residual, rms, slope, split_by_axle
-from symbolic.model import Model
-from symbolic.vehicle import Vehicle
+from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_std
+from softsoil.recording.clock import on_even_clock
+from softsoil.recording.drive import Recording
+from softsoil.refinement.residual import WINDOW, drive_residual, rms, slope, split_by_axle
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 

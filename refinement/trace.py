@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.inputs import sensor_std
-from recording.drive import Recording
-from refinement.fit import N_NAMES, Fit, Free, Weights, fit
-from refinement.shooting import Shooting, shooting_drive
-from symbolic.catalogue import catalogue
-from symbolic.declaration import Declaration
-from symbolic.effects import Effect, neutral
-from symbolic.model import Model
-from symbolic.signals import Signal
-from symbolic.soil import SOIL_SIGNALS
+from softsoil.estimator.inputs import sensor_std
+from softsoil.recording.drive import Recording
+from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
+from softsoil.refinement.shooting import Shooting, shooting_drive
+from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.effect import Effect, neutral
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.signals import Signal
+from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
 

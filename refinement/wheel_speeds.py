@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from recording.drive import Recording
-from symbolic.vehicle import Vehicle
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.vehicle import Vehicle
 
 AXLES = {"front": ("omega_fl", "omega_fr"), "rear": ("omega_rl", "omega_rr")}
 TURNING = 0.1

@@ -22,11 +22,11 @@ from typing import Any
 
 import casadi as ca
 
-from symbolic.model import Model, Quantities, Stage
-from symbolic.signals import Layout, Signal
-from symbolic.soil import SOIL_SIGNALS, Soil
-from symbolic.vehicle import GRAVITY, Vehicle
-from symbolic.wheel import Contact, ForceLaw, WheelForce, force_law
+from softsoil.symbolic.model import Model, Quantities, Stage
+from softsoil.symbolic.signals import Layout, Signal
+from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
+from softsoil.symbolic.vehicle import GRAVITY, Vehicle
+from softsoil.symbolic.wheel import Contact, ForceLaw, WheelForce, force_law
 
 Scalar = Any
 
@@ -93,7 +93,7 @@ def bicycle(vehicle: Vehicle, soil: Soil, law: ForceLaw | str = "turn_slip") -> 
     """The paper's bicycle (eq. (bicycle)) on soft soil: states of eq. (bicycle_states), outputs the states.
 
     vehicle: its numbers; soil: nominal values of the soil parameters p (n once per axle, n_f and n_r);
-    law: per-wheel force law or its name. Effects are added with `symbolic.effects.add_effect`.
+    law: per-wheel force law or its name. Effects are added with `softsoil.symbolic.effect.add_effect`.
     """
     law = force_law(law) if isinstance(law, str) else law
     stages = (

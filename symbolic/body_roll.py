@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import casadi as ca
 
-from symbolic.history import lag_share
-from symbolic.model import Memory, Quantities, Scalar
-from symbolic.signals import Layout, Signal
+from softsoil.symbolic.history import lag_share
+from softsoil.symbolic.model import Memory, Quantities, Scalar
+from softsoil.symbolic.signals import Layout, Signal
 
 ROLL_TIME = 0.165
 """s: how long a damped body takes to roll (first order)."""

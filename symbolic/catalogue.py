@@ -4,20 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symbolic.bicycle import bicycle
-from symbolic.effects import Effect, add_effect
-from symbolic.effects_body import bank, grade, locked_differential, motion_resistance, payload, side_force, yaw_moment
-from symbolic.effects_contact import aligning_moment, pressure_offset
-from symbolic.effects_delay import sensor_delay
-from symbolic.effects_lean import wheel_lean
-from symbolic.effects_sensor import gyro_bias, lever_arm, speed_scale
-from symbolic.effects_soil import bulldozing, rate_damping, relaxation, slip_sinkage, soil_change
-from symbolic.effects_steering import backlash, steering_delay, steering_gain, steering_lag, steering_offset
-from symbolic.effects_track import load_transfer, multipass
-from symbolic.model import Model
-from symbolic.soil import Soil
-from symbolic.vehicle import Vehicle
-from symbolic.wheel import ForceLaw
+from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.effect import Effect, add_effect
+from softsoil.symbolic.effects.body import (
+    bank,
+    grade,
+    locked_differential,
+    motion_resistance,
+    payload,
+    side_force,
+    yaw_moment,
+)
+from softsoil.symbolic.effects.contact import aligning_moment, pressure_offset
+from softsoil.symbolic.effects.delay import sensor_delay
+from softsoil.symbolic.effects.lean import wheel_lean
+from softsoil.symbolic.effects.sensor import gyro_bias, lever_arm, speed_scale
+from softsoil.symbolic.effects.soil import bulldozing, rate_damping, relaxation, slip_sinkage, soil_change
+from softsoil.symbolic.effects.steering import backlash, steering_delay, steering_gain, steering_lag, steering_offset
+from softsoil.symbolic.effects.track import load_transfer, multipass
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import Soil
+from softsoil.symbolic.vehicle import Vehicle
+from softsoil.symbolic.wheel import ForceLaw
 
 
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:

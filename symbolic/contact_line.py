@@ -10,9 +10,9 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from symbolic.smooth import Scalar, smooth_min, smooth_positive
-from symbolic.soil import Soil
-from symbolic.wheel import Wheel
+from softsoil.symbolic.smooth import Scalar, smooth_min, smooth_positive
+from softsoil.symbolic.soil import Soil
+from softsoil.symbolic.wheel import Wheel
 
 LOAD_WIDTH = 0.1
 """N: loads below this are smoothed towards zero, so that a wheel in the air carries nothing instead of failing."""

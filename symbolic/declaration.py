@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from symbolic.catalogue import declared_model
-from symbolic.model import Model
-from symbolic.signals import Signal
-from symbolic.soil import SOIL_SIGNALS, Soil, soil_from_table
-from symbolic.toml_file import read_toml
-from symbolic.vehicle import Vehicle, vehicle_from_table
-from symbolic.wheel import law_names
+from softsoil.files.toml_file import read_toml
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.signals import Signal
+from softsoil.symbolic.soil import SOIL_SIGNALS, Soil, soil_from_table
+from softsoil.symbolic.vehicle import Vehicle, vehicle_from_table
+from softsoil.symbolic.wheel import law_names
 
 
 @dataclass(frozen=True)

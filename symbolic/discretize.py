@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from symbolic.model import Model, Quantities
+from softsoil.symbolic.model import Model, Quantities
 
 METHODS = ("euler", "rk4")
 

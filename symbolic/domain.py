@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from symbolic.bekker import DEEPEST
-from symbolic.wheel import Contact, Wheel
+from softsoil.symbolic.laws.bekker import DEEPEST
+from softsoil.symbolic.wheel import Contact, Wheel
 
 
 def check_contact(contact: Contact) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from symbolic.bicycle import body_force
-from symbolic.history import lag_share
-from symbolic.model import Memory, Quantities, Scalar
-from symbolic.signals import Layout, Signal
+from softsoil.symbolic.bicycle import body_force
+from softsoil.symbolic.history import lag_share
+from softsoil.symbolic.model import Memory, Quantities, Scalar
+from softsoil.symbolic.signals import Layout, Signal
 
 TORQUE_TIME = 0.2
 """s: first-order lag of the torque; a suspended body rolls no faster, and measured wheel speeds are noisy."""

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from symbolic.model import Compute, Memory, Quantities, Scalar
-from symbolic.signals import Layout, Signal
-from symbolic.track import interpolate, push, read_cells, track_layout, write_cells
+from softsoil.symbolic.model import Compute, Memory, Quantities, Scalar
+from softsoil.symbolic.signals import Layout, Signal
+from softsoil.symbolic.track import interpolate, push, read_cells, track_layout, write_cells
 
 
 def lag_share(dt: Scalar, time: Scalar) -> Scalar:

@@ -1,7 +1,7 @@
 """A model: named states, inputs, parameters and outputs, and the equations between them, as CasADi functions.
 
 The equations are a chain of named stages. Each stage reads the quantities found so far and adds its own; an effect
-(`symbolic.effects`) corrects the quantities of a stage and never edits it. The chain ends with the rate `d_<state>` of
+(`softsoil.symbolic.effect`) corrects the quantities of a stage and never edits it. The chain ends with the rate `d_<state>` of
 every state and the value `y_<output>` of every output.
 """
 
@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from symbolic.signals import Layout, Signal
+from softsoil.symbolic.signals import Layout, Signal
 
 Scalar = Any
 Quantities = dict[str, Any]

@@ -14,7 +14,7 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from symbolic.contact_line import (
+from softsoil.symbolic.contact_line import (
     LOAD_WIDTH,
     ContactLine,
     Node,
@@ -28,9 +28,9 @@ from symbolic.contact_line import (
     tail_node,
     tail_pressure,
 )
-from symbolic.smooth import Scalar, smooth_min, smooth_norm, smooth_positive
-from symbolic.soil import Soil
-from symbolic.wheel import Contact, Wheel
+from softsoil.symbolic.smooth import Scalar, smooth_min, smooth_norm, smooth_positive
+from softsoil.symbolic.soil import Soil
+from softsoil.symbolic.wheel import Contact, Wheel
 
 RUT_NODES, BESIDE_NODES = 3, 4
 """Gauss nodes ahead of the wheel centre: in the rut, where the pressure has no root, and on the rest of the width."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from symbolic.signals import Layout, Signal
-from symbolic.toml_file import read_toml
+from softsoil.files.toml_file import read_toml
+from softsoil.symbolic.signals import Layout, Signal
 
 Scalar = Any
 """A float, or a CasADi scalar where a parameter is free."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from symbolic.signals import Layout, Signal
+from softsoil.symbolic.signals import Layout, Signal
 
 Scalar = Any
 Cell = dict[str, Scalar]

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from symbolic.toml_file import read_toml
-from symbolic.wheel import Wheel
+from softsoil.files.toml_file import read_toml
+from softsoil.symbolic.wheel import Wheel
 
 GRAVITY = 9.81
 """m/s^2"""

@@ -14,7 +14,7 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from symbolic.soil import Soil
+from softsoil.symbolic.soil import Soil
 
 Scalar = Any
 """A CasADi SX scalar, or a float."""
@@ -98,12 +98,12 @@ class ForceLaw(Protocol):
 
 _LAWS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "bekker": ("symbolic.bekker", "Bekker"),
-        "dallas": ("symbolic.dallas", "Dallas"),
-        "dallas_refit": ("symbolic.dallas_refit", "DallasRefit"),
-        "turn_slip": ("symbolic.turn_slip", "TurnSlip"),
-        "hard_ground": ("symbolic.hard_ground", "HardGround"),
-        "turn_slip_calibrated": ("symbolic.turn_slip_calibrated", "TurnSlipCalibrated"),
+        "bekker": ("softsoil.symbolic.laws.bekker", "Bekker"),
+        "dallas": ("softsoil.symbolic.laws.dallas", "Dallas"),
+        "dallas_refit": ("softsoil.symbolic.laws.dallas_refit", "DallasRefit"),
+        "turn_slip": ("softsoil.symbolic.laws.turn_slip", "TurnSlip"),
+        "hard_ground": ("softsoil.symbolic.laws.hard_ground", "HardGround"),
+        "turn_slip_calibrated": ("softsoil.symbolic.laws.turn_slip_calibrated", "TurnSlipCalibrated"),
     }
 )
 """Name -> module and class, imported only when asked for: the laws import this module."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from plant.machine import load_plant_vehicle
-from plant.suspension import AXLE_X, AXLE_Z, COUNT, carrier
+from softsoil.plant.machine import load_plant_vehicle
+from softsoil.plant.suspension import AXLE_X, AXLE_Z, COUNT, carrier
 
 
 def axle_of(wheel: int, travel: float, pitman: float) -> np.ndarray:

@@ -5,10 +5,11 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 from drives import reference_vehicle
-from mpc_demo.c_library import CLibrary, c_library_texts
-from symbolic.clibrary.folder import write_library
-from symbolic.declaration import Declaration
-from symbolic.soil import CLAY
+from softsoil.codegen.c_library.binding import CLibrary
+from softsoil.codegen.c_library.folder import write_library
+from softsoil.estimator.c_library import c_library_texts
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.soil import CLAY
 
 NAMES = ("plain", "tracks")
 SCALAR = ("-O2", "-DSOFTSOIL_SCALAR")

@@ -3,12 +3,12 @@
 from functools import lru_cache
 from pathlib import Path
 
-from estimator.synthetic import synthetic_drive
-from recording.drive import Recording
-from symbolic.bicycle import bicycle
-from symbolic.model import Model
-from symbolic.soil import CLAY
-from symbolic.vehicle import Vehicle, load_vehicle
+from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import CLAY
+from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 PROJECT = Path(__file__).resolve().parents[1]
 DATA = PROJECT / "data"

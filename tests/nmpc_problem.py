@@ -3,10 +3,10 @@
 from functools import lru_cache
 
 from drives import reference_vehicle
-from mpc_demo.ocp import Ocp, OcpSettings
-from symbolic.bicycle import bicycle
-from symbolic.soil import CLAY
-from symbolic.turn_slip import TurnSlip
+from softsoil.control.ocp import Ocp, OcpSettings
+from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.laws.turn_slip import TurnSlip
+from softsoil.symbolic.soil import CLAY
 
 N = 20
 

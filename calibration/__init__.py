@@ -1,0 +1,1 @@
+"""Force laws from single-wheel runs."""

@@ -1,0 +1,1 @@
+"""Case studies on measured data."""

@@ -1,0 +1,1 @@
+"""A Model becomes C: compile and call, lanes, instruction order, C library."""

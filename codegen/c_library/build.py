@@ -1,0 +1,40 @@
+"""A generated folder compiled into a shared library, kept in the cache."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from softsoil.codegen.compiled import find_compiler
+from softsoil.files.cache import cache_folder
+
+FLAGS = ("-O3", "-march=native", "-fno-math-errno")
+SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c")
+
+
+def build_c_library(folder: str | Path, flags: Sequence[str] = FLAGS, compiler: str | None = None) -> Path:
+    """The library in `folder` as a shared library, kept in the cache under its content, compiler and flags.
+
+    Raises ValueError where there is no compiler or it refuses.
+    """
+    compiler = compiler or find_compiler()
+    if compiler is None:
+        raise ValueError("C library: expected a C compiler ($CC, cc, gcc or clang), found none")
+    folder = Path(folder)
+    texts = [path.read_bytes() for path in sorted(folder.rglob("*.[ch]"))]
+    key = hashlib.sha256(b"\0".join([*texts, compiler.encode(), *(flag.encode() for flag in flags)])).hexdigest()
+    library = cache_folder() / f"softsoil_{key[:24]}.so"
+    if not library.is_file():
+        library.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
+            built = Path(scratch) / library.name
+            command = [compiler, *flags, "-shared", "-fPIC", f"-I{folder / 'include'}"]
+            command += [str(folder / source) for source in SOURCES] + ["-lm", "-o", str(built)]
+            run = subprocess.run(command, capture_output=True, text=True, check=False)
+            if run.returncode != 0:
+                raise ValueError(f"C library: {compiler} refused {folder}: {run.stderr.strip()}")
+            built.replace(library)
+    return library

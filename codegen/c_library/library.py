@@ -1,0 +1,220 @@
+"""The C library of a model: every file's text, and the folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+
+import numpy as np
+
+from softsoil.codegen.c_library.fmi import fmi_files
+from softsoil.codegen.c_library.kernels import number, write_kernel
+from softsoil.codegen.c_library.parts import SAID, SOIL, TOLD, Parts
+from softsoil.codegen.c_library.statuses import STATUSES, status_cases, status_enum
+from softsoil.codegen.c_library.tables import formulation, readme_tables
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.signals import Layout
+
+TEMPLATES = {
+    "include/softsoil.h": "softsoil.h.in",
+    "src/softsoil_filter.c": "softsoil_filter.c.in",
+    "src/softsoil_model.c": "softsoil_model.c.in",
+    "src/softsoil_model.h": "softsoil_model.h.in",
+    "src/softsoil_lanes.h": "softsoil_lanes.h.in",
+    "README.md": "README.md.in",
+    "CMakeLists.txt": "CMakeLists.txt.in",
+    "example.c": "example.c.in",
+}
+"""Where each template goes."""
+ALPHA, KAPPA, ZETA = 1.0, 0.0, 2.0
+"""Scaling of the unscented transform (paper, eqs. (lambda), (W_0c)): no weight is negative."""
+STANDSTILL_SPEED, GATE_PATIENCE = 0.5, 25
+CONSISTENCY_WINDOW, INCONSISTENT, INCONSISTENT_SOIL = 80, 1.3, 1.35
+"""Updates over which means of normalised innovations run, and where such a mean is beyond noise: four and a half and three
+standard deviations above 1."""
+INPUT_LIMIT = {"rad": 1.6, "rad/s": 1e3, "m/s^2": 200.0}
+OUTPUT_LIMIT = {"m": 1e8, "rad": 1e5, "m/s": 150.0, "rad/s": 50.0}
+"""Beyond these a value is no measurement of a vehicle."""
+CEILING = {"m": 1e3, "rad": 2.0, "m/s": 20.0, "rad/s": 5.0, "": 1.0}
+"""Ceiling of a standard deviation, by unit."""
+
+
+@dataclass(frozen=True)
+class FilterNumbers:
+    """Defaults of the filter. q_std: what the equations miss, per state, after one second; r_std: per measurement;
+    std0: of the first state; gate: in standard deviations. Raises ValueError for numbers that are not positive.
+    """
+
+    q_std: tuple[float, ...]
+    r_std: tuple[float, ...]
+    std0: tuple[float, ...]
+    gate: float
+
+    def __post_init__(self) -> None:
+        for name in ("q_std", "r_std", "std0"):
+            if not all(value > 0 for value in getattr(self, name)):
+                raise ValueError(f"C library: expected positive {name}, found {getattr(self, name)}")
+
+
+def library_files(
+    parts: Parts, numbers: FilterNumbers, dt: float, declared: Mapping[str, object], fmi: bool = False
+) -> dict[str, str]:
+    """Path inside the folder -> text, for every file of the library.
+
+    parts: of the model; numbers: of the filter; dt: nominal step (s); declared: what the model was made of, for
+    formulation.json (vehicle, soil, law, effects, versions); fmi: whether the FMI unit's files are wanted.
+    Raises ValueError for numbers that do not fit the model.
+    """
+    model = parts.model
+    if len(numbers.q_std) != len(model.x) or len(numbers.r_std) != len(model.y) or len(numbers.std0) != len(model.x):
+        raise ValueError(
+            f"C library: expected {len(model.x)} q_std and std0 and {len(model.y)} r_std, "
+            f"found {len(numbers.q_std)}, {len(numbers.std0)} and {len(numbers.r_std)}"
+        )
+    found = formulation(parts, numbers, dt, declared)
+    text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    values = _values(parts, numbers, dt, found) | readme_tables(parts)
+    values["magic"] = hashlib.sha256(text.encode()).hexdigest()[:8]
+    folder = files("softsoil.codegen.c_library") / "templates"
+    out = {path: _fill((folder / name).read_text(encoding="utf-8"), values) for path, name in TEMPLATES.items()}
+    out |= {"src/softsoil_kernels.h": _kernels(parts), "formulation.json": text}
+    return out | fmi_files(parts, values) if fmi else out
+
+
+def _fill(template: str, values: Mapping[str, str]) -> str:
+    for key, value in values.items():
+        template = template.replace(f"@{key}@", value)
+    return template
+
+
+def _kernels(parts: Parts) -> str:
+    """src/softsoil_kernels.h: the equations as C statements."""
+    scalar = [write_kernel(getattr(parts, name), f"scalar_{name}") for name in _SCALAR]
+    scalar += [write_kernel(law.function, f"scalar_law_{k}") for k, law in enumerate(parts.laws)]
+    lanes = [write_kernel(getattr(parts, name), alias, varies) for alias, (name, varies) in _LANES.items()]
+    lanes += [write_kernel(law.function, f"kernel_law_{k}", _LAW_VARIES) for k, law in enumerate(parts.laws)]
+    lanes += [write_kernel(law.function, f"side_law_{k}", _LAW_VARIES, SIDE) for k, law in enumerate(parts.laws)]
+    same = "\n".join(
+        [f"#define {alias} scalar_{name}" for alias, (name, _) in _LANES.items()]
+        + [f"#define {form}_law_{k} scalar_law_{k}" for k in range(len(parts.laws)) for form in ("kernel", "side")]
+    )
+    return (
+        "/* The model's equations, statement by statement, generated: never edited by hand. */\n"
+        "#ifndef SOFTSOIL_KERNELS_H\n#define SOFTSOIL_KERNELS_H\n\n"
+        + "\n".join(scalar)
+        + f"\n#if SOFTSOIL_LANES == 1\n{write_kernel(parts.measure, 'scalar_measure')}\n{same}\n"
+        + "#define SOFTSOIL_SIDE 1\n"
+        + "#else\n/* Vectors that side_law_* compute side by side: one alone leaves a processor waiting for itself. */\n"
+        + f"#define SOFTSOIL_SIDE {SIDE}\n\n"
+        + "\n".join(lanes)
+        + f"#endif\n\n{_laws(parts)}#endif\n"
+    )
+
+
+def _laws(parts: Parts) -> str:
+    """The table of force laws: first wheel, number of wheels, and the law in its three forms."""
+    runs, first = [], 0
+    for k, law in enumerate(parts.laws):
+        runs.append(f"RUN({first}, {law.calls}, scalar_law_{k}, kernel_law_{k}, side_law_{k})")
+        first += law.calls
+    return (
+        "/* RUN(first wheel, wheels, the law at one point, at a vector of points, at several side by side). */\n"
+        f"#define SOFTSOIL_LAWS(RUN) {' '.join(runs)}\n\n"
+    )
+
+
+SIDE = 2
+"""Groups of points for which the force law is computed side by side: its chain of operations is longer than it is wide."""
+_LAW_VARIES = (True, False)
+_SCALAR = ("before", "after", "read", "advance", "start", "force")
+_LANES = {
+    "kernel_before": ("before", (True, False, False)),
+    "kernel_after": ("after", (True, False, False, True)),
+    "kernel_measure": ("measure", (True, False, False, True)),
+    "lanes_before": ("before", (True, True, False)),
+    "lanes_after": ("after", (True, True, False, True)),
+    "lanes_read": ("read", (True, True, False, True)),
+    "lanes_advance": ("advance", (True, True, False, True, False, True)),
+}
+"""Name in C -> function, and which inputs differ from lane to lane."""
+
+
+def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str, object]) -> dict[str, str]:
+    model = parts.model
+    size = len(model.x)
+    order = [*parts.active, *(name for name in model.x.names if name not in parts.active)]
+    spread = ALPHA**2 * (size + KAPPA)
+    centre = (spread - size) / spread
+    versions = found["versions"]
+    assert isinstance(versions, dict)
+    soil_names = ("n", "n_f", "n_r")
+    provided = model.u.nominal[len(model.external) :]
+    wheels = [name for name in model.external.names if name.startswith("omega_")]
+    turns = [f"  rolling = rolling || fabs(s->u[SOFTSOIL_U_{name}]) > 0.5;" for name in wheels]
+    return {
+        "model": model.name,
+        "effects": f" with {', '.join(model.effects)}" if model.effects else "",
+        "version": str(versions["softsoil"]), "casadi": str(versions["casadi"]),
+        "n_x": str(size), "n_u": str(len(model.external)), "n_p": str(len(model.p)), "n_y": str(len(model.y)),
+        "n_m": str(len(model.cells)), "n_u_full": str(len(model.u)),
+        "dt": number(dt), "max_step": number(1.5 * dt),
+        "states": _enum("X", model.x), "inputs": _enum("U", model.external), "parameters": _enum("P", model.p),
+        "measurements": _enum("Y", model.y),
+        "status_enum": status_enum(), "status_cases": status_cases(),
+        "soil": f"({', '.join(SOIL)})", "contact": f"({', '.join(TOLD)})", "force": f"({', '.join(SAID)})",
+        "n_active": str(len(parts.active)), "calls": str(parts.calls), "n_arguments": str(len(parts.arguments)),
+        "n_outputs": str(len(parts.outputs)), "measures_forces": str(int(parts.measures_forces)),
+        "n_provided": str(len(model.u) - len(model.external)), "provided_nominal": _list(provided if len(provided) else [0.0]),
+        "order": ", ".join(str(model.x.index(name)) for name in order),
+        "spread": number(spread), "mean_centre": number(centre), "mean_other": number(1 / (2 * spread)),
+        "root_centre": number(np.sqrt(centre + 1 - ALPHA**2 + ZETA)), "root_other": number(np.sqrt(1 / (2 * spread))),
+        "lower": _list(model.x.lower), "upper": _list(model.x.upper),
+        "is_soil": _list([int(name in soil_names) for name in model.x.names]),
+        "fades": _list([int(name in ("v", "omega_z")) for name in model.x.names]),
+        "y_wraps": _list([int(s.name == "psi" and s.unit == "rad") for s in model.y]),
+        "u_limit": _list([INPUT_LIMIT.get(s.unit, 1e9) for s in model.external]),
+        "y_limit": _list([OUTPUT_LIMIT.get(s.unit, 1e9) for s in model.y]),
+        "measured": _list([model.x.index(s.name) if s.name in model.x.names else -1 for s in model.y]),
+        "wheels_turn": "\n".join(turns) if turns else "  rolling = 1;",
+        "default_p": _list(model.p.nominal), "default_q": _list(numbers.q_std), "default_r": _list(numbers.r_std),
+        "default_gate": number(numbers.gate), "default_standstill": number(STANDSTILL_SPEED),
+        "default_max_std": _list([CEILING.get(s.unit, 1e5) for s in model.x]), "default_patience": str(GATE_PATIENCE),
+        "default_x0": _list(model.x.nominal), "default_std0": _list(numbers.std0), "default_u": _list(model.external.nominal),
+        **_names(model, soil_names), "active_names": ", ".join(parts.active), "bytes": str(structure_bytes(parts)),
+        "window": str(CONSISTENCY_WINDOW), "inconsistent": number(INCONSISTENT), "inconsistent_soil": number(INCONSISTENT_SOIL),
+        "driven": ", ".join(parts.driven), "y_driven": _list([int(name in parts.driven) for name in model.y.names]),
+    }  # fmt: skip
+
+
+def _names(model: Model, soil_names: tuple[str, ...]) -> dict[str, str]:
+    """Lists of names for the example and the README."""
+    soil = [name for name in model.x.names if name in soil_names]
+    return {
+        "y_names": ", ".join(model.y.names),
+        "input_strings": ", ".join(f'"{name}"' for name in model.external.names),
+        "measurement_strings": ", ".join(f'"{name}"' for name in model.y.names),
+        "state_strings": ", ".join(f'"{name}"' for name in model.x.names),
+        "soil_indices": ", ".join(f"SOFTSOIL_X_{name}" for name in soil),
+        "soil_state": f"SOFTSOIL_X_{soil[0]}",
+    }
+
+
+def structure_bytes(parts: Parts) -> int:
+    """sizeof(softsoil_t) where doubles have eight bytes and are aligned to them."""
+    model = parts.model
+    x, u, p, y, full = len(model.x), len(model.external), len(model.p), len(model.y), len(model.u)
+    head = 4 * (1 + len(STATUSES) + 2 + 3 + y)
+    middle = 4 * (y + 2)
+    doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 2 * x + y + 2
+    return -(-head // 8) * 8 + -(-middle // 8) * 8 + 8 * doubles + 8
+
+
+def _enum(prefix: str, layout: Layout) -> str:
+    return ", ".join(f"SOFTSOIL_{prefix}_{name}" for name in layout.names)
+
+
+def _list(values) -> str:
+    return ", ".join(str(v) if isinstance(v, int) else number(float(v)) for v in values)

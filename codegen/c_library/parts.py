@@ -1,0 +1,201 @@
+"""A model taken apart for C: what leads to the wheels, the force law once for all wheels, and what follows from forces.
+
+The model is built a second time with a force law that writes down what it is asked and answers with symbols; no equation
+is repeated. The law, nine tenths of the work, then stands in the C code once for all wheels that ask it alike and runs over all
+pairs of wheel and sigma point. Sigma points that differ only in states on which no wheel depends share one evaluation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from itertools import groupby
+from typing import Any
+
+import casadi as ca
+
+from softsoil.symbolic.model import Memory, Model, Quantities
+from softsoil.symbolic.signals import Layout
+from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
+from softsoil.symbolic.wheel import Contact, ForceLaw, Wheel, WheelForce
+
+SOIL = SOIL_SIGNALS.names
+CONTACT = tuple(f.name for f in fields(Contact))
+FORCE = tuple(f.name for f in fields(WheelForce))
+TOLD = tuple(name for name in CONTACT if name not in ("rut_depth", "sweep"))
+"""What the C function of one wheel is told; there a rut has no depth and the wheel stands upright."""
+SAID = tuple(name for name in FORCE if not name.startswith("exit_") or name == "exit_path")
+"""What it answers."""
+
+
+@dataclass
+class _Recorder:
+    """A force law that keeps its arguments and answers with fresh symbols."""
+
+    name: str
+    calls: list[list[Any]] = field(default_factory=list)
+    wheels: list[Wheel] = field(default_factory=list)
+    answers: list[ca.SX] = field(default_factory=list)
+
+    def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
+        self.calls.append([getattr(soil, n) for n in SOIL] + [getattr(contact, n) for n in CONTACT])
+        self.wheels.append(wheel)
+        answer = ca.SX.sym(f"force{len(self.calls)}", len(FORCE))
+        self.answers.append(answer)
+        return WheelForce(*(answer[i] for i in range(len(FORCE))))
+
+
+@dataclass(frozen=True)
+class LawPart:
+    """The force law as some wheels need it, `calls` of them one after the other; function: [arguments, p] -> [outputs]."""
+
+    calls: int
+    function: ca.Function
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The functions that the C library is made of; x, u (full input), p, m, dt as in `softsoil.symbolic.model`.
+
+    model; active: states that some wheel depends on; calls: wheels (law evaluations) per point; before: [x, u, p] ->
+    [what differs between wheels and points (calls * n_arguments)]; laws: for all wheels in their order, one for those
+    whose arguments are numbers in the same places (a wheel that is known to meet no rut needs less);
+    after: [x, u, p, F] -> [xdot];
+    measure: [x, u, p, F] -> [y]; read: [x, u_external, p, m] -> [provided]; advance: [x, u, p, m, dt, F] -> [m_next];
+    start: [x, u, p, F] -> [m]; force: [soil, TOLD] -> [SAID]; outputs: names of the law's outputs in F
+    (calls * n_outputs); measures_forces: whether the measurement depends on them; driven: measurements of states whose rate
+    depends on them.
+    """
+
+    model: Model
+    active: tuple[str, ...]
+    calls: int
+    arguments: tuple[str, ...]
+    outputs: tuple[str, ...]
+    measures_forces: bool
+    driven: tuple[str, ...]
+    before: ca.Function
+    laws: tuple[LawPart, ...]
+    after: ca.Function
+    measure: ca.Function
+    read: ca.Function
+    advance: ca.Function
+    start: ca.Function
+    force: ca.Function
+
+
+def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
+    """The parts of the model that `build` makes of a force law.
+
+    Raises ValueError for a model whose wheels differ in size or depend on each other's forces.
+    """
+    recorder = _Recorder(law.name)
+    model = build(recorder)
+    x, u, p = model.symbols()
+    m, dt = ca.SX.sym("m", len(model.cells)), ca.SX.sym("dt")
+    external = ca.SX.sym("u_external", len(model.external))
+    recorder.calls.clear()
+    recorder.answers.clear()
+    recorder.wheels.clear()
+    q = model.quantities(x, u, p)
+    calls, wheel, every = len(recorder.calls), recorder.wheels[0], ca.vertcat(*recorder.answers)
+    if any(w != wheel for w in recorder.wheels):
+        raise ValueError("C library: expected wheels of one size")
+    asked = ca.vertcat(*[ca.SX(a) for call in recorder.calls for a in call])
+    if ca.depends_on(asked, every):
+        raise ValueError("C library: expected wheels that do not depend on each other's forces")
+    shared = [_shared([call[i] for call in recorder.calls], ca.vertcat(x, u)) for i in range(len(SOIL + CONTACT))]
+    free = ca.SX.sym("free", len(shared))
+    free_force = ca.vertcat(*_call(law, wheel, ca.vertsplit(free)))
+    varying = [i for i, value in enumerate(shared) if value is None and ca.depends_on(free_force, free[i])]
+    shared = [0.0 if value is None else value for value in shared]
+    before = ca.vertcat(*[ca.SX(call[i]) for call in recorder.calls for i in varying])
+    names = (*SOIL, *CONTACT)
+    arguments = tuple(names[i] for i in varying)
+    active = tuple(n for i, n in enumerate(model.x.names) if ca.depends_on(before, x[i]))
+
+    q_memory = {**q, "memory": {n: m[i] for i, n in enumerate(model.cells.names)}, "dt": dt}
+    xdot = ca.vertcat(*[q[f"d_{n}"] for n in model.x.names])
+    y = ca.vertcat(*[q[f"y_{n}"] for n in model.y.names])
+    moved = ca.vertcat(*[x[i] for i in range(len(model.x)) if ca.depends_on(ca.SX(xdot[i]), every)])
+    driven = tuple(n for i, n in enumerate(model.y.names) if ca.depends_on(ca.SX(y[i]), moved))
+    m_next = _of_memories(model, lambda memory: (memory.advance(q_memory), memory.cells))
+    m_first = _of_memories(model, lambda memory: (memory.start(q), memory.cells))
+    provided = _provided(model, x, external, p, m)
+
+    wanted = ca.vertcat(xdot, y, m_next, m_first)
+    used = [j for j in range(len(FORCE)) if any(ca.depends_on(wanted, a[j]) for a in recorder.answers)]
+    given = ca.SX.sym("F", calls * len(used))
+    places = ca.vertcat(*[a[j] for a in recorder.answers for j in used])
+
+    def after(name: str, inputs: list[ca.SX], result: ca.SX) -> ca.Function:
+        (replaced,) = ca.substitute([ca.densify(result)], [places], [given])
+        return ca.Function(name, [*inputs, given], [ca.cse(replaced)])
+
+    argument = ca.SX.sym("argument", len(varying))
+
+    def law_of(number: int, numbers: tuple[float | None, ...], count: int) -> LawPart:
+        symbols = [argument[varying.index(i)] if i in varying else shared[i] for i in range(len(names))]
+        answer = _call(law, wheel, [s if n is None else n for s, n in zip(symbols, numbers, strict=True)])
+        result = ca.cse(ca.densify(ca.vertcat(*[ca.SX(answer[j]) for j in used])))
+        return LawPart(count, ca.Function(f"law_{number}", [argument, p], [result]))
+
+    known = [_numbers([a if i in varying else shared[i] for i, a in enumerate(call)]) for call in recorder.calls]
+    alike = [(numbers, len(list(run))) for numbers, run in groupby(known)]
+    return Parts(
+        model=build(law), active=active, calls=calls, arguments=arguments, outputs=tuple(FORCE[j] for j in used),
+        measures_forces=bool(ca.depends_on(y, every)), driven=driven,
+        before=ca.Function("before", [x, u, p], [ca.cse(ca.densify(before))]),
+        laws=tuple(law_of(k, *run) for k, run in enumerate(alike)),
+        after=after("after", [x, u, p], xdot),
+        measure=after("measure", [x, u, p], y),
+        read=ca.Function("read", [x, external, p, m], [ca.cse(ca.densify(provided))]),
+        advance=after("advance", [x, u, p, m, dt], m_next),
+        start=after("start", [x, u, p], m_first),
+        force=_split(free, free_force),
+    )  # fmt: skip
+
+
+def _split(free: ca.SX, force: ca.SX) -> ca.Function:
+    soil, contact = ca.SX.sym("soil", len(SOIL)), ca.SX.sym("contact", len(TOLD))
+    asked = ca.vertcat(soil, *[contact[TOLD.index(name)] if name in TOLD else 0.0 for name in CONTACT])
+    said = ca.vertcat(*[force[FORCE.index(name)] for name in SAID])
+    (result,) = ca.substitute([said], [free], [asked])
+    return ca.Function("force", [soil, contact], [ca.cse(ca.densify(result))])
+
+
+def _numbers(call: list[Any]) -> tuple[float | None, ...]:
+    """A wheel's arguments that are numbers and stay so: the law is simpler for them."""
+    return tuple(float(ca.SX(value)) if ca.SX(value).is_constant() else None for value in call)
+
+
+def _shared(values: list[Any], points: ca.SX) -> Any | None:
+    """The one value that all wheels have at all points, or None."""
+    first = ca.SX(values[0])
+    same = all(ca.is_equal(first, ca.SX(value), 30) for value in values[1:])
+    return first if same and not ca.depends_on(first, points) else None
+
+
+def _call(law: ForceLaw, wheel: Wheel, values: list[Any]) -> list[Any]:
+    soil = dict(zip(SOIL, values[: len(SOIL)], strict=True))
+    contact = dict(zip(CONTACT, values[len(SOIL) :], strict=True))
+    force = law(Soil("c_library", **soil), wheel, Contact(**contact))
+    return [getattr(force, name) for name in FORCE]
+
+
+def _provided(model: Model, x: ca.SX, external: ca.SX, p: ca.SX, m: ca.SX) -> ca.SX:
+    """What memories provide; see `softsoil.symbolic.discretize.read_memory`."""
+    q: Quantities = {name: x[i] for i, name in enumerate(model.x.names)}
+    q |= {name: external[i] for i, name in enumerate(model.external.names)}
+    q |= {name: p[i] for i, name in enumerate(model.p.names)}
+    q["memory"] = {name: m[i] for i, name in enumerate(model.cells.names)}
+    return _of_memories(model, lambda memory: (memory.read(q), memory.provides))
+
+
+def _of_memories(model: Model, values: Callable[[Memory], tuple[Mapping[str, Any], Layout]]) -> ca.SX:
+    """What each memory says, one after the other, in the order of its layout."""
+    entries: list[Any] = []
+    for memory in model.memories:
+        found, layout = values(memory)
+        entries += [found[name] for name in layout.names]
+    return ca.vertcat(*entries) if entries else ca.SX(0, 1)

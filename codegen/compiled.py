@@ -1,0 +1,243 @@
+"""Generated C, compiled once into a cache keyed by its content, called through buffers."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+import warnings
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softsoil.codegen.c_source import write_c
+from softsoil.codegen.lanes import write_lanes
+from softsoil.files.cache import cache_folder
+
+FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fPIC")
+NATIVE = "-march=native"
+"""Left out where a compiler does not know it."""
+
+
+def _writable_cache() -> Path:
+    """The cache folder, made if need be; a folder of this process alone where it cannot be written."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return Path(_own_folder().name)
+    return folder if os.access(folder, os.W_OK) else Path(_own_folder().name)
+
+
+@lru_cache(maxsize=1)
+def _own_folder() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="softsoil_")
+
+
+@lru_cache(maxsize=1)
+def find_compiler() -> str | None:
+    """Path of a C compiler ($CC, cc, gcc or clang), or None."""
+    for candidate in (os.environ.get("CC"), "cc", "gcc", "clang"):
+        found = shutil.which(candidate) if candidate else None
+        if found:
+            return found
+    return None
+
+
+@lru_cache(maxsize=1)
+def _compiler_version(compiler: str) -> str:
+    run = subprocess.run([compiler, "--version"], capture_output=True, text=True, check=False)
+    return run.stdout.splitlines()[0] if run.stdout else compiler
+
+
+@lru_cache(maxsize=1)
+def _machine() -> str:
+    """What -march=native depends on, so that a cache on a shared disk is not used by another processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        return next((line for line in lines if line.startswith("flags")), "")
+    except OSError:
+        return ""
+
+
+@lru_cache(maxsize=1)
+def _warn_no_compiler() -> None:
+    warnings.warn(
+        "no C compiler found (tried $CC, cc, gcc, clang): functions run in the CasADi virtual machine, about ten times "
+        "slower",
+        stacklevel=4,
+    )
+
+
+def compile_function(function: ca.Function, parts: Sequence[str] = ()) -> ca.Function:
+    """The function as compiled C where a compiler works, else the function itself with one warning.
+
+    parts: C sources of what the function calls from outside (`at_points`). The shared library is kept in
+    `cache_folder()` under a name made of its content, compiler and flags.
+    """
+    compiler = find_compiler()
+    if compiler is None:
+        _warn_no_compiler()
+        return function
+    with tempfile.TemporaryDirectory() as scratch:
+        source = write_c([function], scratch, header=False)[0].read_text(encoding="utf-8")
+    library = _library(compiler, function.name(), (source, *parts))
+    return function if library is None else ca.external(function.name(), str(library))
+
+
+def at_points(function: ca.Function, count: int) -> tuple[ca.Function, tuple[str, ...]]:
+    """The function at many points, [X (n, count), u, p] -> [Y (m, count)], and the C sources that it needs when called in C.
+
+    function: [x, u, p] -> [y], vectors. Several points at once in vector registers (`softsoil.codegen.lanes`) where the
+    compiler has them, else CasADi's map, one after the other.
+    """
+    compiler = find_compiler()
+    name = f"{function.name()}_points"
+    if compiler is not None:
+        source = write_lanes(function if function.is_a("SXFunction") else function.expand(), count, name)
+        library = _library(compiler, name, (source,), warn=False)
+        if library is not None:
+            return ca.external(name, str(library)), (source,)
+    return function.map(count), ()
+
+
+def build_library(name: str, sources: Sequence[str]) -> Path | None:
+    """Path of the shared library of C `sources`, from the cache or built into it; None where there is no compiler that can."""
+    compiler = find_compiler()
+    return None if compiler is None else _library(compiler, name, sources)
+
+
+def _library(compiler: str, name: str, sources: Sequence[str], warn: bool = True) -> Path | None:
+    """The shared library of `sources`, from the cache or built into it; None where the compiler refuses.
+
+    Each source is compiled once and its object kept, so that a part that several libraries share costs once.
+    """
+    folder = _writable_cache()
+    library = folder / f"{name}_{_key(compiler, *sources)}.so"
+    if library.is_file():
+        return library
+    try:
+        objects = [_object(compiler, source, folder) for source in sources]
+        _compile([compiler, "-shared", *map(str, objects), "-lm"], library)
+    except OSError as error:
+        if warn:
+            warnings.warn(
+                f"{compiler} could not compile {library.name}: {error}; running in the CasADi VM", stacklevel=5
+            )
+        return None
+    return library
+
+
+def _key(compiler: str, *sources: str) -> str:
+    facts = repr((sources, _compiler_version(compiler), FLAGS, _machine()))
+    return hashlib.sha256(facts.encode()).hexdigest()[:24]
+
+
+def _object(compiler: str, source: str, folder: Path) -> Path:
+    """The object file of one source, from the cache or compiled into it; OSError where the compiler refuses."""
+    path = folder / f"{_key(compiler, source)}.o"
+    if not path.is_file():
+        with tempfile.TemporaryDirectory(dir=folder) as scratch:
+            file = Path(scratch) / "part.c"
+            file.write_text(source, encoding="utf-8")
+            try:
+                _compile([compiler, *FLAGS, "-c", str(file)], path)
+            except OSError:
+                _compile([compiler, *(flag for flag in FLAGS if flag != NATIVE), "-c", str(file)], path)
+    return path
+
+
+def _compile(command: Sequence[str], target: Path) -> None:
+    """Run the compiler into a scratch name, then move: another process never sees half a file. OSError with its reason."""
+    with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
+        built = Path(scratch) / target.name
+        run = subprocess.run([*command, "-o", str(built)], capture_output=True, text=True, check=False)
+        if run.returncode != 0:
+            raise OSError((run.stderr.strip().splitlines() or ["no message"])[0])
+        built.replace(target)
+
+
+class CompiledFunction:
+    """A CasADi function as compiled C, called on NumPy buffers without copies of its own.
+
+    function: dense inputs and outputs; parts: C sources of functions that it calls (`at_points`). `inputs` and `outputs`
+    are the arrays that the C code reads and writes (Fortran order, shapes of the function's arguments); `run()` evaluates
+    them in place, which is the hot path. `bind_input` and `bind_output` put other arrays in their place, so that functions
+    share them. Calling the object copies arguments in and results out.
+    """
+
+    def __init__(self, function: ca.Function, compiled: bool = True, parts: Sequence[str] = ()) -> None:
+        self.symbolic = _dense(function)
+        self.function = compile_function(self.symbolic, parts) if compiled else self.symbolic
+        self.is_compiled = self.function is not self.symbolic
+        buffer: tuple[Any, Any] = self.function.buffer()
+        self._buffer, self._evaluate = buffer
+        self.inputs: list[NDArray[np.float64]] = []
+        self.outputs: list[NDArray[np.float64]] = []
+        for i in range(function.n_in()):
+            self.inputs.append(np.empty(0))
+            self.bind_input(i, np.zeros(function.size_in(i), order="F"))
+        for i in range(function.n_out()):
+            self.outputs.append(np.empty(0))
+            self.bind_output(i, np.zeros(function.size_out(i), order="F"))
+
+    def run(self) -> None:
+        """Evaluate `inputs` into `outputs`."""
+        self._evaluate()
+
+    def bind_input(self, index: int, array: NDArray[np.float64]) -> None:
+        """Read input `index` from `array` from now on; ValueError unless it has the shape, in Fortran order."""
+        self._buffer.set_arg(index, self._memory(array, self.symbolic.size_in(index)))
+        self.inputs[index] = array
+
+    def bind_output(self, index: int, array: NDArray[np.float64]) -> None:
+        """Write output `index` to `array` from now on; ValueError unless it has the shape, in Fortran order."""
+        self._buffer.set_res(index, self._memory(array, self.symbolic.size_out(index)))
+        self.outputs[index] = array
+
+    def _memory(self, array: NDArray[np.float64], shape: tuple[int, int]) -> memoryview:
+        """The array's own memory."""
+        if array.shape != shape or array.dtype != np.float64 or not array.flags.f_contiguous:
+            raise ValueError(
+                f"{self.symbolic.name()}: expected a float array of shape {shape} in Fortran order, "
+                f"found {array.dtype} of shape {array.shape}"
+            )
+        flat: Any = array.reshape(-1, order="A")
+        return memoryview(flat)
+
+    def __call__(self, *args: ArrayLike) -> NDArray[np.float64] | tuple[NDArray[np.float64], ...]:
+        """Outputs for the given inputs: vectors as (n,), matrices as (n, m); one output is returned bare.
+
+        Raises ValueError for another number or size of inputs.
+        """
+        if len(args) != len(self.inputs):
+            names = ", ".join(self.symbolic.name_in())
+            raise ValueError(f"{self.symbolic.name()}: expected {len(self.inputs)} inputs ({names}), found {len(args)}")
+        for i, (array, arg) in enumerate(zip(self.inputs, args, strict=True)):
+            value = np.asarray(arg, dtype=float)
+            if value.size != array.size:
+                raise ValueError(
+                    f"{self.symbolic.name()}: input {self.symbolic.name_in(i)}: expected shape {array.shape}, "
+                    f"found {value.shape}"
+                )
+            array[...] = value.reshape(array.shape)
+        self.run()
+        results = tuple(out[:, 0].copy() if out.shape[1] == 1 else out.copy() for out in self.outputs)
+        return results[0] if len(results) == 1 else results
+
+
+def _dense(function: ca.Function) -> ca.Function:
+    """The function with dense inputs and outputs, so that buffers have the plain shapes."""
+    sparse = [i for i in range(function.n_out()) if not function.sparsity_out(i).is_dense()]
+    if not sparse and all(function.sparsity_in(i).is_dense() for i in range(function.n_in())):
+        return function
+    args = [ca.MX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
+    results = [ca.densify(r) for r in function.call(args)]
+    return ca.Function(function.name(), args, results, function.name_in(), function.name_out())

@@ -1,0 +1,88 @@
+"""`softsoil bench`: the speed figures, each set against something measured in the same run."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from softsoil.commands.options import open_drive
+from softsoil.commands.options_model import LawOption, OutOption, SoilOption, VehicleOption, declaration
+from softsoil.commands.output import console, output_folder, say_written
+from softsoil.files.json_file import write_json
+from softsoil.files.package_data import example_logs
+from softsoil.mpc_demo.bench_c_library import c_library_rows
+from softsoil.mpc_demo.bench_filter import filter_rows
+from softsoil.mpc_demo.bench_nmpc import nmpc_rows
+from softsoil.mpc_demo.bench_rows import Row
+from softsoil.mpc_demo.bench_whole import whole_rows
+from softsoil.recording.log_names import named_soil
+
+
+def bench(
+    vehicle: VehicleOption = None,
+    soil: SoilOption = None,
+    law: LawOption = "turn_slip",
+    only: Annotated[
+        str | None, typer.Option("--only", help="One subject: filter, nmpc, c_library or whole.", show_default=False)
+    ] = None,
+    out: OutOption = None,
+) -> None:
+    """Speed of what runs often, each figure as a ratio measured in the same run; the paper's own figures stand beside.
+
+    Example: softsoil bench --only c_library
+    """
+    if only is not None and only not in SUBJECTS:
+        raise ValueError(f"--only: expected one of {', '.join(SUBJECTS)}; found {only}")
+    folder = output_folder(out, "bench")
+    log = example_logs()[0]
+    drive, _ = open_drive(log, None)
+    declared = declaration(vehicle, soil or named_soil(drive.name), law, None)
+    found = []
+    table = Table(title="Speed", title_justify="left")
+    for heading in ("", "value", "against", "value", "ratio", "paper"):
+        table.add_column(heading, justify="right" if heading in ("value", "ratio") else "left")
+    for row in rows(declared, drive, SUBJECTS if only is None else (only,)):
+        found.append(row)
+        console.print(f"{row.name}: {row.value:.3g} {row.unit}", highlight=False)
+        table.add_row(*_cells(row))
+    console.print(table)
+    content = {"machine": machine(), "rows": [row.as_json() for row in found]}
+    say_written([write_json(folder / "bench.json", content)])
+
+
+SUBJECTS = ("filter", "nmpc", "c_library", "whole")
+
+
+def rows(declared, drive, subjects: Sequence[str] = SUBJECTS) -> Iterator[Row]:
+    """The rows of the subjects named, from what each measures."""
+    measured = {
+        "filter": lambda: filter_rows(declared, drive),
+        "nmpc": lambda: nmpc_rows(declared),
+        "c_library": lambda: c_library_rows(declared),
+        "whole": lambda: whole_rows(declared, drive),
+    }
+    for subject in subjects:
+        yield from measured[subject]()
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    other = "" if row.against_value is None else f"{row.against_value:.3g} {row.unit}"
+    ratio = "" if row.ratio is None else f"{row.ratio:.3g}"
+    return (row.name, f"{row.value:.3g} {row.unit}", row.against, other, ratio, row.paper)
+
+
+def machine() -> str:
+    """Processor, number of processors, system, Python."""
+    processor = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        processor = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), processor)
+    except OSError:
+        pass
+    return f"{processor}, {os.cpu_count()} processors, {platform.system()}, Python {platform.python_version()}"

@@ -1,0 +1,67 @@
+"""softsoil calibrate: the turn-slip law against single-wheel runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softsoil.calibration.calibration_study import run_study, study_text
+from softsoil.calibration.turn_slip_fit import FACTORS
+from softsoil.calibration.wheel_report import read_wheel_runs
+from softsoil.recording.rig import WheelRun
+from softsoil.recording.wheel_table import hold_out
+
+REFERENCE = Path("../shared/data/chrono_rig")
+"""Runs of the reference rig, where they are."""
+
+
+def calibrate(
+    data: Annotated[
+        list[Path] | None, typer.Argument(help="Single-wheel runs: npz archives, a folder of them, or tables.")
+    ] = None,
+    judge: Annotated[list[Path] | None, typer.Option(help="Runs to judge on; default: some of the data.")] = None,
+    columns: Annotated[Path | None, typer.Option(help="TOML that maps the table's columns and units.")] = None,
+    wheel: Annotated[Path | None, typer.Option(help="TOML with radius, width (m) and contact_step (s).")] = None,
+    soil: Annotated[str | None, typer.Option(help="Soil class or TOML, for tables.")] = None,
+    fit: Annotated[str, typer.Option(help="What to fit, by commas: factors or soil parameters.")] = ",".join(FACTORS),
+    paper: Annotated[
+        bool, typer.Option("--paper", help="Repeat the paper's curve fitting too (dallas_refit).")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("runs/calibrate"),
+) -> None:
+    """Fit the force law on single-wheel runs and judge it on others.
+
+    Example: softsoil calibrate ../shared/data/chrono_rig --out runs/calibrate
+
+    A folder with *_cal.npz and *_val.npz is fitted on the former and judged on the latter; other data are split, every
+    third run (or row of a steady table) held out. Example with a test rig's table:
+    softsoil calibrate rig.csv --columns columns.toml --wheel wheel.toml --soil soil.toml --fit path,k,phi
+    """
+    fit_on, judge_on = split(data or [REFERENCE], judge, columns, wheel, soil)
+    names = [name.strip() for name in fit.split(",") if name.strip()]
+    typer.echo(f"fitting {', '.join(names)} on {len(fit_on)} runs, judging on {len(judge_on)}")
+    study = run_study(fit_on, judge_on, out, names, refit_paper=paper, progress=typer.echo)
+    typer.echo(study_text(study))
+    for path in study.written:
+        typer.echo(str(path))
+
+
+def split(
+    data: Sequence[Path], judge: Sequence[Path] | None, columns: Path | None, wheel: Path | None, soil: str | None
+) -> tuple[list[WheelRun], list[WheelRun]]:
+    """Runs to fit on and to judge on; ValueError for data that are not there or cannot be split."""
+    for path in [*data, *(judge or [])]:
+        if not path.exists():
+            raise ValueError(
+                f"expected single-wheel runs (.npz, .csv, .csv.gz, .parquet or a folder), found none at {path}"
+            )
+    if judge:
+        return read_wheel_runs(data, columns, wheel, soil), read_wheel_runs(judge, columns, wheel, soil)
+    if len(data) == 1 and data[0].is_dir():
+        cal, val = sorted(data[0].glob("*_cal.npz")), sorted(data[0].glob("*_val.npz"))
+        if cal and val:
+            return read_wheel_runs(cal), read_wheel_runs(val)
+    return hold_out(read_wheel_runs(data, columns, wheel, soil))

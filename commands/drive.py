@@ -1,0 +1,205 @@
+"""`softsoil drive`: NMPC on the plant with the estimator in the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from softsoil.commands.options import SeedOption
+from softsoil.commands.options_model import LawOption, ModelOption, OutOption, VehicleOption
+from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.control.declared import for_control
+from softsoil.control.nmpc import Nmpc
+from softsoil.control.ocp import Ocp
+from softsoil.figures.drive import animate, draw_drive
+from softsoil.files.json_file import write_json
+from softsoil.files.package_data import REFERENCE_VEHICLE
+from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
+from softsoil.mpc_demo.closed_loop_parts import Faults
+from softsoil.mpc_demo.scenarios import Scenario, scenarios
+from softsoil.symbolic.declaration import Declaration, load_declaration
+from softsoil.symbolic.vehicle import load_vehicle
+
+
+def drive(
+    scenario: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help=f"Courses: {', '.join(scenarios())}, or all (default: lane_change_clay).", show_default=False
+        ),
+    ] = None,
+    controllers: Annotated[
+        str, typer.Option("--controllers", help=f"Of {', '.join(CONTROLLERS)}, with commas between.")
+    ] = ",".join(CONTROLLERS),
+    seeds: Annotated[int, typer.Option("--seeds", help="How many seeds of sensor noise.", min=1)] = 1,
+    seed: SeedOption = 0,
+    converged: Annotated[bool, typer.Option("--converged", help="Iterate every solve to convergence.")] = False,
+    dropout: Annotated[
+        float | None, typer.Option("--dropout", help="Time of a 3 s sensor dropout (s).", show_default=False)
+    ] = None,
+    burst: Annotated[
+        float | None, typer.Option("--burst", help="Time of a 1 s burst of outliers (s).", show_default=False)
+    ] = None,
+    animation: Annotated[bool, typer.Option("--animation/--no-animation", help="Write an animation (GIF).")] = True,
+    vehicle: VehicleOption = None,
+    law: LawOption = "turn_slip",
+    model: ModelOption = None,
+    out: OutOption = None,
+) -> None:
+    """Drive courses on the plant: model predictive control on what the estimator says, Table-5 sensor noise.
+
+    Example: softsoil drive lane_change_clay --seeds 3
+    """
+    courses, names = _courses(scenario or ["lane_change_clay"]), _controllers(controllers)
+    folder = output_folder(out, "drive")
+    faults = Faults(
+        dropout=None if dropout is None else (dropout, dropout + 3.0),
+        burst=None if burst is None else (burst, burst + 1.0),
+    )
+    logs: list[LoopLog] = []
+    loops: dict[str, ClosedLoop] = {}
+    paths: list[Path] = []
+    for course in courses:
+        if course.believed.name not in loops:
+            with progress(f"solver for {course.believed.name}"):
+                loops[course.believed.name] = _loop(course, vehicle, law, model, converged)
+        mine = []
+        for name in names:
+            for number in range(seed, seed + seeds):
+                with progress(f"{course.name}, {name}, seed {number}"):
+                    mine.append(loops[course.believed.name].run(course, name, number, faults))
+        logs += mine
+        paths.append(draw_drive(course, mine, folder / f"{course.name}.png"))
+        if animation:
+            shown = next((log for log in mine if log.controller == "n_estimated"), mine[0])
+            paths.append(animate(course, shown, folder / f"{course.name}.gif"))
+    _say(logs)
+    say_written([write_json(folder / "drive.json", as_json(logs)), *paths])
+
+
+def _courses(asked: Sequence[str]) -> list[Scenario]:
+    known = scenarios()
+    if "all" in asked:
+        return list(known.values())
+    for name in asked:
+        if name not in known:
+            raise ValueError(f"scenario: expected all or some of {', '.join(known)}; found {name!r}")
+    return [known[name] for name in asked]
+
+
+def _controllers(asked: str) -> list[str]:
+    names = [name.strip() for name in asked.split(",") if name.strip()]
+    for name in names:
+        if name not in CONTROLLERS:
+            raise ValueError(f"--controllers: expected some of {', '.join(CONTROLLERS)}; found {name!r}")
+    if not names:
+        raise ValueError(f"--controllers: expected some of {', '.join(CONTROLLERS)}; found none")
+    return names
+
+
+def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, converged: bool) -> ClosedLoop:
+    """Solver and loop for the soil that the course's controllers believe in."""
+    if model is not None:
+        declared = load_declaration(model)
+        declared = Declaration(declared.vehicle, course.believed, declared.law)
+    else:
+        declared = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), course.believed, law)
+        declared = for_control(declared)
+    return loop_for(declared, converged)
+
+
+def loop_for(declared: Declaration, converged: bool = False) -> ClosedLoop:
+    """Loop and solver for a declared model; converged: iterate every solve to convergence."""
+    ocp = Ocp(declared.build(), declared.vehicle)
+    return ClosedLoop(ocp, Nmpc(ocp, "converged" if converged else "rti"))
+
+
+def as_json(logs: Sequence[LoopLog]) -> dict:
+    """The content of drive.json: over all runs by controller, then by scenario and controller, then each run."""
+    by_scenario: dict[str, dict] = {}
+    for name in dict.fromkeys(log.scenario for log in logs):
+        mine = [log for log in logs if log.scenario == name]
+        table: dict = {c: summary([log for log in mine if log.controller == c]) for c in controllers_of(mine)}
+        table["recovered"] = recovered(table)
+        by_scenario[name] = table
+    runs = [
+        {
+            "scenario": log.scenario, "controller": log.controller, "seed": log.seed, "finished": log.finished,
+            "tracking_rms": log.tracking_rms, "max_error": log.max_error, "clearance": log.clearance,
+            "n_end": log.column("n")[-1], "late": log.late, "failures": log.failures, "gated": log.gated,
+        }
+        for log in logs
+    ]  # fmt: skip
+    controllers = {c: summary([log for log in logs if log.controller == c]) for c in controllers_of(logs)}
+    return {"controllers": controllers, "scenarios": by_scenario, "runs": runs}
+
+
+def controllers_of(logs: Sequence[LoopLog]) -> list[str]:
+    """Controllers that drove, in the usual order."""
+    return [name for name in CONTROLLERS if any(log.controller == name for log in logs)]
+
+
+def summary(logs: Sequence[LoopLog]) -> dict:
+    """One controller's figures over some runs: rms over all of them, worst error, touched obstacles, solve times."""
+    solve = np.concatenate([log.column("solve_ms") for log in logs])
+    gaps = [log.clearance for log in logs]
+    return {
+        "tracking_rms": float(np.sqrt(np.mean([log.tracking_rms**2 for log in logs]))),
+        "max_error": max(log.max_error for log in logs),
+        "collisions": sum(log.collided for log in logs),
+        "solve_ms": {"median": float(np.median(solve)), "p99": float(np.percentile(solve, 99))},
+        "failures": sum(log.failures for log in logs),
+        "late": sum(log.late for log in logs),
+        "clearance": min(gaps),
+        "finished": sum(log.finished for log in logs),
+        "runs": len(logs),
+    }
+
+
+def recovered(table: dict) -> float | None:
+    """Share of what knowing n is worth in tracking rms that the estimate recovers; None where it is worth less than 5 %."""
+    if not all(name in table for name in CONTROLLERS):
+        return None
+    guess, true, found = (table[name]["tracking_rms"] for name in CONTROLLERS)
+    return (guess - found) / (guess - true) if guess - true > 0.05 * true else None
+
+
+def _say(logs: Sequence[LoopLog]) -> None:
+    table = Table(title="Closed loop on the plant", title_justify="left")
+    for heading in (
+        "course",
+        "controller",
+        "rms, m",
+        "worst, m",
+        "clear, m",
+        "touched",
+        "solve ms",
+        "p99",
+        "failed",
+        "late",
+        "n",
+    ):
+        table.add_column(heading)
+    for name in dict.fromkeys(log.scenario for log in logs):
+        for controller in controllers_of(logs):
+            mine = [log for log in logs if log.scenario == name and log.controller == controller]
+            if not mine:
+                continue
+            s = summary(mine)
+            clear = f"{s['clearance']:.2f}" if np.isfinite(s["clearance"]) else ""
+            n = np.mean([log.column("n")[-1] for log in mine])
+            table.add_row(
+                name, controller, f"{s['tracking_rms']:.3f}", f"{s['max_error']:.2f}", clear, f"{s['collisions']}",
+                f"{s['solve_ms']['median']:.2f}", f"{s['solve_ms']['p99']:.2f}", f"{s['failures']}", f"{s['late']}", f"{n:.2f}",
+            )  # fmt: skip
+    console.print(table)
+    for log in logs:
+        bad = [name for name in dict.fromkeys(log.column("status")) if name not in ("ITERATED", "CONVERGED")]
+        for name in bad:
+            count = int(np.count_nonzero(log.column("status") == name))
+            console.print(f"{log.scenario}, {log.controller}, seed {log.seed}: {count} x {name}", highlight=False)

@@ -1,0 +1,79 @@
+"""`softsoil estimate`: the estimator over one log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from softsoil.commands.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
+from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
+from softsoil.figures.terrain import draw_estimate
+from softsoil.files.json_file import write_json
+from softsoil.recording.log_names import named_n
+
+
+def estimate(
+    log: Annotated[Path, typer.Argument(help="The log: CSV, CSV.gz or Parquet.", show_default=False)],
+    vehicle: VehicleOption = None,
+    soil: SoilOption = None,
+    law: LawOption = "turn_slip",
+    model: ModelOption = None,
+    n0: Annotated[
+        float | None, typer.Option("--n0", help="First guess of n (default: the soil's).", show_default=False)
+    ] = None,
+    columns: ColumnsOption = None,
+    noise: NoiseOption = "none",
+    seed: SeedOption = 0,
+    skip: SkipOption = START_UP,
+    out: OutOption = None,
+) -> None:
+    """Run the terrain estimator over one log.
+
+    With --model and its effects one n stands for both axles; without effects front and rear have their own, as in the paper.
+
+    Example: softsoil estimate data/multi_clay_n0.50.parquet --soil clay --n0 0.7
+    """
+    declared = declaration(vehicle, soil, law, model)
+    clean, noisy = open_drive(log, columns, noise, seed)
+    folder = output_folder(out, "estimate")
+    built = declared.build()
+    first = float(declared.soil.n) if n0 is None else n0
+    with progress(clean.name) as told:
+        found = estimate_terrain(noisy, built, first, tied=bool(built.effects), start=skip, progress=told)
+    _say(found, noisy.notes)
+    figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
+    say_written([write_json(folder / "estimate.json", as_json(found)), figure])
+
+
+def as_json(found: TerrainEstimate) -> dict:
+    """The content of estimate.json."""
+    return {
+        "n_front": found.n_front[-1],
+        "n_rear": found.n_rear[-1],
+        "n_front_std": found.n_front_std[-1],
+        "n_rear_std": found.n_rear_std[-1],
+        "converged_s": found.converged_s,
+        "nis_inside_95": found.nis_inside_95,
+        "step_us": {"median": np.median(found.step_us), "p99": np.percentile(found.step_us, 99)},
+        "trace": {"t": found.t, "n_front": found.n_front, "n_rear": found.n_rear},
+    }
+
+
+def _say(found: TerrainEstimate, notes: tuple[str, ...]) -> None:
+    lines = [
+        f"n front {found.n_front[-1]:.3f} ± {found.n_front_std[-1]:.3f}, rear {found.n_rear[-1]:.3f} ± "
+        f"{found.n_rear_std[-1]:.3f}; within 10 % of its end after {found.converged_s:.1f} s",
+        f"NIS inside its 95 % band {100 * found.nis_inside_95:.1f} % of the time; "
+        f"{np.median(found.step_us):.0f} us per update with its predictions",
+    ]
+    for reason, counts in (("not finite", found.counts.invalid), ("outside the gate", found.counts.gated)):
+        lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items()]
+    lines += [f"input held: {name} {count} times" for name, count in found.counts.held_inputs.items()]
+    for line in (*lines, *notes):
+        console.print(line, highlight=False)

@@ -1,0 +1,66 @@
+"""`softsoil generate`: a model and its filter as a C library."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softsoil.codegen.c_library.folder import write_library
+from softsoil.codegen.text_cache import asked_for, texts_from_cache
+from softsoil.commands.generate_again import remember
+from softsoil.commands.options_model import (
+    LawOption,
+    ModelOption,
+    OutOption,
+    SoilOption,
+    VehicleOption,
+    declaration,
+)
+from softsoil.commands.output import output_folder, say_written
+from softsoil.files.package_data import REFERENCE_VEHICLE
+from softsoil.symbolic.sampling import STEP
+from softsoil.symbolic.soil import SOILS
+
+
+def generate(
+    folder: Annotated[
+        Path | None, typer.Argument(help="Folder to write in (default: runs/generate).", show_default=False)
+    ] = None,
+    vehicle: VehicleOption = None,
+    soil: SoilOption = None,
+    law: LawOption = "turn_slip",
+    model: ModelOption = None,
+    dt: Annotated[float, typer.Option("--dt", help="Nominal step of the model and the filter (s).")] = STEP,
+    fmi: Annotated[bool, typer.Option("--fmi", help="Also an FMI 3.0 co-simulation unit, softsoil.fmu.")] = False,
+    out: OutOption = None,
+) -> None:
+    """Write a model and its filter as a C library: header, sources, README, example, CMake and formulation.json.
+
+    The vehicle's declared effects are in it; with effects one n stands for both axles, without them
+    front and rear have their own.
+
+    Example: softsoil generate build/clay --soil clay
+    """
+    if folder is not None and out is not None:
+        raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
+
+    def make() -> dict[str, str]:
+        from softsoil.estimator.c_library import c_library_texts
+
+        return c_library_texts(declaration(vehicle, soil, law, model), dt, fmi)
+
+    ground = Path(soil) if soil is not None and soil not in SOILS else soil
+    said = (vehicle or REFERENCE_VEHICLE, ground, law, model, dt, fmi)
+    texts = texts_from_cache(asked_for(*said), make)
+    written = output_folder(folder or out, "generate")
+    paths = write_library(written, texts)
+    if not fmi:
+        remember(sys.argv[1:], said, written)
+    else:
+        from softsoil.codegen.c_library.pack_fmu import pack_fmu
+
+        paths.append(pack_fmu(written))
+    say_written(paths)

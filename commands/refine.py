@@ -1,0 +1,70 @@
+"""`softsoil refine`: residual, missing effect, refined model, and the error before and after."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from softsoil.commands.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
+from softsoil.commands.output import output_folder, progress, say_written
+from softsoil.commands.refine_summary import say
+from softsoil.estimator.horizons import START_UP
+from softsoil.figures.refine_report import write_report
+from softsoil.files.json_file import write_json
+from softsoil.recording.drive import Recording
+from softsoil.recording.log_names import named_soil
+from softsoil.refinement.refine import Refinement, refine
+from softsoil.refinement.words import falls_sentence, split_sentence, verdict_sentence
+from softsoil.symbolic.declaration import Declaration, declaration_toml
+
+
+def refine_command(
+    data: Annotated[
+        list[Path], typer.Argument(help="Drives on one class of soil: CSV, CSV.gz or Parquet.", show_default=False)
+    ],
+    vehicle: VehicleOption = None,
+    soil: SoilOption = None,
+    law: LawOption = "turn_slip",
+    model: ModelOption = None,
+    plain: Annotated[
+        bool, typer.Option("--plain", help="Leave out the declared effects: start from the paper's structure.")
+    ] = False,
+    columns: ColumnsOption = None,
+    noise: NoiseOption = "none",
+    seed: SeedOption = 0,
+    skip: SkipOption = START_UP,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Candidates tried at a time.")] = 2,
+    out: OutOption = None,
+) -> None:
+    """What the model leaves unexplained in drives, traced to an effect, added to the model; error before and after.
+
+    The first two thirds of each drive are fitted, the rest judges. Only sensor channels are read.
+
+    Example: softsoil refine data/multi_clay_n0.50.parquet --soil clay
+    """
+    drives = [open_drive(path, columns, noise, seed + i)[1] for i, path in enumerate(data)]
+    declared = declaration(vehicle, soil or (None if model else named_soil(drives[0].name)), law, model)
+    if plain:
+        declared = Declaration(declared.vehicle.with_(effects={}), declared.soil, declared.law)
+    folder = output_folder(out, "refine")
+    with progress(", ".join(drive.name for drive in drives)) as told:
+        found = refine(drives, declared, start=skip, workers=workers, progress=told)
+    say(found)
+    report = write_report(declared, found, skip, folder / "report.html")
+    say_written([*write_all(drives, found, folder), report])
+
+
+def write_all(drives: list[Recording], found: Refinement, folder: Path) -> list[Path]:
+    """refine.json and refined.toml in `folder`; returns their paths."""
+    notes = (
+        f"Refined on {', '.join(drive.name for drive in drives)}.",
+        verdict_sentence(found),
+        split_sentence(found),
+        falls_sentence(found),
+    )
+    toml = folder / "refined.toml"
+    toml.write_text(declaration_toml(found.declaration, tuple(note for note in notes if note)), encoding="utf-8")
+    return [write_json(folder / "refine.json", found.as_json()), toml]

@@ -1,0 +1,69 @@
+"""One screen on what a refinement found."""
+
+from __future__ import annotations
+
+from rich.table import Table
+
+from softsoil.commands.output import console
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.refinement.refine import Refinement
+from softsoil.refinement.words import (
+    bound_words,
+    falls_sentence,
+    group_sentences,
+    left_sentences,
+    number,
+    parameter_words,
+    ratio,
+    split_sentence,
+    verdict_sentence,
+)
+
+SHOWN = 5
+"""Candidates of the ranking that are printed; refine.json and the report have them all."""
+
+
+def say(found: Refinement) -> None:
+    """Print the summary."""
+    console.print(verdict_sentence(found), style="bold", highlight=False)
+    for effect in found.effects:
+        console.print(f"  {effect.name}: {effect.doc}", highlight=False)
+        for words in parameter_words(effect):
+            console.print(f"    {words}", highlight=False)
+    for line in (*group_sentences(found), falls_sentence(found), split_sentence(found)):
+        if line:
+            console.print(line, highlight=False)
+    console.print(ranking_table(found))
+    console.print(error_table(found))
+    names = [shooting.drive.name for shooting in found.bench.shootings]
+    for name, before, after in zip(names, found.n_before, found.n_after, strict=True):
+        console.print(f"{name}: n {before:.3f} with the declared model, {after:.3f} with the refined", highlight=False)
+    for line in (*left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
+        console.print(line, highlight=False)
+
+
+def ranking_table(found: Refinement) -> Table:
+    """The best candidates by the share of the held-out cost that each removes on its own."""
+    table = Table(title="Candidates, each alone beside n", title_justify="left")
+    for heading in ("effect", "held-out gain", "std", ""):
+        table.add_column(heading, justify="right" if heading in ("held-out gain", "std") else "left")
+    for candidate in found.ranking[:SHOWN]:
+        gain, std = f"{100 * candidate.gain:.1f} %", f"{100 * candidate.std:.1f} %"
+        table.add_row(candidate.name, gain, std, bound_words(candidate))
+    return table
+
+
+def error_table(found: Refinement) -> Table:
+    """Mean squared error of each state over each horizon, before, after, and how many times smaller."""
+    table = Table(title="Held-out mean squared error, squared units", title_justify="left")
+    table.add_column("state")
+    for horizon in found.before:
+        for heading in (f"{horizon} s\nbefore", "\nafter", "\nratio"):
+            table.add_column(heading, justify="right")
+    for state in STATE_CHANNELS:
+        cells = []
+        for horizon in found.before:
+            before, after = found.before[horizon][state], found.after[horizon][state]
+            cells += [number(before), number(after), ratio(before, after)]
+        table.add_row(state, *cells)
+    return table

@@ -1,0 +1,85 @@
+"""`softsoil residual`: what a model leaves unexplained in a drive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from softsoil.commands.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
+from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.commands.residual_wheel import is_wheel_data, report_on_wheel_data
+from softsoil.estimator.horizons import START_UP
+from softsoil.figures.residual import draw_residual
+from softsoil.files.json_file import write_json
+from softsoil.recording.log_names import named_soil
+from softsoil.refinement.residual import WINDOW, DriveResidual, drive_residual
+
+
+def residual(
+    data: Annotated[
+        Path, typer.Argument(help="A drive (CSV, CSV.gz, Parquet) or single-wheel runs (npz).", show_default=False)
+    ],
+    vehicle: VehicleOption = None,
+    soil: SoilOption = None,
+    law: LawOption = "turn_slip",
+    model: ModelOption = None,
+    n: Annotated[
+        float | None,
+        typer.Option("--n", help="Sinkage exponent, both axles (default: the soil's).", show_default=False),
+    ] = None,
+    columns: ColumnsOption = None,
+    wheel: Annotated[
+        Path | None,
+        typer.Option("--wheel", help="Wheel TOML: DATA is then a single-wheel table.", show_default=False),
+    ] = None,
+    noise: NoiseOption = "none",
+    seed: SeedOption = 0,
+    skip: SkipOption = START_UP,
+    out: OutOption = None,
+) -> None:
+    """What the model leaves unexplained in a drive, per channel, axle and horizon; or the force laws on single-wheel runs.
+
+    Example: softsoil residual data/multi_clay_n0.50.parquet --soil clay
+    """
+    if is_wheel_data(data, wheel):
+        report_on_wheel_data(data, columns, wheel, soil, output_folder(out, "residual"))
+        return
+    clean, noisy = open_drive(data, columns, noise, seed)
+    declared = declaration(vehicle, soil or (None if model else named_soil(clean.name)), law, model)
+    folder = output_folder(out, "residual")
+    built = declared.build()
+    p = built.p.pack() if n is None else built.p.pack(n_f=n, n_r=n)
+    with progress(clean.name):
+        found = drive_residual(noisy, built, declared.vehicle, p, skip)
+    console.print(channel_table(found))
+    console.print(horizon_table(found))
+    figure = draw_residual(clean.name, built.name, found, folder / "residual.png")
+    content = {"channels": found.channels, "axles": found.axles, "mse": found.mse}
+    say_written([write_json(folder / "residual.json", content), figure])
+
+
+def channel_table(found: DriveResidual) -> Table:
+    """Residual of each state after one window, and of each axle's force."""
+    table = Table(title=f"Unexplained after {WINDOW:g} s, {len(found.t)} windows", title_justify="left")
+    for heading in ("channel", "rms", "whiteness p"):
+        table.add_column(heading, justify="left" if heading == "channel" else "right")
+    for name, entry in found.channels.items():
+        table.add_row(name, f"{entry['rms']:.4g}", f"{entry['whiteness_p']:.2g}")
+    for axle, force in found.axles.items():
+        table.add_row(f"{axle} axle, N", f"{force['rms']:.4g}", "")
+    return table
+
+
+def horizon_table(found: DriveResidual) -> Table:
+    """Mean squared error of each state over each horizon."""
+    table = Table(title="Mean squared prediction error, squared units", title_justify="left")
+    table.add_column("state")
+    for horizon in found.mse:
+        table.add_column(f"{horizon} s", justify="right")
+    for name in next(iter(found.mse.values())):
+        table.add_row(name, *(f"{entry[name]:.3g}" for entry in found.mse.values()))
+    return table

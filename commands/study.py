@@ -1,0 +1,143 @@
+"""`softsoil study`: the paper's study on logs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from softsoil.commands.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
+from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.estimator.horizons import HORIZONS, START_UP
+from softsoil.figures.terrain import SQUARED, draw_study
+from softsoil.files.json_file import write_json
+from softsoil.files.package_data import example_logs
+from softsoil.mpc_demo.study import LATERAL, LogStudy, gains, study_log
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.log_names import named_n, named_soil
+
+LogsArgument = Annotated[
+    list[Path] | None,
+    typer.Argument(metavar="[LOG ...]", help="Logs (default: the project's own).", show_default=False),
+]
+FirstGuessOption = Annotated[
+    float | None,
+    typer.Option(
+        "--n0", help="First guess (default: true n of the log's name + 0.2, else the soil's).", show_default=False
+    ),
+]
+
+
+def study(
+    logs: LogsArgument = None,
+    vehicle: VehicleOption = None,
+    soil: SoilOption = None,
+    law: LawOption = "turn_slip",
+    model: ModelOption = None,
+    n0: FirstGuessOption = None,
+    columns: ColumnsOption = None,
+    noise: NoiseOption = "table5",
+    seed: SeedOption = 0,
+    skip: SkipOption = START_UP,
+    out: OutOption = None,
+) -> None:
+    """The paper's study: n estimated on each log from a wrong first guess, then states predicted 0.5, 2.5 and 5 s ahead.
+
+    Without a log, the project's own are studied; the soil is the one that a log's name tells, unless --soil says it.
+
+    Example: softsoil study data/paper_clay_n0.50.csv.gz --seed 3
+    """
+    folder = output_folder(out, "study")
+    studies: list[LogStudy] = []
+    paths: list[Path] = []
+    for log in logs or example_logs():
+        clean, noisy = open_drive(log, columns, noise, seed)
+        declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
+        with progress(clean.name) as told:
+            studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told))
+        figure = folder / f"{clean.name}.png"
+        # Two logs of one name in different folders keep a figure each.
+        paths.append(
+            draw_study(studies[-1], figure if figure not in paths else folder / f"{clean.name}_{len(paths)}.png")
+        )
+    console.print(table_7(studies))
+    for entry in studies:
+        console.print(table_8(entry))
+    _say_gain(studies)
+    _say_conditions(studies, noise, seed, skip)
+    say_written([write_json(folder / "study.json", {"logs": [entry.as_json() for entry in studies]}), *paths])
+
+
+def _soil_of(log: Path, name: str) -> str:
+    soil = named_soil(name)
+    if soil is None:
+        raise ValueError(f"{log}: expected --soil (or --model), as the name tells no soil class; found none")
+    return soil
+
+
+def table_7(studies: list[LogStudy]) -> Table:
+    """First guess, truth, estimate, error and convergence of each log (paper, Table 7)."""
+    table = Table(title="Sinkage exponent (as the paper's Table 7)", title_justify="left")
+    for heading in ("log", "soil"):
+        table.add_column(heading, no_wrap=True)
+    for heading in ("first guess", "true", "estimate", "error", "within 10 % after"):
+        table.add_column(heading, justify="right")
+    for entry in studies:
+        table.add_row(
+            entry.log,
+            entry.soil,
+            f"{entry.n_initial:.3f}",
+            "-" if entry.n_true is None else f"{entry.n_true:.3f}",
+            f"{entry.n_estimated:.3f}",
+            "-" if entry.error_percent is None else f"{entry.error_percent:.1f} %",
+            f"{entry.estimate.converged_s:.1f} s",
+        )
+    return table
+
+
+def table_8(entry: LogStudy) -> Table:
+    """Mean squared prediction errors of one log, with estimate and first guess (paper, Table 8, in squared units)."""
+    table = Table(title=f"Mean squared error, {entry.log} (as the paper's Table 8)", title_justify="left")
+    table.add_column("state")
+    for horizon in HORIZONS:
+        table.add_column(f"{horizon:g} s\nn={entry.n_estimated:.3f}", justify="right")
+        table.add_column(f"{horizon:g} s\nn={entry.n_initial:.3f}", justify="right")
+    initial = {horizon: entry.initial[horizon].mse for horizon in HORIZONS}
+    estimated = {horizon: entry.estimated[horizon].mse for horizon in HORIZONS}
+    for name, unit in zip(STATE_CHANNELS, SQUARED, strict=True):
+        cells = []
+        for horizon in HORIZONS:
+            guess, found = initial[horizon][name], estimated[horizon][name]
+            mark = "green" if found < guess else ("red" if found > guess else "none")
+            cells += [f"[{mark}]{found:.3g}[/]", f"{guess:.3g}"]
+        table.add_row(f"{name} ({unit})", *cells)
+    return table
+
+
+def _say_gain(studies: list[LogStudy]) -> None:
+    """What the estimate is worth over all logs, in one line per horizon."""
+    for horizon in HORIZONS:
+        found = gains(studies, horizon)
+        known = found[np.isfinite(found)]
+        if len(known):
+            console.print(
+                f"{horizon:g} s: errors of {', '.join(LATERAL)} with the first guess over those with the estimate, geometric "
+                f"mean: {np.exp(np.mean(np.log(known))):.2f}; smaller with the estimate in {(known > 1).sum()} of {len(known)}",
+                highlight=False,
+            )
+
+
+def _say_conditions(studies: list[LogStudy], noise: str, seed: int, skip: float) -> None:
+    """What the figures rest on: noise, start-up, and the last window."""
+    console.print(
+        f"Noise {noise}, seed {seed}; the first {skip:g} s of each log are start-up and left out; predictions start from "
+        "the states of the log without added noise.",
+        highlight=False,
+    )
+    for entry in studies:
+        rests = ", ".join(f"{w.left_out * entry.clean.dt:.2f} s at {h:g} s" for h, w in entry.initial.items())
+        console.print(f"{entry.log}: left out at the end, where the last window is not full: {rests}.", highlight=False)

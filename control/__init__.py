@@ -1,0 +1,1 @@
+"""Optimal control problem, NMPC, and plugs for other controllers."""

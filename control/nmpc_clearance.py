@@ -1,0 +1,57 @@
+"""Whether a plan clears the obstacles: soft limits let a plan through that does not, and someone has to brake for it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softsoil.control.nmpc_status import Status
+from softsoil.control.ocp import CIRCLES, Ocp
+
+Array = NDArray[np.float64]
+NOWHERE = 1e3
+"""m: where obstacles stand that are not there."""
+
+
+def placed(ocp: Ocp, obstacles: ArrayLike | None) -> Array:
+    """(N + 1, n_obstacles, 3) from obstacles (N + 1, n, 3): x, y, radius over the horizon, or (n, 3) where they stand.
+
+    Those that are not given stand far away. Raises ValueError for another shape or more than the Ocp watches.
+    """
+    n, most = ocp.settings.steps, ocp.settings.obstacles
+    full = np.zeros((n + 1, most, 3))
+    full[:, :, :2] = NOWHERE
+    if obstacles is None or not np.size(obstacles):
+        return full
+    given = np.asarray(obstacles, dtype=float)
+    given = np.broadcast_to(given, (n + 1, *given.shape)) if given.ndim == 2 else given
+    if given.ndim != 3 or given.shape[0] != n + 1 or given.shape[1] > most or given.shape[2] != 3:
+        raise ValueError(f"obstacles: expected up to {most} as (x, y, radius), found shape {given.shape}")
+    full[:, : given.shape[1]] = given
+    return full
+
+
+def planned_gaps(ocp: Ocp, z: Array, obstacles: Array) -> Array:
+    """(N + 1,) least gap (m) between the vehicle's circles, of radius body - margin, and any obstacle along the plan.
+
+    z (N + 1, n_z); obstacles (N + 1, n, 3); inf without any.
+    """
+    if not obstacles.shape[1] or obstacles[:, :, 0].min() >= NOWHERE:
+        return np.full(len(z), np.inf)
+    back = np.arange(CIRCLES) * ocp.vehicle.wheelbase / (CIRCLES - 1)
+    psi = z[:, ocp.z.index("psi"), None]
+    x = z[:, ocp.z.index("x"), None] - back * np.cos(psi)
+    y = z[:, ocp.z.index("y"), None] - back * np.sin(psi)
+    apart = np.hypot(x[:, :, None] - obstacles[:, None, :, 0], y[:, :, None] - obstacles[:, None, :, 1])
+    gaps: Array = (apart - obstacles[:, None, :, 2]).min(axis=(1, 2)) - (ocp.settings.body - ocp.settings.margin)
+    return gaps
+
+
+def judged(status: Status, gaps: Array) -> tuple[Status, float, int]:
+    """(status, least gap, first stage that touches or -1): a usable plan that touches an obstacle is BLOCKED.
+
+    gaps (N + 1,): of `planned_gaps`; where the vehicle stands now counts for nothing, no plan can change it.
+    """
+    touching = np.flatnonzero(gaps[1:] < 0.0)
+    least, stage = float(gaps[1:].min()), int(touching[0]) + 1 if len(touching) else -1
+    return (Status.BLOCKED if status.usable and stage > 0 else status), least, stage

@@ -1,0 +1,50 @@
+"""Paths to be followed, by their points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Path:
+    """A path by its points (M, 2) (m), equally spaced closely enough to be taken as a curve.
+
+    s (M,): length along it; psi (M,): course (rad, unwrapped).
+    """
+
+    points: Array
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 2 or len(self.points) < 2:
+            raise ValueError(f"path: expected points (M, 2), M >= 2, found shape {self.points.shape}")
+        moves = np.diff(self.points, axis=0)
+        s = np.concatenate([[0.0], np.cumsum(np.hypot(*moves.T))])
+        psi = np.unwrap(np.arctan2(np.gradient(self.points[:, 1]), np.gradient(self.points[:, 0])))
+        object.__setattr__(self, "s", s)
+        object.__setattr__(self, "psi", psi)
+
+    s: Array = field(init=False)
+    psi: Array = field(init=False)
+
+    def at(self, s: Array) -> Array:
+        """(K, 3) x, y, psi at lengths s (K,); straight on beyond the end."""
+        beyond = np.maximum(s - self.s[-1], 0.0)
+        end = self.psi[-1]
+        x = np.interp(s, self.s, self.points[:, 0]) + beyond * np.cos(end)
+        y = np.interp(s, self.s, self.points[:, 1]) + beyond * np.sin(end)
+        return np.stack([x, y, np.interp(s, self.s, self.psi)], axis=1)
+
+    def project(self, x: float, y: float, near: float | None = None, reach: float = 8.0) -> tuple[float, float]:
+        """(length along the path, distance left of it) of the nearest point; `near`: only within `reach` m of there."""
+        squares = (self.points[:, 0] - x) ** 2 + (self.points[:, 1] - y) ** 2
+        if near is not None:
+            squares = np.where(np.abs(self.s - near) <= reach, squares, np.inf)
+        i = int(np.argmin(squares))
+        cos, sin = np.cos(self.psi[i]), np.sin(self.psi[i])
+        dx, dy = x - self.points[i, 0], y - self.points[i, 1]
+        return float(self.s[i] + cos * dx + sin * dy), float(cos * dy - sin * dx)

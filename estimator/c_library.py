@@ -1,0 +1,62 @@
+"""The declared model and its terrain filter as the texts of a C library."""
+
+from __future__ import annotations
+
+from functools import partial
+from importlib.metadata import version
+
+from softsoil.codegen.c_library.library import FilterNumbers, library_files
+from softsoil.codegen.c_library.parts import Parts, take_apart
+from softsoil.estimator.terrain import Tuning, terrain_model
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.sampling import STEP
+from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.symbolic.wheel import force_law
+
+N_NAMES = ("n", "n_f", "n_r")
+EXTRA_STD = 0.01
+"""Of the first value and the noise of states that an effect brings, as in `softsoil.estimator.terrain`."""
+
+
+def c_parts(declared: Declaration) -> Parts:
+    """The declared model taken apart: n_f and n_r as states without effects, one n for both axles with them."""
+    build = partial(_model_with, declared)
+    return take_apart(build, force_law(declared.law))
+
+
+def _model_with(declared: Declaration, law) -> Model:
+    built = declared_model(declared.vehicle, declared.soil, law)
+    return terrain_model(built, tied=bool(built.effects))
+
+
+def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
+    """Defaults of the C filter: the terrain estimator's own numbers."""
+    tuning = tuning or Tuning()
+    extra = [name in N_NAMES for name in model.x.names[len(tuning.model_error) :]]
+    return FilterNumbers(
+        q_std=(*tuning.model_error, *(tuning.n_walk if is_n else EXTRA_STD for is_n in extra)),
+        r_std=tuning.sensor_floor,
+        std0=(*tuning.sensor_floor, *(tuning.n_std if is_n else EXTRA_STD for is_n in extra)),
+        gate=tuning.gate,
+    )
+
+
+def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) -> dict[str, str]:
+    """Every file of the C library, path -> text, for a declared model with nominal step dt (s); `fmi`: with the FMI unit's.
+
+    Raises ValueError for a step that is not positive.
+    """
+    if not 0 < dt <= 0.1:
+        raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
+    parts = c_parts(declared)
+    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key != "effects"}
+    about = {
+        "vehicle": vehicle,
+        "soil": {"name": declared.soil.name, **{s.name: getattr(declared.soil, s.name) for s in SOIL_SIGNALS}},
+        "law": declared.law,
+        "declared_effects": declared.vehicle.effects,
+        "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
+    }
+    return library_files(parts, filter_numbers(parts.model), dt, about, fmi)

@@ -1,0 +1,122 @@
+"""Figures of a refinement: residual before and after, ranking, held-out paths."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softsoil.figures.refine_views import DriveView
+from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
+from softsoil.refinement.refine import Refinement
+from softsoil.refinement.residual import WINDOW
+from softsoil.refinement.selection import LEAST_GAIN
+from softsoil.refinement.words import bound_words, effect_name
+
+UNITS = {
+    "steer": "rad", "steer_rate": "rad/s", "u": "m/s", "a_y": "m/s²", "omega_z": "rad/s", "side_slip": "rad",
+    "a_x": "m/s²", "cos_heading": "", "sin_heading": "", "time": "s",
+}  # fmt: skip
+PLAIN = "time"
+"""What a residual that is merely constant is drawn against."""
+
+
+def draw_axles(view: DriveView, path: Path) -> Path:
+    """Unexplained lateral force of each axle over time, and against what it goes with most before."""
+    title = f"{view.name}: unexplained lateral force, windows of {WINDOW:g} s"
+    with page(path, title, 10, 5.6, 2, 2, width_ratios=(2, 1), sharey="row") as axes:
+        for row, axle in zip(axes, ("front", "rear"), strict=True):
+            before = view.before.force_f if axle == "front" else view.before.force_r
+            after = view.after.force_f if axle == "front" else view.after.force_r
+            _over_time(row[0], view, axle, before, after)
+            _against(row[1], view, axle, before, after)
+        axes[0, 0].legend(loc="best", ncols=3)
+        axes[1, 0].set_xlabel("time, s")
+    return path
+
+
+def _over_time(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> None:
+    axis.axvspan(view.held_from, view.before.t[-1] + WINDOW / 2, color="#f0f4f8", zorder=0, label="judged, not fitted")
+    axis.plot(view.before.t, before, color=INITIAL, lw=1.2, label="declared model")
+    axis.plot(view.after.t, after, color=ESTIMATED, lw=1.2, label="refined model")
+    axis.axhline(0, color=TRUE, lw=0.8)
+    shares = [100 * s.share[axle] for s in (view.structure_before, view.structure_after)]
+    words = f"{shares[0]:.0f} % of its force" + (
+        f", then {shares[1]:.0f} %" if round(shares[1]) != round(shares[0]) else ""
+    )
+    axis.set(title=f"{axle.capitalize()} axle: {words}", ylabel="N per axle")
+
+
+def _against(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> None:
+    correlations = view.structure_before.correlations[axle]
+    name = next(iter(correlations), PLAIN)
+    signal = PLAIN if name == "constant" else name
+    value = correlations.get(name, 0.0)
+    axis.plot(view.signals[signal], before, ".", color=INITIAL, ms=4)
+    axis.plot(view.signals[signal], after, ".", color=ESTIMATED, ms=4)
+    axis.axhline(0, color=TRUE, lw=0.8)
+    words = "constant" if name == "constant" else f"against {effect_name(signal)}"
+    axis.set(
+        title=f"{words} ({value:+.2f} before)", xlabel=", ".join(filter(None, (effect_name(signal), UNITS[signal])))
+    )
+
+
+def draw_ranking(found: Refinement, path: Path) -> Path:
+    """All candidates of the first round by the share of the held-out cost that each removes, with standard errors."""
+    ranking = found.ranking[::-1]
+    accepted = {effect.name for effect in found.effects}
+    colors = [ESTIMATED if c.name in accepted else SOFT for c in ranking]
+    with page(path, "Share of the held-out cost that each effect removes", 8, 0.24 * len(ranking) + 1.2) as axis:
+        places = np.arange(len(ranking))
+        shares = [100 * max(c.gain, -1.0) for c in ranking]
+        bars = {"ecolor": TRUE, "elinewidth": 1, "capsize": 2}
+        axis.barh(
+            places, shares, xerr=[100 * min(c.std, 1.0) for c in ranking], color=colors, height=0.7, error_kw=bars
+        )
+        axis.axvline(100 * LEAST_GAIN, color=INITIAL, ls="--", lw=1)
+        axis.annotate(
+            f"least gain {100 * LEAST_GAIN:.0f} %", (100 * LEAST_GAIN, -0.4), (4, 0), textcoords="offset points",
+            color=INITIAL, fontsize=8, va="center",
+        )  # fmt: skip
+        labels = [c.name + (f" ({bound_words(c)})" if c.fit.at_bound else "") for c in ranking]
+        axis.set_yticks(places, labels)
+        axis.set(xlabel="held-out gain ± standard error over windows, %", ylim=(-0.8, len(ranking) - 0.3))
+        axis.set_xlim(max(min([*shares, 0.0]) - 5, -40), 115)
+        axis.grid(axis="y", visible=False)
+    return path
+
+
+def draw_paths(view: DriveView, path: Path) -> Path:
+    """Held-out paths on the map, and how far to the side of the record the models' paths end up."""
+    title = f"{view.name}: held-out paths, {view.horizon:g} s ahead from recorded states"
+    with page(path, title, 10, 4.2, 1, 2, width_ratios=(1.3, 1)) as axes:
+        for label, paths, color in (("record", view.recorded, TRUE), ("declared", view.path_before, INITIAL),
+                                    ("refined", view.path_after, ESTIMATED)):  # fmt: skip
+            for k, one in enumerate(paths):
+                width = 2.4 if label == "record" else 1.2
+                axes[0].plot(one[:, 0], one[:, 1], color=color, lw=width, alpha=0.9, label=None if k else label)
+        axes[0].plot(*view.recorded[:, 0, :2].T, "o", color=TRUE, ms=4)
+        axes[0].set(title="Map (dots: starts)", xlabel="x, m", ylabel="y, m")
+        axes[0].set_aspect("equal", adjustable="datalim")
+        axes[0].legend(loc="best")
+        for label, paths, color in (("declared", view.path_before, INITIAL), ("refined", view.path_after, ESTIMATED)):
+            side = aside(paths, view.recorded)
+            axes[1].plot(view.clock, side.T, color=color, lw=0.7, alpha=0.6)
+            rms = np.sqrt(np.nanmean(side**2, axis=0))
+            axes[1].plot(
+                view.clock, rms, color=color, lw=2.4, label=f"{label}: rms {rms[-1]:.2f} m at {view.horizon:g} s"
+            )
+        axes[1].axhline(0, color=TRUE, lw=0.8)
+        axes[1].set(title="To the side of the record", xlabel="time since the start, s", ylabel="m, left positive")
+        axes[1].legend(loc="upper left")
+    return path
+
+
+def aside(paths: Any, recorded: Any) -> Any:
+    """(W, N) distance of predicted points to the left of the recorded ones, across the recorded heading (m).
+
+    paths, recorded (W, N, 3): x, y, psi.
+    """
+    apart = paths - recorded
+    return -apart[..., 0] * np.sin(recorded[..., 2]) + apart[..., 1] * np.cos(recorded[..., 2])

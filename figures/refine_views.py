@@ -1,0 +1,88 @@
+"""What the report shows of one drive: residual and held-out predictions of the declared and of the refined model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.estimator.horizons import HORIZONS
+from softsoil.recording.drive import Recording
+from softsoil.refinement.refine import Refinement
+from softsoil.refinement.residual import DriveResidual, drive_residual
+from softsoil.refinement.shooting import Shooting
+from softsoil.refinement.structure import Structure, axle_windows, structure
+from softsoil.refinement.trace import Bench
+
+Array = NDArray[np.float64]
+
+FEWEST_PATHS = 4
+"""Held-out windows that a picture of paths shows at least, where the drive has them."""
+
+
+@dataclass(frozen=True)
+class DriveView:
+    """One drive before and after.
+
+    name; held_from: time from which the drive judges (s); before, after: residuals; structure_before, structure_after:
+    shares and correlations; signals: name -> (M,) mean per residual window; horizon (s) of the paths; clock (N,): time
+    within a path (s); recorded, path_before, path_after (W, N, 3): x, y, psi of the held-out windows.
+    """
+
+    name: str
+    held_from: float
+    before: DriveResidual
+    after: DriveResidual
+    structure_before: Structure
+    structure_after: Structure
+    signals: dict[str, Array]
+    horizon: float
+    clock: Array
+    recorded: Array
+    path_before: Array
+    path_after: Array
+
+
+def drive_views(found: Refinement, start: float) -> list[DriveView]:
+    """A view of each drive that was refined on.
+
+    found: what refine returned; start: seconds left out at the beginning, as given to it.
+    """
+    return [_view(recording, found, i, start) for i, recording in enumerate(found.recordings)]
+
+
+def _view(recording: Recording, found: Refinement, i: int, start: float) -> DriveView:
+    before, after = found.bench, found.selection.bench
+    vehicle = found.declaration.vehicle
+    first, second = before.absent[i], after.absent[i]
+    residual = drive_residual(recording, before.model, vehicle, first, start)
+    _, _, signals = axle_windows(recording, before.model, vehicle, residual.t)
+    shooting, held = before.shootings[i], before.held[i]
+    row = shooting.rows[held[0]]
+    horizon, recorded, path_before = _paths(before, i, first, row)
+    _, _, path_after = _paths(after, i, second, row)
+    return DriveView(
+        name=recording.name,
+        held_from=float(shooting.drive.t[row]),
+        before=residual,
+        after=drive_residual(recording, after.model, vehicle, second, start),
+        structure_before=structure(recording, before.model, vehicle, first, start),
+        structure_after=found.structure[i],
+        signals=signals,
+        horizon=horizon,
+        clock=shooting.drive.dt * np.arange(1, recorded.shape[1] + 1),
+        recorded=recorded,
+        path_before=path_before,
+        path_after=path_after,
+    )
+
+
+def _paths(bench: Bench, i: int, p: Array, row: int) -> tuple[float, Array, Array]:
+    """The longest horizon that the held-out part holds, and x, y, psi recorded and predicted over its windows there."""
+    drive = bench.shootings[i].drive
+    rest = (len(drive.t) - row - 1) * drive.dt
+    horizon = max((h for h in HORIZONS if h <= rest / FEWEST_PATHS), default=HORIZONS[0])
+    windows = Shooting(bench.model, drive, horizon)
+    chosen = windows.rows >= row
+    return horizon, windows.recorded[chosen][:, :, :3], windows.predict(p)[chosen][:, :, :3]

@@ -1,0 +1,139 @@
+"""Figures of the terrain estimate and the prediction study (paper, Figs. 4-6 and Table 8)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.special import chdtri
+
+from softsoil.estimator.horizons import Windows
+from softsoil.estimator.terrain import TerrainEstimate
+from softsoil.figures.style import ESTIMATED, INITIAL, REAR, TRUE, page, second_scale
+from softsoil.mpc_demo.study import LogStudy
+from softsoil.recording.drive import STATE_CHANNELS, Recording
+
+PORTION_S = 12.0
+"""s: stretch of the drive whose paths are drawn."""
+SYMBOLS = ("$x$", "$y$", r"$\psi$", "$u$", "$v$", r"$\omega_z$")
+SQUARED = ("m²", "m²", "rad²", "m²/s²", "m²/s²", "rad²/s²")
+
+
+def draw_study(study: LogStudy, path: Path) -> Path:
+    """One page for one log: the drive, n over time, paths, and prediction errors."""
+    with page(path, f"{study.log}: {_verdict(study)}", 11, 7.2, 2, 3) as axes:
+        _drive(axes[0, 0], study.clean)
+        _n_over_time(axes[0, 1], study.estimate, study.n_true, study.n_initial)
+        _paths(axes[0, 2], study)
+        for axis, horizon in zip(axes[1], study.initial, strict=True):
+            _errors(axis, study.initial[horizon], study.estimated[horizon])
+        axes[1, 0].set_ylabel("mean squared error, squared units")
+        axes[1, 0].legend(loc="upper left")
+    return path
+
+
+def draw_estimate(
+    name: str, drive: Recording, estimate: TerrainEstimate, n0: float, n_true: float | None, path: Path
+) -> Path:
+    """One page for one estimate: the drive, n over time, NIS."""
+    end = f"n front {estimate.n_front[-1]:.3f} ± {estimate.n_front_std[-1]:.3f}, rear {estimate.n_rear[-1]:.3f}"
+    with page(path, f"{name}: {end}", 9, 6.5, 3, 1, sharex=True) as axes:
+        _drive(axes[0], drive)
+        _n_over_time(axes[1], estimate, n_true, n0)
+        _nis(axes[2], estimate)
+        for axis in axes[:2]:
+            axis.set_xlabel("")
+    return path
+
+
+def _verdict(study: LogStudy) -> str:
+    known = "" if study.error_percent is None else f" (true {study.n_true:.3f}, error {study.error_percent:.0f} %)"
+    return f"n from {study.n_initial:.2f} to {study.n_estimated:.3f}{known}"
+
+
+def _drive(axis: Any, drive: Recording) -> None:
+    steer, speed = np.rad2deg(drive["steer"]), drive["u"]
+    axis.plot(drive.t, steer, color=ESTIMATED, lw=1.0)
+    axis.set(title="Steering and speed", xlabel="time, s")
+    axis.set_ylabel("steering angle, deg", color=ESTIMATED)
+    axis.tick_params(axis="y", colors=ESTIMATED)
+    right = second_scale(axis, "speed, m/s", REAR)
+    right.plot(drive.t, speed, color=REAR, lw=1.6)
+    right.set_ylim(0, None)
+
+
+def _n_over_time(axis: Any, estimate: TerrainEstimate, n_true: float | None, n0: float) -> None:
+    series = [("estimate, front", estimate.n_front, estimate.n_front_std, ESTIMATED)]
+    if not np.allclose(estimate.n_front, estimate.n_rear, equal_nan=True):
+        series.append(("estimate, rear", estimate.n_rear, estimate.n_rear_std, REAR))
+    else:
+        series[0] = ("estimate, both axles", *series[0][1:])
+    for label, n, std, color in series:
+        axis.fill_between(estimate.t, n - 2 * std, n + 2 * std, color=color, alpha=0.18, lw=0)
+        axis.plot(estimate.t, n, color=color, label=label)
+    axis.axhline(n0, color=INITIAL, ls=":", label="first guess")
+    if n_true is not None:
+        axis.axhline(n_true, color=TRUE, ls="--", label="true")
+    axis.set(title="Sinkage exponent, ±2 std", xlabel="time, s", ylabel="n")
+    axis.legend(loc="best")
+
+
+def _paths(axis: Any, study: LogStudy) -> None:
+    """The paper's Fig. 5: a stretch of the drive, predicted with the middle horizon."""
+    horizon = list(study.initial)[1] if len(study.initial) > 1 else next(iter(study.initial))
+    guess, estimate = study.initial[horizon], study.estimated[horizon]
+    count = max(1, round(PORTION_S / horizon))
+    shown = slice(len(guess.rows) // 3, len(guess.rows) // 3 + count)
+    turn = _along_the_way(guess.recorded[shown])
+    for i, (truth, first, second) in enumerate(
+        zip(guess.recorded[shown], guess.predicted[shown], estimate.predicted[shown], strict=True)
+    ):
+        said = i == 0
+        axis.plot(*turn(truth), color=TRUE, lw=2.2, label="true" if said else None)
+        axis.plot(*turn(first), color=INITIAL, ls=":", lw=1.8, label="first guess" if said else None)
+        axis.plot(*turn(second), color=ESTIMATED, ls="--", lw=1.6, label="estimate" if said else None)
+        axis.plot(*turn(truth[:1]), "o", color=TRUE, ms=4)
+    axis.set(title=f"Predicted {horizon:g} s ahead, reset at dots", xlabel="along the way, m", ylabel="across, m")
+    axis.legend(loc="best")
+
+
+def _along_the_way(recorded: np.ndarray) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Turns states (N, 6) to positions along and across the chord of the stretch drawn, so that errors across are seen."""
+    if not len(recorded):
+        return lambda states: (states[:, 0], states[:, 1])
+    start, chord = recorded[0, 0, :2], recorded[-1, -1, :2] - recorded[0, 0, :2]
+    cos, sin = chord / max(float(np.hypot(*chord)), 1e-9)
+    return lambda states: (
+        cos * (states[:, 0] - start[0]) + sin * (states[:, 1] - start[1]),
+        cos * (states[:, 1] - start[1]) - sin * (states[:, 0] - start[0]),
+    )
+
+
+def _errors(axis: Any, initial: Windows, estimated: Windows) -> None:
+    places = np.arange(len(STATE_CHANNELS))
+    for offset, windows, color, label in (
+        (-0.2, initial, INITIAL, "first guess"),
+        (0.2, estimated, ESTIMATED, "estimate"),
+    ):
+        values = np.array(list(windows.mse.values()))
+        axis.bar(places + offset, np.where(values > 0, values, np.nan), 0.38, color=color, label=label)
+    axis.set_yscale("log")
+    axis.set_xticks(places, [f"{s}\n{unit}" for s, unit in zip(SYMBOLS, SQUARED, strict=True)])
+    axis.grid(axis="x", visible=False)
+    axis.set_title(f"Predicted {initial.horizon:g} s ahead ({len(initial.rows)} windows)")
+
+
+def _nis(axis: Any, estimate: TerrainEstimate) -> None:
+    dof = int(np.max(estimate.dof, initial=1))
+    low, high = chdtri(dof, [0.975, 0.025])
+    axis.axhspan(low, high, color=ESTIMATED, alpha=0.15, lw=0, label="95 % band")
+    axis.plot(estimate.t, estimate.nis, ".", color=TRUE, ms=2)
+    axis.set_yscale("log")
+    axis.set_ylim(1e-2, max(10 * high, 10))
+    axis.set(
+        title=f"Normalised innovation squared: {100 * estimate.nis_inside_95:.0f} % inside the band",
+        xlabel="time, s", ylabel="NIS",
+    )  # fmt: skip
+    axis.legend(loc="upper right")

@@ -1,0 +1,117 @@
+"""What a refinement found, in sentences: the same on the terminal and in the report."""
+
+from __future__ import annotations
+
+import math
+
+from softsoil.refinement.refine import Refinement, TracedEffect
+from softsoil.refinement.trace import Candidate
+
+JUDGED_STATES = ("v", "omega_z", "psi", "y")
+JUDGED_HORIZON = "2.5"
+
+
+def verdict_sentence(found: Refinement) -> str:
+    """The verdict with what it means."""
+    if found.verdict == "effect":
+        names = " and ".join(effect_name(e.name) for e in found.effects)
+        return f"Effect: beyond the declared model the data support {names}."
+    if found.verdict == "none":
+        return "None: nothing is missing that these data could show; the declared model stands."
+    return (
+        "Unexplained: more is left in the axle forces than a good model leaves, but no entry of the catalogue explains it "
+        "on data that it was not fitted to; the declared model stands."
+    )
+
+
+def effect_name(name: str) -> str:
+    """steering_offset -> steering offset."""
+    return name.replace("_", " ")
+
+
+def parameter_words(effect: TracedEffect) -> list[str]:
+    """Each parameter with its standard error and unit."""
+    return [
+        f"{name} = {with_error(value, std)} {unit}".rstrip() for name, (value, std, unit) in effect.parameters.items()
+    ]
+
+
+def with_error(value: float, std: float) -> str:
+    """value ± std, with as many digits as the error leaves: two of the error's."""
+    if not (math.isfinite(std) and std > 0):
+        return f"{value:.4g}"
+    digits = max(0, 1 - math.floor(math.log10(std)))
+    return f"{value:.{digits}f} ± {std:.{digits}f}"
+
+
+def falls(found: Refinement) -> float | None:
+    """By how much the held-out MSE at 2.5 s falls, geometric mean over v, omega_z, psi and y; None without windows."""
+    before, after = found.before.get(JUDGED_HORIZON, {}), found.after.get(JUDGED_HORIZON, {})
+    ratios = [
+        before[s] / after[s] for s in JUDGED_STATES if s in before and after.get(s, 0.0) > 0.0 and before[s] > 0.0
+    ]
+    if len(ratios) < len(JUDGED_STATES) or not all(map(math.isfinite, ratios)):
+        return None
+    return math.exp(sum(map(math.log, ratios)) / len(ratios))
+
+
+def falls_sentence(found: Refinement) -> str:
+    """The change of the held-out error in one sentence; empty where there is none to tell."""
+    ratio = falls(found)
+    if ratio is None or not found.effects:
+        return ""
+    return (
+        f"Held-out mean squared error at {JUDGED_HORIZON} s: {ratio:.1f} times smaller with the refined model "
+        "(geometric mean of v, omega_z, psi and y)."
+    )
+
+
+def bound_words(candidate: Candidate) -> str:
+    """Which of a candidate's parameters ended on a bound; n of any drive as n."""
+    names = ["n" if name.startswith("n_") and name[2:].isdigit() else name for name in candidate.fit.at_bound]
+    return f"{', '.join(dict.fromkeys(names))} at a bound" if names else ""
+
+
+def split_sentence(found: Refinement) -> str:
+    """Which part was fitted and which part judged, and what the parameters are from."""
+    start, stop = found.holdout
+    first = found.bench.shootings[0]
+    rows = first.drive.first
+    begin = float(first.drive.t[rows])
+    more = (
+        "" if len(found.bench.shootings) == 1 else f" (first drive; all {len(found.bench.shootings)} are split alike)"
+    )
+    last = " The parameters are from a fit to all of it, after that." if found.effects else ""
+    return (
+        f"Fitted on {begin:.1f} to {start:.1f} s, judged on {start:.1f} to {stop:.1f} s, which that fit has not seen{more}."
+        f"{last}"
+    )
+
+
+def group_sentences(found: Refinement) -> list[str]:
+    """What the data cannot tell apart, and what would."""
+    lines = [f"These data cannot tell apart: {', '.join(map(effect_name, group))}." for group in found.inseparable]
+    return [*lines, f"To separate: {found.would_separate}."] if found.would_separate else lines
+
+
+def left_sentences(found: Refinement) -> list[str]:
+    """Per drive, the share of the axle forces that is left, and what it goes with most."""
+    lines = []
+    for shooting, left in zip(found.bench.shootings, found.structure, strict=True):
+        parts = []
+        for axle, share in left.share.items():
+            name, value = next(iter(left.correlations[axle].items()), ("", 0.0))
+            with_ = f", goes with {effect_name(name)} ({value:+.2f})" if abs(value) >= 0.5 else ""
+            parts.append(f"{axle} axle {100 * share:.0f} %{with_}")
+        lines.append(f"{shooting.drive.name}: lateral force left unexplained: {'; '.join(parts)}")
+    return lines
+
+
+def number(value: float) -> str:
+    """`value` with three digits, or a dash where it is not known."""
+    return f"{value:.3g}" if math.isfinite(value) else "-"
+
+
+def ratio(before: float, after: float) -> str:
+    """`before` over `after`, or a dash."""
+    return f"{before / after:.2f}" if math.isfinite(before) and math.isfinite(after) and after > 0 else "-"

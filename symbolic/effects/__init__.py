@@ -1,0 +1,1 @@
+"""Physical effects that a nominal model lacks."""

@@ -1,0 +1,191 @@
+"""The default force law: stresses on a contact line, with the wheel's own yaw in the sliding velocity; nothing fitted.
+
+X is forward of the wheel centre, x_f where the soil enters, -x_r where it leaves, k_eq = k_phi + k_c (1/b + 1/L):
+  pressure   sigma = k_eq d(X)^n + R omega X,  d = sqrt(r^2 - X^2) - (r - h), for X >= 0,
+             sigma = sigma_m (1 - (X/x_r)^2) + R omega X behind, sigma_m = k_eq h^n, x_r = sqrt(2 r sigma_m/K);
+  sinkage    b int sigma dX = load;
+  sliding    u_x = v_x - omega sqrt(r^2 - X^2), u_y = v_y + (yaw_rate + sweep) X;
+  path       j(X) = int_X^x_f |u| dX'/v_x with the velocities that this soil met, u_y(X', t - (X' - X)/v_x);
+  shear      tau = (c + sigma tan phi)(1 - exp(-j/k)), against u: force = -b int tau u/|u| dX.
+Soil that entered through the side of the wheel has run part of the path only (`side_entry`); soil that another wheel
+sheared before starts at `entry_path` in the fraction `overlap` of the width. The equations are those of the soil
+contact model (paper, eqs. (1)-(3)) on a line; turn slip replaces the paper's two branches and correction factors.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import casadi as ca
+
+from softsoil.symbolic.contact_line import ContactLine, rim_depth, tan_phi
+from softsoil.symbolic.rut_line import contact_lines
+from softsoil.symbolic.smooth import Scalar
+from softsoil.symbolic.soil import Soil
+from softsoil.symbolic.wheel import Contact, Wheel, WheelForce
+
+ENTRY = 0.1
+"""Part of the contact over which soil that has just been touched is still met at the height where it entered: a simulated soil's
+step of 10 mm on a contact of 60 to 130 mm."""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """What a calibration may change, all neutral by default: width, path and turn multiply the wheel's width, the shear
+    path and the yaw rate; entry_time (s) is spent at every node on top of half a contact step. Floats or CasADi scalars.
+    """
+
+    width: Scalar = 1.0
+    path: Scalar = 1.0
+    turn: Scalar = 1.0
+    entry_time: Scalar = 0.0
+
+
+@dataclass(frozen=True)
+class TurnSlip:
+    """The fit-free law.
+
+    contact_step: s, time step of the simulated soil, whose first contact counts a whole step of shear, half a step too
+    much on average: 2 ms in the reference vehicle's runs, 1 ms on its single-wheel rig, 0 for a real soil;
+    speed_floor: m/s, v_x is used as sqrt(v_x^2 + speed_floor^2); slip_floor: pure number, sliding speeds are used as
+    sqrt(|u|^2 + (slip_floor v_x)^2 + (yaw_rate b)^2/12), the last for the scrub over the width of a wheel that yaws (not
+    of one that leans: its rim sweeps all of its width alike);
+    front_nodes: Gauss nodes ahead of the wheel centre (one stands behind); factors: of a calibration.
+    Raises ValueError unless contact_step >= 0 and the others are positive.
+    """
+
+    contact_step: float = 0.002
+    speed_floor: float = 0.1
+    slip_floor: float = 0.003
+    front_nodes: int = 5
+    factors: Factors = field(default_factory=Factors)
+
+    def __post_init__(self) -> None:
+        if not self.contact_step >= 0:
+            raise ValueError(f"turn_slip: expected contact_step >= 0 s, found {self.contact_step}")
+        for name in ("speed_floor", "slip_floor", "front_nodes"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"turn_slip: expected {name} > 0, found {getattr(self, name)}")
+
+    @property
+    def name(self) -> str:
+        """turn_slip."""
+        return "turn_slip"
+
+    def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
+        """Forces on one wheel; see the module for the equations and softsoil.symbolic.wheel for conventions."""
+        wheel = replace(wheel, width=wheel.width * self.factors.width)
+        scrub = contact.yaw_rate * self.factors.turn * wheel.width
+        contact = replace(contact, yaw_rate=(contact.yaw_rate + contact.sweep) * self.factors.turn)
+        beside, inside = contact_lines(soil, wheel, contact, self.front_nodes)
+        v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
+        least = (self.slip_floor * v) ** 2 + scrub**2 / 12.0
+        extra, late = 0.5 * self.contact_step + self.factors.entry_time, self.contact_step * v
+        motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late if self.contact_step else 0.0)
+        # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.
+        per_k, aside = (2.0 / soil.k) * self.factors.path, 2.0 / (v * wheel.width)
+        f_x, f_y, m_y, m_z = _strip(soil, wheel, motion, beside, 1.0, per_k, aside)
+        if inside is not None:
+            entered = ca.exp(-contact.entry_path / soil.k)
+            more = _strip(soil, wheel, motion, inside, entered, per_k, aside)
+            f_x, f_y, m_y, m_z = f_x + more[0], f_y + more[1], m_y + more[2], m_z + more[3]
+        rear, front = -beside.x_rear, beside.x_front
+        length = motion.at(rear, rim_depth(rear * rear, wheel.radius))[2]
+        drift = motion.mean_y(rear, front) * ((front - rear) / v)
+        shift = -0.5 * drift * ((front + rear) / (front - rear))
+        path = motion.path(rear, front, length, 0.0) * self.factors.path
+        return WheelForce(f_x, f_y, m_y, m_z, beside.sinkage, path, ca.sqrt(drift * drift + 1e-8), shift)
+
+
+def _strip(
+    soil: Soil, wheel: Wheel, motion: Sliding, line: ContactLine, entered: Scalar, per_k: Scalar, aside: Scalar
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """f_x, f_y (N), m_y, m_z (N m) of one strip of the width; entered: exp(-j/k) of the path that its soil had run before.
+
+    per_k: 2/k times the path's factor (1/m); aside: 2/(v_x b) (s/m^2).
+    """
+    tan, width = tan_phi(soil.phi), wheel.width * line.share
+    f_x = f_y = m_y = m_z = 0.0
+    for node in line.nodes:
+        u_x, u_y, length = motion.at(node.x, node.depth, node.along)
+        path = motion.path(node.x, line.x_front, length, node.along) * 0.5 * per_k
+        drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
+        tau = (soil.c + node.sigma * tan) * (1.0 - entered * side_entry(path, drift))
+        force = -width * node.weight * tau / length
+        f_x += force * u_x
+        f_y += force * u_y
+        m_y -= node.depth * force * u_x + width * node.weight * node.sigma * node.x
+        m_z += node.x * force * u_y
+    return f_x, f_y, m_y, m_z
+
+
+@dataclass(frozen=True)
+class Sliding:
+    """Sliding velocities of the wheel's body over the soil (m/s), and the shear path they leave (m).
+
+    twice_per_v: 2/v_x (s/m); least: square of the least sliding speed (m^2/s^2); extra: time that a path counts beyond its
+    own (s); late: way (m) by which a simulated soil's surface lags behind the rim: it meets the wheel with the height of one
+    step before, where the rim moves more slowly backward.
+    """
+
+    contact: Contact
+    radius: Scalar
+    twice_per_v: Scalar
+    least: Scalar
+    extra: Scalar
+    late: Scalar = 0.0
+
+    def at(self, x: Scalar, depth: Scalar, along: float = 0.0) -> tuple[Scalar, Scalar, Scalar]:
+        """u_x, u_y and the smooth |u| at x (m), with `depth` = sqrt(r^2 - x^2); along: x over the front end of the contact."""
+        u_x = self.contact.v_x - self.contact.omega * self._met(x, depth, along)
+        u_y = self.contact.v_y + self.contact.yaw_rate * x
+        return u_x, u_y, self._length(u_x, u_y)
+
+    def _met(self, x: Scalar, depth: Scalar, along: float) -> Scalar:
+        """Depth below the axle (m) at which soil at x (m) is met: of the rim `late` further forward, less where it enters."""
+        if isinstance(self.late, float) and self.late == 0.0:
+            return depth
+        ahead = self.late * (1.0 - math.exp(-(1.0 - along) / ENTRY))
+        return depth - ahead * (x + 0.5 * ahead) * (1.0 / self.radius)
+
+    def _length(self, u_x: Scalar, u_y: Scalar) -> Scalar:
+        return ca.sqrt(u_x * u_x + u_y * u_y + self.least)
+
+    def mean_y(self, x: Scalar, x_front: Scalar) -> Scalar:
+        """Mean lateral sliding velocity of the soil now at x since it entered at x_front (m/s)."""
+        ago = 0.5 * (x_front - x)
+        return self.contact.v_y + self.contact.yaw_rate * (x + ago) - self._change * (0.5 * ago)
+
+    def path(self, x: Scalar, x_front: Scalar, length: Scalar, along: float = 0.0) -> Scalar:
+        """Shear path (m) of the soil now at x, which entered at x_front (m), by two Radau points.
+
+        along: x over x_front; length: |u| at x, which is the first of the points (weight 1/4); the other (3/4) lies two thirds of
+        the way to x_front, where the soil met the velocity of its time.
+        """
+        behind = (2.0 / 3.0) * (x_front - x)
+        there = x + behind
+        met = self._met(there, rim_depth(there * there, self.radius), along + (2.0 / 3.0) * (1.0 - along))
+        u_x = self.contact.v_x - self.contact.omega * met
+        u_y = self.contact.v_y + self.contact.yaw_rate * there - self._change * (0.5 * behind)
+        mean = 0.25 * length + 0.75 * self._length(u_x, u_y)
+        return mean * ((0.5 * (x_front - x)) * self.twice_per_v + self.extra)
+
+    @property
+    def _change(self) -> Scalar:
+        """2 dv_y/v_x: twice the change of lateral velocity per length of path (1/s)."""
+        return self.contact.dv_y * self.twice_per_v
+
+
+def side_entry(path: Scalar, drift: Scalar) -> Scalar:
+    """Mean of exp(-j/k) over the width, where part of the soil came in through the wheel's side.
+
+    rho = |drift| is how far the wheel moved sideways, over its width, since this line entered; the share f = min(1, rho)
+    of the width then holds soil whose path grows linearly from 0: (1 - f) exp(-J) + f (1 - exp(-J2))/J2 with
+    J2 = J min(1, 1/rho). Smoothly, min(1, 1/rho) = q/(q + rho^3) with q = 1 + rho + rho^2, 1 % low at rho = 0.25.
+    path: J, path over shear modulus; drift: sideways motion over width (1).
+    """
+    rho = ca.sqrt(drift * drift + 1e-12)
+    q = 1.0 + rho * (1.0 + rho)
+    ratio = q / (q + rho * rho * rho)
+    return (1.0 - rho * ratio) * ca.exp(-path) + rho * (1.0 - ca.exp(-path * ratio)) / path

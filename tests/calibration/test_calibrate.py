@@ -1,0 +1,119 @@
+"""Calibration: known factors come back, with honest standard errors; what runs cannot fix is said; curve fits recover."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from softsoil.calibration.calibration_study import calibrated_law, run_study
+from softsoil.calibration.refit_dallas import G2_SCALE, Matched, fit_branch, match_run, side_force
+from softsoil.calibration.single_wheel import law_for, run_errors
+from softsoil.calibration.turn_slip_fit import calibrate, with_soil
+from softsoil.recording.rig import WheelRun
+from softsoil.symbolic.laws.bekker import Bekker
+from softsoil.symbolic.laws.dallas import Branch, Dallas, Factor, SlipRange
+from softsoil.symbolic.laws.dallas_refit import load_tables, tables_to_toml
+from softsoil.symbolic.laws.turn_slip import Factors
+from softsoil.symbolic.laws.turn_slip_calibrated import load_factors
+from wheel_runs import own_data, sine_run
+
+TRUE = Factors(width=0.9, path=1.15, turn=1.1, entry_time=4e-4)
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[WheelRun]:
+    rng = np.random.default_rng(0)
+    blank = [sine_run(0.1 + 0.05 * i, 0.45 + 0.1 * i, -0.3 + 0.12 * i, 1500 + 300 * i) for i in range(6)]
+    mine = own_data(blank, replace(law_for("turn_slip", blank), factors=TRUE))
+    return [replace(r, f_y=r.f_y + 2.0 * rng.standard_normal(len(r))) for r in mine]
+
+
+def test_known_factors_come_back_within_their_standard_errors(runs):
+    found = calibrate(runs)
+    assert not found.not_identified
+    for name, value in found.values.items():
+        true = getattr(TRUE, name)
+        assert abs(value - true) < 5 * found.std[name] + 0.002 * abs(true), name
+        assert found.std[name] < 0.05
+    errors = [e.lateral for e in run_errors(calibrated_law(runs, found), runs)]
+    assert max(errors) < 0.015  # the noise of 2 N is 1 % of the smallest peak
+
+
+def test_a_soil_parameter_can_be_fitted(runs):
+    wrong = [replace(r, soil={**r.soil, "c": 1.25 * r.soil["c"]}) for r in runs]
+    found = calibrate(wrong, ("width", "path", "turn", "entry_time", "c"))
+    assert found.values["c"] == pytest.approx(0.8, abs=0.04)
+    assert with_soil(wrong, found)[0].soil["c"] == pytest.approx(runs[0].soil["c"], rel=0.05)
+
+
+def test_steady_rows_cannot_tell_the_turn(runs):
+    steady = [
+        replace(r, dt=None, yaw_rate=0 * r.v_x, steer_rate=0 * r.v_x, dv_y=0 * r.v_x, yaw=0 * r.v_x) for r in runs
+    ]
+    steady = own_data(steady, replace(law_for("turn_slip", steady), factors=Factors(path=1.2)))
+    found = calibrate(steady, ("path", "turn"))
+    assert found.not_identified == ("turn",)
+    assert found.values["path"] == pytest.approx(1.2, rel=1e-3)
+
+
+def test_bad_names_and_no_runs_are_refused(runs):
+    with pytest.raises(ValueError, match="found 'grip'"):
+        calibrate(runs, ("grip",))
+    with pytest.raises(ValueError, match="found none"):
+        calibrate([])
+
+
+def test_a_study_writes_what_can_be_read_back(runs, tmp_path):
+    study = run_study(runs[:4], runs[4:], tmp_path, ("width", "path", "turn", "entry_time"))
+    written = json.loads((tmp_path / "calibrate.json").read_text(encoding="utf-8"))
+    assert written["laws"]["turn_slip_calibrated"]["median"] < written["laws"]["turn_slip"]["median"]
+    again = load_factors(tmp_path / "calibrated.toml", "soil")
+    assert again.path == pytest.approx(study.found.values["path"], rel=1e-5)
+    assert all(path.is_file() for path in study.written)
+
+
+def test_a_calibration_file_that_is_none_is_named(tmp_path):
+    path = tmp_path / "c.toml"
+    for text, words in (("width = 0.9\n", "sections"), ("[rig]\ngrip = 1.0\n", "grip"), ("[rig\n", "TOML")):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(ValueError, match=words):
+            load_factors(path, "rig")
+
+
+def test_correction_factors_of_a_run_are_matched():
+    true = (1.2, 20.0, 0.03)
+    branch = Branch(*[Factor(n=(g,)) for g in true])
+    blank = [sine_run()]
+    law = Dallas((SlipRange(-1.0, 1.0, branch, branch),), Bekker(), n_range=(0.4, 1.3))
+    (run,) = own_data(blank, law)
+    found = match_run(side_force(run), run, upper=False)
+    assert found.g[0] == pytest.approx(true[0], rel=0.1)
+    assert found.g[2] == pytest.approx(true[2], rel=0.15)
+    assert abs(found.g[1] - true[1]) < G2_SCALE
+
+
+def test_function_families_recover_their_own_products(tmp_path):
+    rng = np.random.default_rng(1)
+
+    def truth(n, s, load, v):
+        return (
+            (1 + 0.3 * n - 0.2 * n**2) * (1 + 2 * s),
+            (5 + 30 * n) * (1 - s) * (0.7 + 1e-4 * load) * v**-0.9,
+            0.03 * (0.5 + n) * (1 + s**2) * (0.8 + 8e-5 * load),
+        )
+
+    states = [
+        (rng.uniform(0.4, 1.3), rng.uniform(0, 0.16), rng.uniform(1000, 4000), rng.uniform(2.5, 8.5))
+        for _ in range(150)
+    ]
+    branch = fit_branch([Matched(*state, truth(*state)) for state in states])
+    for state in states[:30]:
+        n, s, load, v = state
+        for factor, expected in zip((branch.g_1, branch.g_2, branch.g_3), truth(*state), strict=True):
+            assert float(factor(n, s, load, np.log(v))) == pytest.approx(expected, rel=0.05)
+    path = tmp_path / "t.toml"
+    path.write_text(tables_to_toml({"clay": [SlipRange(0.0, 0.16, branch, branch)]}, "test"), encoding="utf-8")
+    (piece,) = load_tables(path)["clay"]
+    again = piece.lower.g_2(0.7, 0.1, 2000.0, np.log(5.0))
+    assert float(again) == pytest.approx(float(branch.g_2(0.7, 0.1, 2000.0, np.log(5.0))), rel=1e-4)

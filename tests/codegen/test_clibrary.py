@@ -1,0 +1,157 @@
+"""The C library against the CasADi original: steps, rollouts, forces, and the filter."""
+
+import platform
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from c_folders import NAMES, SCALAR, declared, library
+from drives import clay_drive, reference_vehicle
+from softsoil.codegen.c_library.binding import CFilter
+from softsoil.codegen.c_library.build import FLAGS
+from softsoil.estimator.c_library import c_parts, filter_numbers
+from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.ukf import UnscentedKalmanFilter
+from softsoil.symbolic.discretize import start_memory, step_with_memory
+from softsoil.symbolic.sampling import STEP
+from softsoil.symbolic.signals import Layout
+from softsoil.symbolic.soil import CLAY
+from softsoil.symbolic.wheel import Contact, force_law
+
+SAME = 1e-9
+"""What the library promises; rounding alone is about 1e-12."""
+NOISE = np.array([1.2, 1.2, 0.0175, 0.25, 0.25, 0.0175])
+NARROWER = [(*FLAGS, "-mno-avx512f"), ("-O2",)] if platform.machine() in ("x86_64", "AMD64") else [("-O2",)]
+VARIANTS = {"vectors": FLAGS, "scalar": SCALAR, **{" ".join(flags[-1:]): flags for flags in NARROWER}}
+"""The widest vectors of this machine, none, and what lies between."""
+
+pytestmark = pytest.mark.compiler
+
+
+def drive(model):
+    log = clay_drive(3.0)
+    return measured_inputs(log, model.external)[0], measured_states(log)
+
+
+def casadi_rollout(model, dt, x0, u, p):
+    """(N + 1, n_x) states in the CasADi virtual machine."""
+    step, m = step_with_memory(model, dt), start_memory(model)(x0, u[0], p)
+    x = [np.asarray(x0)]
+    for row in u:
+        following, m = step(x[-1], m, row, p)
+        x.append(np.asarray(following)[:, 0])
+    return np.array(x)
+
+
+@pytest.mark.parametrize("flags", VARIANTS.values(), ids=VARIANTS)
+@pytest.mark.parametrize("name", NAMES)
+def test_steps_and_rollouts_equal_casadi(name, flags):
+    lib, model = library(name, flags), c_parts(declared(name)).model
+    u, _ = drive(model)
+    p, x0 = model.p.nominal, model.x.pack(u=6.0, v=0.1, omega_z=0.2)
+    expected = casadi_rollout(model, STEP, x0, u[:150], p)
+    x, m = x0, lib.history(p, x0, u[0])
+    for k in range(150):
+        x, m = lib.step(p, STEP, x, m, u[k])
+        assert np.abs(x - expected[k + 1]).max() < SAME
+    # A number of trajectories that fills no whole number of vectors, each from a state of its own.
+    start = np.repeat(x0[:, None], 11, 1)
+    start[3] += 0.1 * np.arange(11)
+    found = lib.rollout(p, STEP, start, np.repeat(u[:150, :, None], 11, 2))
+    assert np.abs(found[:, :, 0] - expected[1:]).max() < SAME
+    last = casadi_rollout(model, STEP, start[:, 10], u[:150], p)
+    assert np.abs(found[:, :, 10] - last[1:]).max() < SAME
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_time_steps_are_free(name):
+    lib, model = library(name), c_parts(declared(name)).model
+    u, _ = drive(model)
+    p, x0 = model.p.nominal, model.x.pack(u=6.0, v=0.1, omega_z=0.2)
+    expected = casadi_rollout(model, 0.007, x0, u[:50], p)
+    x, m = x0, lib.history(p, x0, u[0])
+    for k in range(50):
+        x, m = lib.step(p, 0.007, x, m, u[k])
+    assert np.abs(x - expected[50]).max() < SAME
+
+
+def test_forces_equal_the_law():
+    lib, wheel = library("plain"), reference_vehicle().wheel
+    names = ("v_x", "v_y", "omega", "load", "yaw_rate", "steer_rate", "dv_y", "entry_path", "overlap")
+    s = [ca.SX.sym(name) for name in names]
+    force = force_law("turn_slip")(CLAY, wheel, Contact(*s))
+    law = ca.Function("law", s, [force.f_x, force.f_y, force.m_y, force.m_z, force.sinkage, force.exit_path])
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        contact = rng.uniform([1, -2, 3, 500, -1, -1, -2, 0, 0], [10, 2, 30, 6000, 1, 1, 2, 0.1, 1])
+        expected = np.array([float(v) for v in law(*contact)])
+        found = lib.force(list(CLAY.parameters().values()), contact)
+        assert np.allclose(found, expected, rtol=1e-10, atol=1e-9)
+
+
+def in_the_librarys_order(parts):
+    """The model with states in the order of the factor: another square root of P gives other sigma points."""
+    model = parts.model
+    names = [*parts.active, *(n for n in model.x.names if n not in parts.active)]
+    return replace(model, x=Layout(tuple(model.x[n] for n in names)))
+
+
+@pytest.mark.parametrize("flags", VARIANTS.values(), ids=VARIANTS)
+@pytest.mark.parametrize("name", NAMES)
+def test_filter_equals_the_estimators(name, flags):
+    """With dropouts and angles across pi, as long as no sigma point meets a bound."""
+    lib, parts = library(name, flags), c_parts(declared(name))
+    model, numbers = parts.model, filter_numbers(parts.model)
+    ordered = in_the_librarys_order(parts)
+    at = [model.x.index(n) for n in ordered.x.names]
+    u, y = drive(model)
+    y[:, 2] += 3.0
+    y[:, :2] = y[:, :2] @ np.array([[np.cos(3.0), np.sin(3.0)], [-np.sin(3.0), np.cos(3.0)]])
+    extra = len(model.x) - 6
+    x0, std0 = np.concatenate([y[0], [0.6] * extra]), np.concatenate([NOISE, [0.02] * extra])
+    theirs = UnscentedKalmanFilter(
+        ordered,
+        STEP,
+        q=np.array(numbers.q_std)[at] ** 2 * STEP,
+        r=NOISE**2,
+        x0=x0[at],
+        p0=std0[at] ** 2,
+        gate=numbers.gate,
+    )
+    options = lib.defaults()
+    options.r_std[:] = NOISE
+    ours = CFilter(lib, x0, std0, options)
+    rng = np.random.default_rng(1)
+    turn = ordered.x.index("psi")
+    for k in range(160):
+        theirs.predict(u[k])
+        ours.predict(u[k], STEP)
+        if k % 2:
+            z = y[k + 1] + rng.normal(size=6) * NOISE
+            z[k % 6] = np.nan if k % 7 == 0 else z[k % 6]
+            seen = theirs.update(z)
+            ours.update(z, ours.state.t)
+            assert abs(ours.state.nis - seen.nis) < 1e-7 and ours.state.dof == seen.dof
+        away = ours.x[at] - theirs.x
+        away[turn] -= 2 * np.pi * np.round(away[turn] / (2 * np.pi))
+        assert np.abs(away).max() < SAME
+        assert np.abs(ours.P[np.ix_(at, at)] - theirs.P).max() < SAME
+    assert ours.state.updates == 80 and abs(ours.x[-1] - 0.6) > 1e-3
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_replay_is_the_loop(name):
+    lib, model = library(name), c_parts(declared(name)).model
+    u, y = drive(model)
+    t = STEP * np.arange(len(u))
+    x0 = np.concatenate([y[0], [0.6] * (len(model.x) - 6)])
+    one, other = CFilter(lib, x0), CFilter(lib, x0)
+    found = one.replay(t, u, y, every=2)
+    for k in range(1, len(t)):
+        other.predict(u[k - 1], t[k] - other.state.t)
+        if k % 2 == 0:
+            other.update(y[k], t[k])
+    assert np.array_equal(one.x, other.x) and np.array_equal(found["x"][-1], other.x)
+    assert np.array_equal(one.P, other.P)

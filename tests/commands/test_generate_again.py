@@ -1,0 +1,58 @@
+"""softsoil generate asked again: at once where nothing changed, anew where anything did."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drives import reference_vehicle
+from softsoil.symbolic.declaration import Declaration, declaration_toml
+from softsoil.symbolic.soil import CLAY
+
+RUN = """
+import sys
+from softsoil.commands.start import main
+try:
+    main()
+except SystemExit as end:
+    assert not end.code
+print("loaded" if "typer" in sys.modules else "at once")
+"""
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    path = tmp_path / "refined.toml"
+    path.write_text(declaration_toml(Declaration(reference_vehicle().with_(effects={}), CLAY)), encoding="utf-8")
+    return path
+
+
+def softsoil(home: Path, *arguments: str) -> tuple[str, list[str]]:
+    """How the command was answered, and the lines before that."""
+    environment = os.environ | {"SOFTSOIL_CACHE": str(home / "cache"), "PYTHONPATH": str(Path(__file__).parents[2])}
+    command = [sys.executable, "-c", RUN, "generate", *arguments]
+    done = subprocess.run(command, cwd=home, env=environment, capture_output=True, text=True, check=True)
+    *lines, how = done.stdout.splitlines()
+    return how, lines
+
+
+def test_what_has_not_changed_is_written_at_once(tmp_path: Path, model: Path) -> None:
+    first = softsoil(tmp_path, "c", "--model", "refined.toml")
+    texts = {path: path.read_bytes() for path in sorted((tmp_path / "c").rglob("*")) if path.is_file()}
+    assert first[0] == "loaded" and len(texts) > 5
+    lost = next(iter(texts))
+    lost.unlink()
+    again = softsoil(tmp_path, "c", "--model", "refined.toml")
+    assert again == ("at once", first[1])
+    assert {path: path.read_bytes() for path in texts} == texts
+
+
+def test_another_model_folder_or_option_is_generated(tmp_path: Path, model: Path) -> None:
+    softsoil(tmp_path, "c", "--model", "refined.toml")
+    before = (tmp_path / "c" / "formulation.json").read_text(encoding="utf-8")
+    assert softsoil(tmp_path, "d", "--model", "refined.toml")[0] == "loaded"
+    model.write_text(model.read_text(encoding="utf-8").replace("n = 0.5", "n = 0.6"), encoding="utf-8")
+    assert softsoil(tmp_path, "c", "--model", "refined.toml")[0] == "loaded"
+    assert (tmp_path / "c" / "formulation.json").read_text(encoding="utf-8") != before

@@ -1,0 +1,243 @@
+"""The real-time solver: its derivatives, its subproblem and its solutions against CasADi's own."""
+
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from drives import reference_vehicle
+from nmpc_problem import N, small_ocp
+from softsoil.control.nmpc import Nmpc, clip
+from softsoil.control.nmpc_casadi import CasadiNmpc, fallback
+from softsoil.control.nmpc_status import Status
+from softsoil.control.ocp import Ocp, OcpSettings
+from softsoil.control.ocp_examples import closed_loop_cost, tanh_bicycle
+from softsoil.control.ocp_riccati import NOT_CONVEX, SOLVED, solve_qp
+from softsoil.control.ocp_stage import Stages
+
+OBSTACLES = np.array([[8.0, 2.2, 0.4]])
+
+
+def straight(ocp: Ocp, y: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """A reference beside the vehicle, and the plan that drives straight on."""
+    x = 5.0 * ocp.settings.dt * np.arange(N + 1)
+    ref = np.column_stack([x, np.full(N + 1, y), np.zeros(N + 1), np.full(N + 1, 5.0)])
+    return ref, np.stack([ocp.z.pack(u=5.0, x=place) for place in x])
+
+
+def test_sensitivities_are_those_of_the_casadi_step():
+    ocp = small_ocp()
+    stages, rng = Stages(ocp), np.random.default_rng(1)
+    ref, z = straight(ocp)
+    z, w = z + 0.03 * rng.standard_normal(z.shape), 0.1 * rng.standard_normal((N, 2))
+    stages.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, np.zeros((N + 1, 2, 3)))
+    stages.linearise(z, w)
+    a, b, r, s = ocp.symbols()
+    end = ocp.step()(a, b, r, s)
+    check = ca.Function("check", [a, b, r, s], [end, ca.jacobian(end, ca.vertcat(a, b))])
+    for k in (0, N - 1):
+        value, jacobian = check(z[k], w[k], np.zeros(0), ocp.s.nominal)
+        np.testing.assert_allclose(stages.end[k], np.array(value).ravel(), rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(stages.AB[k], np.array(jacobian), rtol=1e-9, atol=1e-10)
+
+
+def random_qp(seed: int, n: int = 6, nz: int = 3):
+    """A convex problem with limits on one state (soft) and both inputs (hard), and one general soft row."""
+    rng, nv = np.random.default_rng(seed), nz + 2
+    root = rng.standard_normal((n + 1, nv, nv))
+    H = root @ root.transpose(0, 2, 1) + 0.1 * np.eye(nv)
+    g, AB, b = rng.standard_normal((n + 1, nv)), 0.5 * rng.standard_normal((n, nz, nv)), rng.standard_normal((n, nz))
+    general = rng.standard_normal((n + 1, 1, nv))
+    general[n, :, nz:] = 0.0
+    c = rng.uniform(0.1, 0.6, (n + 1, 7))
+    on = np.ones((n + 1, 7), dtype=bool)
+    on[n, 2:6] = on[0, :2] = on[0, 6] = False
+    return H, g, AB, b, rng.standard_normal(nz), np.array([1, nz, nz + 1]), general, c, on
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_subproblem_agrees_with_a_general_solver(seed):
+    H, g, AB, b, z0, box, general, c, on = random_qp(seed)
+    n, nz, nv = AB.shape
+    soft, rho = np.array([True, True, False, False, False, False, True]), np.array([1.0, 4.0])
+    v, pi = np.zeros((n + 1, nv)), np.zeros((n + 1, nz))
+    rows = [np.zeros((n + 1, 7)) for _ in range(4)]
+    outcome, _ = solve_qp(H, g, AB, b, z0, box, general, c, on, soft, rho, v, pi, *rows, 0.1, 1e-10, 50)
+    assert outcome == SOLVED
+    opti = ca.Opti()
+    x, slack = opti.variable(nv, n + 1), opti.variable(3, n + 1)
+    cost = rho[0] * ca.sum(slack) + 0.5 * rho[1] * ca.sumsqr(slack)
+    opti.subject_to(ca.vec(slack) >= 0)
+    opti.subject_to(x[:nz, 0] == z0)
+    for k in range(n + 1):
+        cost += 0.5 * ca.bilin(H[k], x[:, k], x[:, k]) + ca.dot(g[k], x[:, k])
+        if k < n:
+            opti.subject_to(x[:nz, k + 1] == AB[k] @ x[:, k] + b[k])
+        else:
+            opti.subject_to(x[nz:, k] == 0)
+        for i, index in enumerate(box):
+            for side, sign in enumerate((1, -1)):
+                if on[k, 2 * i + side]:
+                    opti.subject_to(
+                        sign * x[int(index), k] + c[k, 2 * i + side] + (slack[side, k] if i == 0 else 0) >= 0
+                    )
+        if on[k, 6]:
+            opti.subject_to(ca.dot(general[k, 0], x[:, k]) + c[k, 6] + slack[2, k] >= 0)
+    opti.minimize(cost)
+    opti.solver("ipopt", {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}})
+    np.testing.assert_allclose(v, np.array(opti.solve().value(x)).T, atol=2e-5)
+
+
+def test_a_concave_subproblem_is_said_and_clipping_cures_it():
+    H, g, AB, b, z0, box, general, c, on = random_qp(3)
+    n, nz, nv = AB.shape
+    soft, rho = np.array([True, True, False, False, False, False, True]), np.array([1.0, 4.0])
+    H = H - 30.0 * np.eye(nv)
+    outcomes = []
+    for hessian in (H, clip(H)):
+        v, pi = np.zeros((n + 1, nv)), np.zeros((n + 1, nz))
+        rows = [np.zeros((n + 1, 7)) for _ in range(4)]
+        outcomes.append(solve_qp(hessian, g, AB, b, z0, box, general, c, on, soft, rho, v, pi, *rows, 0.1, 1e-8, 50)[0])
+    assert outcomes == [NOT_CONVEX, SOLVED]
+
+
+def test_converged_plan_is_ipopts():
+    ocp = small_ocp()
+    ref, z = straight(ocp)
+    ours, theirs = Nmpc(ocp, "converged", most=40, tolerance=1e-4), CasadiNmpc(ocp, "ipopt")
+    for solver in (ours, theirs):
+        solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, OBSTACLES)
+        solver.set_initial_guess(z, np.zeros((N, 2)))
+        solver.make_step(z[0])
+        assert solver.stats.status is Status.CONVERGED, solver.stats.sentence
+    assert ours.stats.cost == pytest.approx(theirs.stats.cost, rel=1e-3)
+    np.testing.assert_allclose(ours.z, theirs.z, atol=5e-3)
+
+
+def test_real_time_iterations_run_into_the_converged_plan():
+    ocp = small_ocp()
+    ref, z = straight(ocp)
+    plans = []
+    for mode, steps in (("converged", 1), ("rti", 12)):
+        solver = Nmpc(ocp, mode)
+        solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref)
+        solver.set_initial_guess(z, np.zeros((N, 2)))
+        for _ in range(steps):
+            solver.make_step(z[0])
+        plans.append(solver.w.copy())
+    np.testing.assert_allclose(plans[1], plans[0], atol=5e-3)
+
+
+def test_a_state_that_is_not_finite_leaves_the_plan_alone():
+    ocp = small_ocp()
+    solver = Nmpc(ocp)
+    before = solver.w.copy()
+    solver.make_step(np.full(len(ocp.z), np.nan))
+    assert solver.stats.status is Status.BAD_STATE and not solver.stats.status.usable
+    np.testing.assert_array_equal(solver.w, before)
+
+
+def test_inputs_keep_their_limits_where_the_path_asks_for_more():
+    ocp = small_ocp()
+    ref, z = straight(ocp, y=6.0)
+    solver = Nmpc(ocp, "converged")
+    solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref)
+    solver.set_initial_guess(z, np.zeros((N, 2)))
+    solver.make_step(z[0])
+    assert np.all(solver.w <= ocp.w.upper + 1e-9) and np.all(solver.w >= ocp.w.lower - 1e-9)
+    assert np.abs(solver.w[:, 0]).max() > 0.9 * ocp.w.upper[0]
+
+
+@lru_cache(maxsize=1)
+def plain_ocp() -> Ocp:
+    return Ocp(tanh_bicycle(reference_vehicle()), reference_vehicle(), OcpSettings(obstacles=0))
+
+
+def test_closed_loop_cost_is_that_of_the_converged_solutions_and_of_ipopt():
+    steps, costs = 70, {}
+    for name, solver in (
+        ("rti", Nmpc(plain_ocp(), "rti")), ("converged", Nmpc(plain_ocp(), "converged")),
+        ("ipopt", CasadiNmpc(plain_ocp(), "ipopt")),
+    ):  # fmt: skip
+        costs[name], _ = closed_loop_cost(plain_ocp(), solver, steps)
+    assert costs["converged"] == pytest.approx(costs["ipopt"], rel=1e-3)
+    assert costs["rti"] == pytest.approx(costs["ipopt"], rel=1e-2)
+
+
+def test_a_plan_moves_on_in_time():
+    solver = Nmpc(plain_ocp())
+    z = np.stack([plain_ocp().z.pack(u=5.0, x=5.0 * plain_ocp().settings.dt * k) for k in range(41)])
+    solver.set_initial_guess(z, np.zeros((40, 2)))
+    solver.shift(0.4 * plain_ocp().settings.dt)
+    np.testing.assert_allclose(solver.z[:, 0], z[:, 0] + 0.4 * 5.0 * plain_ocp().settings.dt, atol=1e-12)
+
+
+def avoiding_ocp() -> Ocp:
+    return Ocp(tanh_bicycle(reference_vehicle()), reference_vehicle(), OcpSettings(steps=N, dt=0.1, obstacles=1))
+
+
+@pytest.mark.skipif(not ca.has_nlpsol("fatrop"), reason="this CasADi has no fatrop")
+def test_fatrop_finds_the_stages_and_ipopts_plan():
+    ocp, solvers = avoiding_ocp(), []
+    ref, z = straight(ocp)
+    for name in ("fatrop", "ipopt"):
+        solver = CasadiNmpc(ocp, name)
+        solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, np.array([[6.0, 1.0, 0.4]]))
+        solver.set_initial_guess(z, np.zeros((N, 2)))
+        solver.make_step(z[0])
+        assert solver.stats.status is Status.CONVERGED, solver.stats.sentence
+        solvers.append(solver)
+    assert fallback() == "fatrop"
+    assert solvers[0].nlp.stats()["nx"] == [len(ocp.z)] * (N + 1), "stage by stage, not one dense problem"
+    assert solvers[0].stats.cost == pytest.approx(solvers[1].stats.cost, rel=1e-3)
+    np.testing.assert_allclose(solvers[0].z, solvers[1].z, atol=1e-3)
+
+
+def test_a_solver_that_casadi_lacks_is_refused(monkeypatch):
+    monkeypatch.setattr(ca, "has_nlpsol", lambda name: name == "ipopt")
+    assert fallback() == "ipopt"
+    with pytest.raises(ValueError, match="expected a solver that this CasADi has"):
+        CasadiNmpc(avoiding_ocp(), "fatrop")
+
+
+@pytest.mark.parametrize("solver", ("rti", "converged", "ipopt"))
+def test_an_obstacle_that_cannot_be_cleared_is_said(solver):
+    ocp = avoiding_ocp()
+    ref, z = straight(ocp)
+    made = CasadiNmpc(ocp, "ipopt") if solver == "ipopt" else Nmpc(ocp, solver)
+    made.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, np.array([[12.0, 0.3, 9.0]]))
+    made.set_initial_guess(z, np.zeros((N, 2)))
+    for _ in range(8):
+        made.make_step(z[0])
+        assert made.stats.status in (Status.BLOCKED, Status.NOT_CLOSED) and made.stats.sentence
+        assert np.all(made.w <= ocp.w.upper + 1e-6) and np.all(made.w >= ocp.w.lower - 1e-6)
+    assert made.stats.status is Status.BLOCKED and made.stats.gap < 0 < made.stats.touch <= N
+
+
+@pytest.mark.parametrize("mode", ("rti", "converged"))
+def test_numbers_that_are_not_finite_are_said_and_forgotten(mode):
+    ocp = avoiding_ocp()
+    ref, z = straight(ocp)
+    solver = Nmpc(ocp, mode)
+    solver.set_initial_guess(z, np.zeros((N, 2)))
+    solver.set_parameters(np.full(len(ocp.s), np.nan), np.zeros((N, 0)), ref)
+    solver.make_step(z[0])
+    assert solver.stats.status is Status.NOT_FINITE and not solver.stats.status.usable
+    solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref)
+    solver.make_step(z[0])
+    assert solver.stats.status.usable and np.isfinite(solver.z).all() and np.isfinite(solver.stats.cost)
+
+
+def test_every_outcome_has_its_sentence_and_only_whole_plans_are_driven():
+    assert all(len(status.value) > 20 for status in Status)
+    driven = {status.name for status in Status if status.usable}
+    assert driven == {"CONVERGED", "ITERATED", "OUT_OF_ITERATIONS", "BLOCKED", "LATE"}
+
+
+@pytest.mark.parametrize("wrong", ({"ref": np.zeros((3, 4))}, {"s": np.zeros(1)}, {"obstacles": np.zeros((3, 3))}))
+def test_parameters_of_another_shape_are_refused(wrong):
+    ocp = plain_ocp()
+    given = {"s": ocp.s.nominal, "r": np.zeros((40, 0)), "ref": np.zeros((41, 4)), "obstacles": None, **wrong}
+    with pytest.raises(ValueError, match="expected"):
+        Nmpc(ocp).set_parameters(**given)

@@ -1,0 +1,116 @@
+"""The model in other tools' forms computes what the model computes."""
+
+import subprocess
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from drives import clay_bicycle, reference_vehicle
+from softsoil.codegen.compiled import find_compiler
+from softsoil.control.nmpc import Nmpc
+from softsoil.control.nmpc_casadi import programme, write_solver
+from softsoil.control.ocp import REFERENCE, Ocp, OcpSettings
+from softsoil.control.plugs_acados import to_acados
+from softsoil.control.plugs_do_mpc import do_mpc_controller, to_do_mpc
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.signals import Layout, Signal
+
+Z0 = {"u": 5.0, "v": 0.1, "omega_z": 0.2, "steer": 0.1}
+
+
+def ocp(model: Model | None = None, steps: int = 10) -> Ocp:
+    return Ocp(model or clay_bicycle(), reference_vehicle(), OcpSettings(steps=steps, dt=0.1, obstacles=0))
+
+
+def linear_bicycle() -> Model:
+    """Small and quick: linear tyres on the reference vehicle's axles."""
+    v = reference_vehicle()
+    x, u = clay_bicycle().x, clay_bicycle().u
+    stiffness = Layout.of(Signal("stiffness", "N/rad", "of an axle", 3e4, 0.0, 1e6))
+
+    def rhs(q):
+        front = q["stiffness"] * (q["steer"] - (q["v"] + v.l_f * q["omega_z"]) / q["u"])
+        rear = -q["stiffness"] * (q["v"] - v.l_r * q["omega_z"]) / q["u"]
+        cos, sin, axle = ca.cos(q["psi"]), ca.sin(q["psi"]), q["v"] + v.l_f * q["omega_z"]
+        return {
+            "x": q["u"] * cos - axle * sin, "y": q["u"] * sin + axle * cos, "psi": q["omega_z"], "u": q["a_x"],
+            "v": (front + rear) / v.mass - q["u"] * q["omega_z"],
+            "omega_z": (front * v.l_f - rear * v.l_r) / v.yaw_inertia,
+        }  # fmt: skip
+
+    return Model.of("linear", x, u, stiffness, x, rhs, lambda q: {name: q[name] for name in x.names})
+
+
+def test_do_mpc_model_has_the_same_rates():
+    problem = ocp()
+    theirs = to_do_mpc(problem)
+    z, w, s = problem.z.pack(Z0), np.array([0.1, 0.3]), problem.s.nominal
+    ours = np.array(problem.dynamics()(z, w, np.zeros(0), s)[0]).ravel()
+    rates = ca.Function("rates", [theirs.x, theirs.u, theirs.z, theirs.tvp, theirs.p], [theirs._rhs])
+    found = np.array(rates(z, w, np.zeros(0), np.zeros(len(REFERENCE)), s)).ravel()
+    np.testing.assert_allclose(found, ours, rtol=1e-12)
+
+
+def test_do_mpc_drives_the_model_to_the_path():
+    problem = ocp(linear_bicycle(), steps=15)
+    places = {"x": lambda k: 0.5 * k, "y": lambda k: 0.4, "psi": lambda k: 0.0, "u": lambda k: 5.0}
+    mpc = do_mpc_controller(problem, lambda k, name: places[name](k), problem.s.nominal)
+    z = problem.z.pack(u=5.0)
+    mpc.x0 = z
+    mpc.set_initial_guess()
+    w = np.asarray(mpc.make_step(z.reshape(-1, 1))).ravel()
+    assert mpc.solver_stats["success"]
+    assert w[0] > 0.05, "the path lies to the left"
+
+
+@pytest.mark.parametrize("whole", (True, False))
+def test_acados_fields_hold_the_same_rates(whole):
+    problem = ocp()
+    source = problem if whole else problem.model
+    fields = to_acados(source, "softsoil_model")
+    explicit = ca.Function("explicit", [fields.x, fields.u, fields.p], [fields.f_expl_expr])
+    implicit = ca.Function("implicit", [fields.x, fields.xdot, fields.u, fields.p], [fields.f_impl_expr])
+    x = problem.z.pack(Z0)[: fields.x.numel()]
+    u = np.array([0.1, 0.3]) if whole else problem.model.external.nominal
+    p = problem.s.nominal[: fields.p.numel()]
+    ours = problem.dynamics()(x, u, np.zeros(0), p)[0] if whole else problem.model.ode()(x, u, p)
+    found = explicit(x, u, p)
+    np.testing.assert_allclose(np.array(found), np.array(ours), rtol=1e-12)
+    np.testing.assert_allclose(np.array(implicit(x, found, u, p)), 0.0, atol=1e-9)
+    assert len(fields.x_labels) == fields.x.numel() and len(fields.p_labels) == fields.p.numel()
+
+
+def test_a_name_that_is_no_identifier_is_refused():
+    with pytest.raises(ValueError, match="starts with a letter"):
+        to_acados(ocp(), "1; rm")
+
+
+def test_the_whole_solver_as_one_c_file_finds_the_same_plan(tmp_path):
+    compiler = find_compiler()
+    if compiler is None:
+        pytest.skip("no C compiler")
+    problem = ocp(linear_bicycle(), steps=5)
+    source = write_solver(problem, tmp_path)[0]
+    library = tmp_path / "solver.so"
+    subprocess.run([compiler, "-O0", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
+    ref = np.column_stack([0.5 * np.arange(6), np.full(6, 0.4), np.zeros(6), np.full(6, 5.0)])
+    ours = Nmpc(problem, "converged", tolerance=1e-6)
+    ours.set_parameters(problem.s.nominal, np.zeros((5, 0)), ref)
+    z0 = problem.z.pack(u=5.0)
+    ours.set_initial_guess(np.tile(z0, (6, 1)), np.zeros((5, 2)))
+    ours.make_step(z0)
+    form = programme(problem)
+    lower, upper = form.lower.copy(), form.upper.copy()
+    lower[: len(z0)] = upper[: len(z0)] = z0
+    p = np.concatenate([problem.s.nominal, ref.ravel()])
+    found = ca.external("nmpc", str(library))(
+        x0=form.pack(np.tile(z0, (6, 1)), np.zeros((5, 2))),
+        p=p,
+        lbx=lower,
+        ubx=upper,
+        lbg=form.g_lower,
+        ubg=form.g_upper,
+    )
+    _, w = form.unpack(np.array(found["x"]).ravel())
+    np.testing.assert_allclose(w, ours.w, atol=2e-3)

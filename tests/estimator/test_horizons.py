@@ -1,0 +1,108 @@
+"""Prediction windows and the residual: zero for the true model, and what was left out for another."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drives import clay_bicycle, clay_drive, reference_vehicle
+from softsoil.estimator.horizons import HORIZONS, Replay
+from softsoil.estimator.predictor import predict_horizon
+from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.noise import add_noise
+from softsoil.refinement.residual import drive_residual, split_by_axle
+from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.soil import CLAY
+
+EXACT = 1e-7
+"""Rounding, and the slope of five samples in the place of the steering rate."""
+
+
+@pytest.fixture(scope="module")
+def replay():
+    return Replay(clay_drive(), clay_bicycle())
+
+
+def test_windows_fill_the_log_and_say_what_they_leave_out(replay):
+    for horizon in HORIZONS:
+        windows = replay.windows(clay_bicycle().p.nominal, horizon)
+        steps = windows.predicted.shape[1] - 1
+        assert steps == round(horizon / replay.dt)
+        assert replay.t[windows.rows[0]] == pytest.approx(2.0, abs=0.012)
+        assert np.all(np.diff(windows.rows) == steps)
+        assert windows.rows[-1] + steps + windows.left_out == len(replay.t) - 1
+        assert 0 <= windows.left_out < steps
+        assert np.array_equal(windows.predicted[:, 0], windows.recorded[:, 0])
+
+
+def test_true_model_predicts_and_wrong_n_does_not(replay):
+    model = clay_bicycle()
+    right = replay.mse(model.p.nominal)
+    wrong = replay.mse(model.p.pack(n_f=0.7, n_r=0.7))
+    for horizon in ("0.5", "2.5", "5.0"):
+        assert right[horizon]["v"] < 1e-3 * wrong[horizon]["v"]
+        assert right[horizon]["u"] == pytest.approx(0.0, abs=EXACT)
+    assert wrong["5.0"]["y"] > wrong["0.5"]["y"]
+
+
+def test_error_of_heading_is_taken_on_the_circle(replay):
+    windows = replay.windows(clay_bicycle().p.nominal, 0.5)
+    turned = replace(windows, predicted=windows.predicted + 2 * np.pi * np.eye(6)[STATE_CHANNELS.index("psi")])
+    assert np.allclose(turned.error, windows.error, atol=1e-9)
+
+
+def test_missing_states_start_no_window_and_do_not_count():
+    drive = clay_drive()
+    v = drive["v"].copy()
+    v[600:700] = np.nan
+    model = clay_bicycle()
+    whole = Replay(drive, model).windows(model.p.nominal, 0.5)
+    holed = Replay(drive.with_channels(v=v), model).windows(model.p.nominal, 0.5)
+    assert 0 < len(whole.rows) - len(holed.rows) <= 4
+    assert not set(holed.rows) & set(range(600, 700))
+    assert np.isfinite(list(holed.mse.values())).all()
+
+
+def test_horizon_shorter_than_a_step_is_named(replay):
+    with pytest.raises(ValueError, match="expected at least one step"):
+        replay.windows(clay_bicycle().p.nominal, 0.001)
+
+
+def test_predict_horizon_shapes():
+    model = clay_bicycle()
+    states = predict_horizon(
+        model, model.x.nominal, np.tile([0.1, 0, 0, 15, 15, 15, 15], (10, 1)), model.p.nominal, 0.012
+    )
+    assert states.shape == (11, 6)
+    with pytest.raises(ValueError, match=r"u_future: expected shape \(N, 7\)"):
+        predict_horizon(model, model.x.nominal, np.zeros(7), model.p.nominal, 0.012)
+
+
+def test_residual_of_the_true_model_is_nothing():
+    found = drive_residual(clay_drive(), clay_bicycle(), reference_vehicle())
+    assert found.axles["front"]["rms"] < 20 and found.axles["rear"]["rms"] < 20  # N, of several kN
+    assert found.channels["v"]["rms"] < 0.01
+
+
+def test_missing_yaw_moment_shows_on_both_axles_with_opposite_signs():
+    """A constant moment that the model does not have: dF_f = -dF_r = M_z/L, whatever the noise."""
+    moment, vehicle = 300.0, reference_vehicle()
+    true = bicycle(vehicle, CLAY).correct("balance", lambda q: {"moment_z": q["moment_z"] + moment})
+    drive = synthetic_drive(true, vehicle.radius, steer=0.1 * np.sin(np.arange(2751) * 0.012))
+    for noise in ("none", "good"):
+        found = drive_residual(add_noise(drive, noise, 1), clay_bicycle(), vehicle)
+        assert np.median(found.force_f) == pytest.approx(moment / vehicle.wheelbase, rel=0.1)
+        assert np.median(found.force_r) == pytest.approx(-moment / vehicle.wheelbase, rel=0.1)
+
+
+def test_split_by_axle_puts_force_and_moment_back():
+    vehicle = reference_vehicle()
+    front, rear = split_by_axle(np.array([0.3]), np.array([-0.2]), vehicle)
+    assert front + rear == pytest.approx(vehicle.mass * 0.3)
+    assert front * vehicle.l_f - rear * vehicle.l_r == pytest.approx(vehicle.yaw_inertia * -0.2)
+
+
+def test_log_too_short_for_a_window_is_named():
+    with pytest.raises(ValueError, match=r"expected more than 2.5 s"):
+        drive_residual(clay_drive(2.0), clay_bicycle(), reference_vehicle())

@@ -1,0 +1,76 @@
+"""What the documents say is there: links, paths, commands, and the code in them."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from drives import PROJECT
+from softsoil.commands.cli import COMMANDS, app
+
+DOCUMENTS = [
+    PROJECT / "README.md",
+    PROJECT / "CONTRIBUTING.md",
+    PROJECT / "CHANGELOG.md",
+    *sorted(PROJECT.glob("docs/*.md")),
+]
+DOCUMENTS += sorted(PROJECT.glob("data/*.md"))
+ROOMS = tuple(path.name for path in PROJECT.iterdir() if path.is_dir() and not path.name.startswith("."))
+GROUPS = ("case",)
+SINGLE = sorted(set(COMMANDS) - set(GROUPS))
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_and_paths_exist(document):
+    text = document.read_text(encoding="utf-8")
+    prose = re.sub(r"(?ms)^```.*?^```|^ {4}.*?$", "", text)  # an index and a call in code look like a link
+    for link in re.findall(r"\]\(([^)]+)\)", prose):
+        if not link.startswith("http"):
+            assert (document.parent / link.split("#")[0]).exists(), link
+    for path in re.findall(r"`([\w./-]+)`", text):
+        if path.split("/")[0] in ROOMS and "/" in path:
+            assert (PROJECT / path).exists(), path
+
+
+def test_every_document_is_in_the_index():
+    index = (PROJECT / "docs" / "README.md").read_text(encoding="utf-8")
+    for document in PROJECT.glob("docs/*.md"):
+        assert document.name == "README.md" or f"]({document.name})" in index
+
+
+def test_every_command_that_the_readme_names_is_there():
+    text = (PROJECT / "README.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"softsoil ([\w-]+)", text))
+    assert named == set(COMMANDS)
+
+
+@pytest.mark.parametrize("command", SINGLE)
+def test_every_command_has_help_with_an_example(command):
+    result = CliRunner().invoke(app, [command, "--help"])
+    assert result.exit_code == 0 and f"softsoil {command}" in result.output
+
+
+def test_python_of_the_readme_runs(tmp_path):
+    (code,) = re.findall(r"```python\n(.*?)```", (PROJECT / "README.md").read_text(encoding="utf-8"), re.S)
+    script = tmp_path / "readme.py"
+    script.write_text(code, encoding="utf-8")
+    run = subprocess.run(
+        [sys.executable, str(script)],
+        cwd=PROJECT,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(PROJECT)},
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert len(run.stdout.split()) == 2
+
+
+def test_make_has_its_two_commands():
+    text = (PROJECT / "Makefile").read_text(encoding="utf-8")
+    assert re.search(r"^demo:", text, re.M) and re.search(r"^test:", text, re.M)
+    assert "make test" in Path(PROJECT / ".ci" / "run").read_text(encoding="utf-8")

@@ -1,0 +1,200 @@
+"""The closed loop on the plant, with the paper's plain bicycle in estimator and controller: small, but the whole loop."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from drives import reference_vehicle
+from nmpc_problem import small_ocp
+from softsoil.commands.cli import app
+from softsoil.commands.drive import as_json, recovered
+from softsoil.control.courses import WARM_UP, straight
+from softsoil.control.nmpc import Nmpc
+from softsoil.control.ocp import Ocp, OcpSettings
+from softsoil.control.path import Path
+from softsoil.figures.drive import animate, draw_drive
+from softsoil.mpc_demo.closed_loop import DEADLINE, ClosedLoop, LoopLog
+from softsoil.mpc_demo.closed_loop_parts import (
+    TICK,
+    Faults,
+    Histories,
+    LoopEstimator,
+    NoisySensors,
+    Pedals,
+    PlanFollower,
+)
+from softsoil.mpc_demo.scenarios import scenarios
+from softsoil.plant.start import Start
+from softsoil.plant.world import Plant
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.soil import CLAY
+
+
+def course(name: str = "obstacles_clay"):
+    """The course cut short: the warm-up and one obstacle after it."""
+    full = scenarios()[name]
+    path = Path(straight().points[: int(66 / 0.25)])
+    return replace(full, path=path, obstacles=full.obstacles[:1], speed=6.0)
+
+
+@lru_cache(maxsize=1)
+def loop() -> ClosedLoop:
+    return ClosedLoop(small_ocp(), Nmpc(small_ocp()), wall=False)
+
+
+@lru_cache(maxsize=4)
+def log(faulty: bool = False, failing: bool = False) -> LoopLog:
+    faults = Faults(dropout=(4.0, 7.0), burst=(2.0, 3.0)) if faulty else Faults()
+    return loop().run(course(), "n_estimated", 1, faults, (lambda k: 60 <= k < 100) if failing else None)
+
+
+def test_the_course_is_driven_and_the_obstacle_left_alone():
+    run = log()
+    assert run.finished and not run.collided and run.failures == 0
+    assert run.clearance < 1.5, "the obstacle is in the way"
+
+
+def test_a_run_can_be_repeated():
+    again = loop().run(course(), "n_estimated", 1)
+    np.testing.assert_array_equal(again.column("truth"), log().column("truth"))
+
+
+def test_dropout_and_outliers_leave_the_loop_stable():
+    run = log(faulty=True)
+    assert run.finished and run.gated > 0
+    assert np.abs(run.column("error")).max() < 3.5
+    astray = np.abs(run.column("estimate")[:, :2] - run.column("truth")[:, :2])
+    assert astray.max() < 2.0, "outliers of 14 m are not taken for where the vehicle is"
+
+
+def test_failed_solves_have_a_status_and_the_vehicle_slows_down():
+    run = log(failing=True)
+    failed = run.column("status") == "BAD_STATE"
+    assert run.failures == failed.sum() == 40
+    late = run.column("t")[failed][0] + 1.0
+    during = (run.column("t") > late + 0.5) & failed
+    assert run.column("safe")[during].all()
+    speed = run.column("truth")[:, 3]
+    assert speed[during][-1] < speed[0] - 0.5
+    assert not run.collided
+
+
+@pytest.mark.parametrize(("where", "radius"), ((22.0, 6.0), (26.0, 25.0)))
+def test_before_what_it_cannot_pass_the_vehicle_stops(where, radius):
+    wall = np.array([[WARM_UP + where - 10.0 + radius, 0.2, radius, 0.0, 0.0]])
+    run = loop().run(replace(course(), obstacles=wall), "n_estimated", 2)
+    assert "BLOCKED" in run.column("status")
+    assert run.stopped and not run.finished and run.column("halt").any()
+    assert not run.collided and run.column("truth")[-1, 3] < 0.5
+    assert np.abs(run.column("truth")[:, 5]).max() < 1.5, "no wild turn"
+
+
+def test_the_estimator_begins_each_drive_anew():
+    estimator = LoopEstimator(small_ocp().model, np.full(6, 0.1))
+    inputs = {signal.name: signal.nominal for signal in small_ocp().model.external}
+    x0 = np.array([0.0, 0.0, 0.0, 5.0, 0.0, 0.0])
+    found = []
+    for _ in range(2):
+        estimator.start(x0, 0.7, True)
+        for k in range(50):
+            estimator.tick(inputs, x0 + [0.06 * (k + 1), 0.0, 0.0, 0.0, 0.0, 0.0])
+        found.append((estimator.filter.x, estimator.n_std))
+    np.testing.assert_array_equal(found[0][0], found[1][0])
+    assert found[0][1] == found[1][1]
+
+
+def test_a_filter_that_broke_down_starts_again_where_it_is_measured():
+    estimator = LoopEstimator(small_ocp().model, np.full(6, 0.1))
+    inputs = {signal.name: signal.nominal for signal in small_ocp().model.external}
+    x0 = np.array([1.0, 2.0, 0.0, 5.0, 0.0, 0.0])
+    estimator.start(x0, 0.7, True)
+    estimator.filter.x = np.full(7, np.nan)
+    for _ in range(4):
+        estimator.tick(inputs, x0)
+    assert np.isfinite(estimator.filter.x).all() and estimator.n == pytest.approx(0.7, abs=0.05)
+    np.testing.assert_allclose(estimator.states[:2], x0[:2], atol=0.5)
+
+
+def test_sensors_are_the_papers_and_faults_are_where_they_should_be():
+    plant = Plant(CLAY, start=Start(u=5.0))
+    sample = plant.step((0.0, 0.2, 0.0), TICK)
+    sensors = NoisySensors(3, Faults(dropout=(1.0, 2.0), burst=(3.0, 4.0)))
+    quiet = np.array([sensors.read(0.5, sample) for _ in range(2000)])
+    np.testing.assert_allclose(quiet.std(axis=0), sensors.std, rtol=0.1)
+    assert np.isnan(sensors.read(1.5, sample)).all()
+    wild = np.array([sensors.read(3.5, sample) for _ in range(200)])
+    assert np.all(np.abs(wild - quiet.mean(axis=0)).max(axis=0) > 8 * sensors.std)
+
+
+def test_without_a_plan_the_vehicle_straightens_and_brakes():
+    follower = PlanFollower(0.1)
+    follower.take(0.0, np.full(11, 0.2), np.full(11, 5.0), np.zeros(10))
+    assert follower.command(0.5, 0.2) == pytest.approx((0.2, 5.0, 0.0))
+    steer, _, a_x = follower.command(1.5, 0.2)
+    assert 0.0 < steer < 0.2 and a_x < 0
+    throttle, brake = Pedals()(-2.0, 0.0, 5.0)
+    assert throttle == 0.0 and brake > 0
+
+
+def test_histories_follow_the_plan():
+    plain = reference_vehicle().with_(effects={})
+    model = Declaration(plain, CLAY).with_effects({"multipass": {"kappa": 0.7}}).build()
+    ocp = Ocp(model, reference_vehicle(), OcpSettings(steps=20, dt=0.1))
+    histories = Histories(ocp)
+    memory = np.zeros(len(model.cells))
+    z = np.tile(ocp.z.pack(u=5.0, steer=0.2, omega_z=0.3), (21, 1))
+    r = histories.along(memory, z, np.zeros((20, 2)), ocp.s.nominal)
+    names = [signal.name for memory in model.memories for signal in memory.provides]
+    assert r.shape == (20, len(names))
+    told = dict(zip(names, r.T, strict=True))
+    assert told["rut_path_l"][-1] > told["rut_path_l"][0] >= 0, "the front wheels leave shear path that the rear ones meet later"
+    assert abs(told["rut_offset_l"][-1]) > 0.01, "in a turn the rut lies beside the rear wheels"
+
+
+def test_paths_project_onto_themselves():
+    path = scenarios()["slalom_clay"].path
+    for s in (3.0, 50.0, 90.0):
+        x, y, psi = path.at(np.array([s]))[0]
+        along, left = path.project(x - 0.5 * np.sin(psi), y + 0.5 * np.cos(psi), s)
+        assert along == pytest.approx(s, abs=0.1) and left == pytest.approx(0.5, abs=0.05)
+
+
+def test_json_holds_the_agreed_keys(tmp_path):
+    found = as_json([log()])
+    entry = found["controllers"]["n_estimated"]
+    assert {"tracking_rms", "max_error", "collisions", "solve_ms", "failures"} <= set(entry)
+    assert set(entry["solve_ms"]) == {"median", "p99"}
+    assert draw_drive(course(), [log()], tmp_path / "a.png").stat().st_size > 1e4
+    assert animate(course(), log(), tmp_path / "a.gif", frames=3).stat().st_size > 1e3
+
+
+def test_recovery_is_the_share_of_what_knowing_is_worth():
+    table = {
+        name: {"tracking_rms": value} for name, value in (("n_guess", 0.3), ("n_true", 0.2), ("n_estimated", 0.22))
+    }
+    assert recovered(table) == pytest.approx(0.8)
+    table["n_guess"]["tracking_rms"] = 0.205
+    assert recovered(table) is None
+
+
+def test_an_unknown_controller_is_refused():
+    with pytest.raises(ValueError, match="expected one of"):
+        loop().run(course(), "n_wrong")
+
+
+def test_solves_are_counted_late_against_the_period():
+    run = LoopLog("a", "n_true", 0, rows=[{"solve_ms": 1e3 * DEADLINE + 1, "status": "LATE"}, {"solve_ms": 1.0}])
+    assert run.late == 1
+
+
+def test_the_command_refuses_what_it_does_not_know():
+    runner = CliRunner()
+    for arguments, word in (
+        (["drive", "moon"], "lane_change_clay"),
+        (["drive", "--controllers", "n_wrong"], "n_estimated"),
+    ):
+        result = runner.invoke(app, arguments)
+        assert result.exit_code == 2 and word in result.output

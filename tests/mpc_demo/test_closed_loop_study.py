@@ -1,0 +1,78 @@
+"""What knowing n is worth, and how much of it is recovered, told from drives with the same seeds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from softsoil.figures.closed_loop_study import draw_study, recovered_words, rows_of, say_study
+from softsoil.mpc_demo.closed_loop_study import LEAST_WORTH, STUDY, Run, paired, worth_of
+
+RUN = Run("lane 6 m/s", "true", 0, 0.2, 0.4, None, 0, 0, 0, 0, True, 0.5, 0.5, [1.0, 1.2])
+SEEDS = 10
+
+
+def runs(guess: float, true: float, found: float, scatter: float = 0.01) -> list[Run]:
+    """Three controllers whose tracking shares the seeds' scatter and has a little of its own."""
+    rng = np.random.default_rng(1)
+    shared, own = scatter * rng.standard_normal(SEEDS), 0.1 * scatter * rng.standard_normal((3, SEEDS))
+    return [
+        replace(RUN, told=told, seed=seed, tracking_rms=value + shared[seed] + own[i, seed])
+        for i, (told, value) in enumerate((("low", guess), ("true", true), ("est_low", found)))
+        for seed in range(SEEDS)
+    ]
+
+
+def test_the_share_is_that_of_the_means_and_its_spread_holds_it():
+    (_, side, words, means, worth) = rows_of(runs(0.30, 0.20, 0.21))[0]
+    assert (side, words) == ("low", "tracking rms") and len(means) == 3
+    assert worth.matters and worth.share == pytest.approx(0.9, abs=0.03)
+    assert worth.share_low < worth.share < worth.share_high
+
+
+@pytest.mark.parametrize("guess", (0.20, 0.20 + 0.5 * LEAST_WORTH, 0.15))
+def test_where_knowing_is_worth_nothing_no_share_is_given(guess):
+    worth = rows_of(runs(guess, 0.20, 0.20))[0][4]
+    assert not worth.matters and "does not matter" in recovered_words(worth)
+
+
+def test_a_difference_within_its_scatter_is_none():
+    rng = np.random.default_rng(2)
+    true = rng.normal(0.2, 0.1, SEEDS)
+    assert not worth_of(true + rng.normal(0.03, 0.1, SEEDS), true, true).matters
+
+
+def test_clearance_is_better_when_larger():
+    mine = [replace(RUN, told=t, seed=s, clearance=c) for t, c in (("low", 0.1), ("true", 0.3)) for s in (1, 0)]
+    assert (paired(mine, RUN.case, "low", "need") > paired(mine, RUN.case, "true", "need")).all()
+
+
+def test_seeds_that_not_all_have_driven_are_left_out():
+    some = [run for run in runs(0.3, 0.2, 0.2) if not (run.told == "est_low" and run.seed > 6)]
+    assert rows_of(some)[0][4].worth == pytest.approx(0.1, abs=0.01)
+
+
+def test_unequal_numbers_are_refused():
+    with pytest.raises(ValueError, match="the same seeds"):
+        worth_of(np.zeros(3), np.zeros(2), np.zeros(3))
+
+
+def test_a_run_comes_back_from_json():
+    assert Run(**RUN.as_json()) == RUN
+
+
+def test_the_study_is_named_without_doubles_and_covers_both_soils():
+    names = [case.name for case in STUDY]
+    assert len(set(names)) == len(names)
+    for course in ("lane_change", "obstacles", "slalom"):
+        for soil in ("clay", "sandy_loam"):
+            speeds = [case.speed for case in STUDY if case.course == f"{course}_{soil}"]
+            assert speeds and all(4 <= speed <= 8 for speed in speeds)
+    low, high = (STUDY[0].scenario(side).n_guess for side in STUDY[0].sides)
+    assert low < STUDY[0].scenario("low").n_true(0.0) < high
+
+
+def test_report_and_figure_are_made(tmp_path, capsys):
+    say_study(runs(0.3, 0.2, 0.21))
+    assert "recovered" in capsys.readouterr().out
+    assert draw_study(runs(0.3, 0.2, 0.21), tmp_path / "a.png").stat().st_size > 1e4

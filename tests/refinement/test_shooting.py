@@ -1,0 +1,40 @@
+"""Multiple shooting: predictions over windows of a drive."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from drives import MULTI_LOG, reference_vehicle
+from softsoil.recording.read import read_drive
+from softsoil.refinement.shooting import Shooting, shooting_drive
+from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.effect import neutral
+from softsoil.symbolic.soil import CLAY
+
+
+@pytest.fixture(scope="module")
+def shooting() -> Shooting:
+    vehicle = reference_vehicle()
+    model = neutral(Declaration(vehicle, CLAY).build(), catalogue(vehicle)["lever_arm"])
+    return Shooting(model, shooting_drive(read_drive(MULTI_LOG), model, 1.0), 0.5)
+
+
+@pytest.mark.parametrize("windows", [[], [0], [1, 4, 5]])
+def test_windows_asked_for_are_those_of_all(shooting: Shooting, windows: list[int]) -> None:
+    p = np.tile(shooting.model.p.nominal, (2, 1))
+    p[1, shooting.model.p.index("velocity_lever")] = 0.5
+    chosen = np.array(windows, dtype=int)
+    np.testing.assert_array_equal(shooting.residual(p, chosen), shooting.residual(p)[:, chosen])
+
+
+def test_no_effect_lets_what_is_measured_depend_on_inputs() -> None:
+    """Late and misplaced sensors too: with every effect of the catalogue in it, the declared model can be shot."""
+    vehicle = reference_vehicle()
+    model = Declaration(vehicle, CLAY).build()
+    for effect in catalogue(vehicle).values():
+        if effect.name not in model.effects:
+            model = neutral(model, effect)
+    x, u, p = model.symbols()
+    assert len(model.effects) == len(catalogue(vehicle))
+    assert not ca.depends_on(ca.cse(model.measurement()(x, u, p)), u)
