@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from softsoil.refinement.shooting import Shooting
+from softsoil.estimator.shooting import Shooting
 
 Array = NDArray[np.float64]
 
