@@ -29,6 +29,9 @@ STATE_STEP = np.array([1e-4, 1e-4, 1e-5, 1e-4, 1e-4, 1e-5])
 """Steps of the differences by which initial states enter the Jacobian (units of the states)."""
 FREE_STEP = 5e-6
 """The same for parameters, relative to their scale."""
+Windows = slice | NDArray[np.int_]
+"""Which windows: increasing indices, or all."""
+ALL = slice(None)
 SETTLING = 0.1
 """s: after a steering faster than the vehicle's actuator, before a window starts."""
 
@@ -70,16 +73,26 @@ class FreeWindows:
 
     compiled: the model's step; drive: on an even clock; horizon: length of a window (s); sigma (6,): what a residual of each
     channel is measured against, in its unit, infinite for a channel that does not count; fastest: steering rate (rad/s) beyond
-    which no window runs, since no actuator follows.
+    which no window runs, since no actuator follows; stride: from the start of one window to the next (s), default `horizon`;
+    run_in: seconds before a window from which its histories are run, default the whole drive before it.
     Raises ValueError for a drive that holds no two windows.
     """
 
     def __init__(
-        self, compiled: WindowModel, drive: Drive, horizon: float, sigma: Array, fastest: float = np.inf
+        self,
+        compiled: WindowModel,
+        drive: Drive,
+        horizon: float,
+        sigma: Array,
+        fastest: float = np.inf,
+        stride: float | None = None,
+        run_in: float = np.inf,
     ) -> None:
         self.compiled, self.drive, self.sigma = compiled, drive, np.asarray(sigma, dtype=float)
         self.steps = max(round(horizon / drive.dt), 2)
-        self.rows = _rows(compiled.model, drive, self.steps, fastest)
+        apart = self.steps if stride is None else max(round(stride / drive.dt), 1)
+        self.rows = _rows(compiled.model, drive, self.steps, apart, fastest)
+        self._before = len(drive.t) if np.isinf(run_in) else round(run_in / drive.dt)
         if len(self.rows) < 2:
             raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {len(self.rows)}")
         take = self.rows[:, None] + np.arange(self.steps + 1)
@@ -91,12 +104,12 @@ class FreeWindows:
         """(W, 6) initial states of the windows as estimated so far."""
         return self._along[self.rows, :N].copy()
 
-    def residual(self, p: Array, x0: Array) -> Array:
-        """(W, m) residuals in standard deviations for parameters p (n_p,) and initial states x0 (W, 6)."""
-        return self._residual(self._run(p[None], x0[None], self._memories(p[None]))[0, ..., :N])
+    def residual(self, p: Array, x0: Array, which: Windows = ALL) -> Array:
+        """(W, m) residuals in standard deviations for parameters p (n_p,) and initial states x0 (W, 6) of the windows `which`."""
+        return self._residual(self._run(p[None], x0[None], which)[0, ..., :N], which)
 
-    def linearise(self, p: Array, x0: Array, free: Sequence[Free]) -> Linear:
-        """Residuals and derivatives at p (n_p,), x0 (W, 6)."""
+    def linearise(self, p: Array, x0: Array, free: Sequence[Free], which: Windows = ALL) -> Linear:
+        """Residuals and derivatives at p (n_p,), x0 (W, 6), of the windows `which` (increasing indices, default all)."""
         index = self.compiled.model.p.index
         moved, steps = [p], []
         for f in free:
@@ -104,22 +117,21 @@ class FreeWindows:
             moved.append(p.copy())
             moved[-1][[index(name) for name in f.sets]] += step
             steps.append(step)
-        memories = self._memories(np.array(moved))
         starts = np.concatenate([[x0], x0 + STATE_STEP[:, None, None] * np.eye(N)[:, None, :], np.tile(x0, (len(free), 1, 1))])
-        which = np.array([0] * (1 + N) + list(range(1, len(moved))))
-        out = self._run(np.array(moved)[which], starts, memories[which])[..., :N]
-        residual = self._residual(out[0])
+        sets = np.array([0] * (1 + N) + list(range(1, len(moved))))
+        out = self._run(np.array(moved), starts, which, sets)[..., :N]
+        residual = self._residual(out[0], which)
         slope = (out[1:] - out[0]) / self.sigma
-        slope[:, ~np.isfinite(self.recorded)] = 0.0
+        slope[:, ~np.isfinite(self.recorded[which])] = 0.0
         slope = slope.reshape(len(slope), len(x0), -1)
         by_state = np.moveaxis(slope[:N] / STATE_STEP[:, None, None], 0, -1)
         by_free = np.moveaxis(slope[N:] / np.array(steps)[:, None, None], 0, -1) if steps else np.zeros((*residual.shape, 0))
         return Linear(residual, by_state, by_free)
 
-    def follow(self, p: Array, x0: Array) -> None:
-        """Let histories run along the trajectories from the initial states x0 (W, 6) with parameters p (n_p,)."""
-        states = self._run(p[None], x0[None], self._memories(p[None]))[0, ..., N:]
-        for row, path in zip(self.rows, states, strict=True):
+    def follow(self, p: Array, x0: Array, which: Windows = ALL) -> None:
+        """Let histories run along the trajectories from the initial states x0 (W, 6) of the windows `which` with p (n_p,)."""
+        states = self._run(p[None], x0[None], which)[0, ..., N:]
+        for row, path in zip(self.rows[which], states, strict=True):
             if np.isfinite(path).all():
                 self._along[row : row + self.steps + 1, :N] = path
 
@@ -129,34 +141,38 @@ class FreeWindows:
         seen = np.isfinite(self.recorded)
         return np.sqrt((z**2).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
 
-    def _residual(self, out: Array) -> Array:
-        error = np.nan_to_num(out, nan=BROKEN, posinf=BROKEN, neginf=-BROKEN) - self.recorded
+    def _residual(self, out: Array, which: Windows) -> Array:
+        error = np.nan_to_num(out, nan=BROKEN, posinf=BROKEN, neginf=-BROKEN) - self.recorded[which]
         error[..., PSI] = np.angle(np.exp(1j * error[..., PSI]))
         return np.nan_to_num(error / self.sigma).reshape(len(error), -1)
 
-    def _memories(self, p: Array) -> Array:
-        """(K, W, n_m) histories at the windows' starts for parameters p (K, n_p)."""
-        end = int(self.rows[-1]) + 1
-        states, inputs = self._along[:end], self.drive.inputs[:end]
+    def _memories(self, p: Array, rows: NDArray[np.int_]) -> Array:
+        """(K, W, n_m) histories at the `rows` (W,) for parameters p (K, n_p)."""
+        begin, end = max(int(rows[0]) - self._before, 0), int(rows[-1]) + 1
+        states, inputs = self._along[begin:end], self.drive.inputs[begin:end]
         m0 = np.array([self.compiled.start(states[0], inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
-        return self.compiled.loop.along(np.tile(states, (len(p), 1, 1)), m0, inputs, p, self.rows)[1]
+        return self.compiled.loop.along(np.tile(states, (len(p), 1, 1)), m0, inputs, p, rows - begin)[1]
 
-    def _run(self, p: Array, x0: Array, memory: Array) -> Array:
-        """(K, W, steps + 1, 12) outputs and states for p (K, n_p), x0 (K, W, 6), memory (K, W, n_m)."""
-        sets, count = x0.shape[:2]
-        extra = np.tile(self.compiled.extra, (sets, count, 1))
-        jobs = sets * count
+    def _run(self, p: Array, x0: Array, which: Windows, sets: NDArray[np.int_] | None = None) -> Array:
+        """(S, W, steps + 1, 12) outputs and states of the windows `which` for x0 (S, W, 6) with the parameters p[sets]."""
+        memory = self._memories(p, self.rows[which])
+        if sets is not None:
+            p, memory = p[sets], memory[sets]
+        inputs = self._inputs[which]
+        many, count = x0.shape[:2]
+        extra = np.tile(self.compiled.extra, (many, count, 1))
+        jobs = many * count
         out = self.compiled.loop.windows(
             np.concatenate([x0, extra], axis=2).reshape(jobs, -1),
             memory.reshape(jobs, -1),
-            np.broadcast_to(self._inputs, (sets, *self._inputs.shape)).reshape(jobs, *self._inputs.shape[1:]),
+            np.broadcast_to(inputs, (many, *inputs.shape)).reshape(jobs, *inputs.shape[1:]),
             np.repeat(p, count, axis=0),
         )
-        return out.reshape(sets, count, self.steps + 1, 2 * N)
+        return out.reshape(many, count, self.steps + 1, 2 * N)
 
 
-def _rows(model: Model, drive: Drive, steps: int, fastest: float) -> NDArray[np.int_]:
-    """First rows of windows side by side, none across a steering that is faster than `fastest`."""
+def _rows(model: Model, drive: Drive, steps: int, apart: int, fastest: float) -> NDArray[np.int_]:
+    """First rows of windows of so many steps, `apart` rows apart, none across a steering that is faster than `fastest`."""
     fast = np.zeros(len(drive.t), dtype=bool)
     if "steer_rate" in model.external.names:
         fast = np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
@@ -169,5 +185,5 @@ def _rows(model: Model, drive: Drive, steps: int, fastest: float) -> NDArray[np.
             row += int(inside[-1]) + 1
         else:
             rows.append(row)
-            row += steps
+            row += apart
     return np.array(rows, dtype=int)
