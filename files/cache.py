@@ -1,4 +1,4 @@
-"""Where what is made once is kept for the next run."""
+"""Disk cache of compiled functions and generated texts."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from pathlib import Path
 
 
 def cache_folder() -> Path:
-    """Where what is made once is kept: $SOFTSOIL_CACHE, else the user's cache folder."""
+    """Folder of the cache: $SOFTSOIL_CACHE, else `softsoil` in the user's cache folder."""
     chosen = os.environ.get("SOFTSOIL_CACHE")
     return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "softsoil"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from softsoil.files.package_data import vehicle_file
 from softsoil.files.toml_file import read_toml
 from softsoil.symbolic.wheel import Wheel
 
@@ -112,11 +113,12 @@ class Vehicle:
 
 
 def load_vehicle(source: str | Path) -> Vehicle:
-    """A vehicle from a TOML file (keys: fields of Vehicle; `[effects.<name>]` tables of declared effects).
+    """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file with the fields of Vehicle as keys and an
+    `[effects.<name>]` table for each declared effect.
 
     Raises ValueError naming the file, the key, what was expected and what was found.
     """
-    path = Path(source)
+    path = vehicle_file(source)
     table = read_toml(path, "vehicle")
     return vehicle_from_table(table.get("vehicle", table), str(path), path.stem)
 
