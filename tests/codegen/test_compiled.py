@@ -274,3 +274,19 @@ def test_lanes_refuse_what_they_cannot_hold():
 def test_numpy_code_gives_the_numbers_of_the_symbols():
     step, p = discretize(clay_bicycle(), 0.012), clay_bicycle().p.nominal
     assert np.allclose(numpy_function(step, "step")(X, U, p), np.asarray(step(X, U, p))[:, 0], rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.compiler
+@needs_compiler
+def test_a_long_compilation_is_announced_once(own_cache, monkeypatch, tmp_path, caplog):
+    slow = tmp_path / "cc"
+    slow.write_text(f'#!/bin/sh\nsleep 0.2\nexec {find_compiler()} "$@"\n', encoding="utf-8")
+    slow.chmod(0o755)
+    monkeypatch.setattr(compiled, "find_compiler", lambda: str(slow))
+    monkeypatch.setattr(compiled, "PATIENCE", 0.05)
+    compiled._say_compiling.cache_clear()
+    x = ca.SX.sym("x")
+    for k in (2.0, 3.0):
+        assert CompiledFunction(ca.Function("f", [x], [k * x])).is_compiled
+    assert [record.getMessage() for record in caplog.records] == ["compiling the model, once; kept in the cache"]
+    assert not [path for path in own_cache.iterdir() if path.is_dir()]
