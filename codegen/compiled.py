@@ -80,20 +80,27 @@ def compile_function(function: ca.Function, parts: Sequence[str] = ()) -> ca.Fun
     return function if library is None else ca.external(function.name(), str(library))
 
 
-def at_points(function: ca.Function, count: int) -> tuple[ca.Function, tuple[str, ...]]:
+def at_points(function: ca.Function, count: int, repeats: int = 1) -> tuple[ca.Function, tuple[str, ...]]:
     """The function at many points, [X (n, count), u, p] -> [Y (m, count)], and the C sources that it needs when called in C.
 
-    function: [x, u, p] -> [y], vectors. Several points at once in vector registers (`softsoil.codegen.lanes`) where the
-    compiler has them, else CasADi's map, one after the other.
+    function: [x, u, p] -> [y], vectors; repeats: times that it is applied, y in the place of x (a loop in C). Several points
+    at once in vector registers (`softsoil.codegen.lanes`) where the compiler has them, else CasADi's map, one after the other.
     """
     compiler = find_compiler()
     name = f"{function.name()}_points"
     if compiler is not None:
-        source = write_lanes(function if function.is_a("SXFunction") else function.expand(), count, name)
+        source = write_lanes(function if function.is_a("SXFunction") else function.expand(), count, name, repeats)
         library = _library(compiler, name, (source,), warn=False)
         if library is not None:
             return ca.external(name, str(library)), (source,)
-    return function.map(count), ()
+    mapped = function.map(count)
+    if repeats == 1:
+        return mapped, ()
+    args = [ca.MX.sym(mapped.name_in(i), *mapped.size_in(i)) for i in range(mapped.n_in())]
+    result = args[0]
+    for _ in range(repeats):
+        result = mapped(result, *args[1:])
+    return ca.Function(name, args, [result]), ()
 
 
 def build_library(name: str, sources: Sequence[str]) -> Path | None:
