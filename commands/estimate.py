@@ -19,8 +19,9 @@ from softsoil.commands.options_model import (
     declaration,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
-from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
+from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.figures.terrain import draw_estimate
 from softsoil.recording.log_names import named_n
 
@@ -52,7 +53,7 @@ def estimate(
     built = declared.build()
     first = float(declared.soil.n) if n0 is None else n0
     with progress(clean.name) as told:
-        found = estimate_terrain(noisy, built, first, tied=bool(built.effects), start=skip, progress=told)
+        found = estimate_log(noisy, built, first, start=skip, progress=told)
     _say(found, noisy.notes)
     figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
     say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model)), figure])

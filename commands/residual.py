@@ -23,8 +23,8 @@ from softsoil.commands.residual_wheel import is_wheel_data, report_on_wheel_data
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.residual import draw_residual
 from softsoil.recording.log_names import named_soil
-from softsoil.refinement.residual import WINDOW, DriveResidual, drive_residual
-from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.refinement.residual import WINDOW, DriveResidual
+from softsoil.refinement.residual import residual as drive_residual
 
 
 def residual(
@@ -59,22 +59,13 @@ def residual(
         return
     clean, noisy = open_drive(data, columns, noise, seed)
     declared = declaration(vehicle, soil or (None if model else named_soil(clean.name)), law, model)
-    built = declared.build()
-    p = built.p.pack() if n is None else built.p.pack(n_f=_checked(n), n_r=n)
     with progress(clean.name):
-        found = drive_residual(noisy, built, declared.vehicle, p, skip)
+        found = drive_residual(noisy, declared, n, start=skip)
     console.print(channel_table(found))
     console.print(horizon_table(found))
-    figure = draw_residual(clean.name, built.name, found, folder / "residual.png")
+    figure = draw_residual(clean.name, declared.build().name, found, folder / "residual.png")
     content = {"channels": found.channels, "axles": found.axles, "mse": found.mse}
     say_written([write_result(folder / "residual.json", content, about_vehicle(vehicle, model)), figure])
-
-
-def _checked(n: float) -> float:
-    signal = SOIL_SIGNALS["n"]
-    if not signal.lower <= n <= signal.upper:
-        raise ValueError(f"--n: expected a sinkage exponent in [{signal.lower:g}, {signal.upper:g}], found {n:g}")
-    return n
 
 
 def channel_table(found: DriveResidual) -> Table:

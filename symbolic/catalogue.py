@@ -29,7 +29,14 @@ from softsoil.symbolic.wheel import ForceLaw
 
 
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
-    """Every known effect by name, sized for the vehicle."""
+    """Every known effect by name, sized for the vehicle.
+
+    Example:
+        >>> import softsoil
+        >>> effects = softsoil.catalogue(softsoil.load_vehicle("reference"))
+        >>> effects["payload"].parameters.names
+        ('payload_mass', 'payload_x')
+    """
     effects = (
         multipass(vehicle.wheelbase), load_transfer(), wheel_lean(), aligning_moment(), pressure_offset(), rate_damping(),
         bulldozing(), slip_sinkage(), motion_resistance(), steering_lag(), steering_delay(), steering_offset(), steering_gain(),
@@ -45,9 +52,19 @@ def declared_model(
     law: ForceLaw | str = "turn_slip",
     effects: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Model:
-    """The bicycle with the vehicle's declared effects (or the given ones) at their declared parameters.
+    """The bicycle model of a vehicle on a soil, with the vehicle's declared effects (or the given ones).
 
+    effects: name -> parameters, in place of the vehicle's own; {} gives the paper's structure.
     Raises ValueError for an effect that the catalogue lacks, KeyError for a parameter that the effect lacks.
+
+    Example:
+        >>> import softsoil
+        >>> vehicle, soil = softsoil.load_vehicle("reference"), softsoil.load_soil("clay")
+        >>> model = softsoil.bicycle(vehicle, soil)
+        >>> set(model.effects) == set(vehicle.effects)
+        True
+        >>> model.ode().name_in()
+        ['x', 'u', 'p']
     """
     known = catalogue(vehicle)
     model = bicycle(vehicle, soil, law)

@@ -23,6 +23,11 @@ class Signal:
     nominal: default value; lower, upper: bounds (lower <= nominal <= upper); spread: how far from nominal it plausibly lies (one
     standard deviation), infinite where nothing is known.
     Raises ValueError for a name that is no identifier, bounds that exclude the nominal value or a spread that is not positive.
+
+    Example:
+        >>> import softsoil
+        >>> softsoil.Signal("mass", "kg", "mass of the load", nominal=50.0, lower=0.0).upper
+        inf
     """
 
     name: str
@@ -50,6 +55,12 @@ class Layout(Sequence[Signal]):
     """An ordered vector of signals with distinct names.
 
     Raises ValueError where two signals share a name.
+
+    Example:
+        >>> import softsoil
+        >>> layout = softsoil.Layout.of(softsoil.Signal("u", "m/s", "speed", 5.0), softsoil.Signal("v", "m/s", "side slip"))
+        >>> layout.names, layout.pack(v=0.2).tolist()
+        (('u', 'v'), [5.0, 0.2])
     """
 
     signals: tuple[Signal, ...] = ()

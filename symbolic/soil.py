@@ -32,6 +32,12 @@ class Soil:
 
     Fields in SI units as in SOIL_SIGNALS; K and R are the elastic stiffness and the damping of the soil contact model.
     Each may be a float or a CasADi scalar. Raises ValueError for a float outside its bounds.
+
+    Example:
+        >>> import softsoil
+        >>> loam = softsoil.Soil("loam", k_phi=1.5e6, k_c=5300.0, n=0.7, c=1700.0, phi=0.5, k=0.025)
+        >>> loam.with_(n=0.6).n
+        0.6
     """
 
     name: str
@@ -73,6 +79,11 @@ def load_soil(source: str | Path) -> Soil:
     """A built-in class by name, or a TOML file with the parameters of SOIL_SIGNALS (K and R optional).
 
     Raises ValueError naming the file, the key, what was expected and what was found.
+
+    Example:
+        >>> import softsoil
+        >>> softsoil.load_soil("sandy_loam").n
+        0.7
     """
     if isinstance(source, str) and source in SOILS:
         return SOILS[source]

@@ -57,6 +57,12 @@ class Vehicle:
     max_steer (rad), max_steer_rate (rad/s);
     radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters.
     Raises ValueError for a number outside its physical bounds.
+
+    Example:
+        >>> import softsoil
+        >>> vehicle = softsoil.load_vehicle("reference")
+        >>> vehicle.with_(mass=2000.0).mass
+        2000.0
     """
 
     name: str
@@ -117,6 +123,11 @@ def load_vehicle(source: str | Path) -> Vehicle:
     `[effects.<name>]` table for each declared effect.
 
     Raises ValueError naming the file, the key, what was expected and what was found.
+
+    Example:
+        >>> import softsoil
+        >>> softsoil.load_vehicle("paper").effects
+        {}
     """
     path = vehicle_file(source)
     table = read_toml(path, "vehicle")

@@ -192,7 +192,7 @@ def test_failure_of_its_own_is_said_as_such(home, monkeypatch, short_log):
     def broken(*_, **__):
         raise KeyError("lost")
 
-    monkeypatch.setattr("softsoil.commands.estimate.estimate_terrain", broken)
+    monkeypatch.setattr("softsoil.commands.estimate.estimate_log", broken)
     result = softsoil("estimate", short_log, "--soil", "clay")
     assert result.exit_code == 1
     assert result.stderr.startswith("error: a failure of the program's own: KeyError")

@@ -148,7 +148,7 @@ def test_commands_on_measurements_say_which_data_they_want(home, command):
 
 def test_residual_checks_the_range_of_n(home):
     result = softsoil("residual", "short_clay_n0.50.csv", "--n", 9)
-    assert result.exit_code == 2 and "--n: expected a sinkage exponent in [0.2, 1.6], found 9" in result.stderr
+    assert result.exit_code == 2 and "n: expected a sinkage exponent in [0.2, 1.6], found 9" in result.stderr
 
 
 @pytest.mark.parametrize(
