@@ -16,7 +16,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from softsoil.calibration.rig_sweep import wheel_run
+from softsoil.calibration.rig_judge import wheel_run
 from softsoil.calibration.single_wheel import law_for, predict
 from softsoil.plant.rig import Rig, RigRun, run_rig
 from softsoil.recording.rig import WheelRun

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from softsoil.calibration.rig_sweep import LAWS, draw_points, judge_point, summary
+from softsoil.calibration.rig_judge import LAWS, draw_points, judge_point, summary
 from softsoil.commands.invocation import current
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.mpc_demo.sweep import RESULTS, run_sweep

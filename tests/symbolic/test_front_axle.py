@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softsoil.calibration.rig_sweep import draw_points, judge_point, summary
+from softsoil.calibration.rig_judge import draw_points, judge_point, summary
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.vehicle import load_vehicle
