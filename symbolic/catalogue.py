@@ -30,12 +30,7 @@ from softsoil.symbolic.wheel import ForceLaw
 
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
     """Every known effect by name, sized for the vehicle.
-
-    Example:
-        >>> import softsoil
-        >>> effects = softsoil.catalogue(softsoil.load_vehicle("reference"))
-        >>> effects["payload"].parameters.names
-        ('payload_mass', 'payload_x')
+    Example: "payload_mass" in softsoil.catalogue(softsoil.load_vehicle("paper"))["payload"].parameters.names
     """
     effects = (
         multipass(vehicle.wheelbase), load_transfer(), wheel_lean(), aligning_moment(), pressure_offset(), rate_damping(),
@@ -56,15 +51,7 @@ def declared_model(
 
     effects: name -> parameters, in place of the vehicle's own; {} gives the paper's structure.
     Raises ValueError for an effect that the catalogue lacks, KeyError for a parameter that the effect lacks.
-
-    Example:
-        >>> import softsoil
-        >>> vehicle, soil = softsoil.load_vehicle("reference"), softsoil.load_soil("clay")
-        >>> model = softsoil.bicycle(vehicle, soil)
-        >>> set(model.effects) == set(vehicle.effects)
-        True
-        >>> model.ode().name_in()
-        ['x', 'u', 'p']
+    Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).x.names[:3] == ("x", "y", "psi")
     """
     known = catalogue(vehicle)
     model = bicycle(vehicle, soil, law)

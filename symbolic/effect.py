@@ -21,20 +21,7 @@ class Effect:
     memories: histories kept beside the states; effects whose memories have one name share it;
     confusable: effects with a like signature; separates: the manoeuvre that tells them apart;
     drawn: parameters of the vehicle's own build (its geometry, its shafts): once declared, no fit of another effect moves them.
-
-    Example:
-        >>> import softsoil
-        >>> push = softsoil.Effect(
-        ...     name="push",
-        ...     doc="constant lateral force",
-        ...     reference="Newton",
-        ...     parameters=softsoil.Layout.of(softsoil.Signal("push", "N", "force, left positive", 0.0, -5e3, 5e3)),
-        ...     typical={"push": 500.0},
-        ...     corrections={"balance": lambda q: {"force_y": q["force_y"] + q["push"]}},
-        ... )
-        >>> model = softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay"))
-        >>> softsoil.add_effect(model, push).p["push"].nominal
-        500.0
+    Example: softsoil.catalogue(softsoil.load_vehicle("paper"))["grade"].parameters["grade"].unit == "rad"
     """
 
     name: str
@@ -66,14 +53,7 @@ def add_effect(model: Model, effect: Effect, values: Mapping[str, float] | None 
 
     values: parameter values to declare as nominal, default the typical ones. Effects compose in any order.
     Raises ValueError for an effect added twice, KeyError for a parameter that it does not have.
-
-    Example:
-        >>> import softsoil
-        >>> vehicle = softsoil.load_vehicle("paper")
-        >>> model = softsoil.bicycle(vehicle, softsoil.load_soil("clay"))
-        >>> lagging = softsoil.add_effect(model, softsoil.catalogue(vehicle)["steering_lag"], {"steering_lag": 0.1})
-        >>> lagging.effects, lagging.p["steering_lag"].nominal
-        (('steering_lag',), 0.1)
+    Example: "grade" in softsoil.add_effect(model, softsoil.catalogue(vehicle)["grade"], {"grade": 0.05}).effects
     """
     if effect.name in model.effects:
         raise ValueError(f"model {model.name}: effect {effect.name!r} is there already")

@@ -53,19 +53,7 @@ class Model:
 
     x, u, p, y: layouts of states, inputs, parameters, outputs; stages: the derivation in order; memories: histories whose
     provided signals are the last entries of u. Raises ValueError where one name stands for two quantities.
-
-    Example:
-        >>> import softsoil
-        >>> x = softsoil.Layout.of(softsoil.Signal("h", "m", "level"))
-        >>> u = softsoil.Layout.of(softsoil.Signal("inflow", "m/s", "inflow"))
-        >>> p = softsoil.Layout.of(softsoil.Signal("rate", "1/s", "outflow per level", 0.5))
-        >>> y = softsoil.Layout.of(softsoil.Signal("level", "m", "measured level"))
-        >>> tank = softsoil.Model.of(
-        ...     "tank", x, u, p, y,
-        ...     lambda q: {"h": q["inflow"] - q["rate"] * q["h"]}, lambda q: {"level": q["h"]},
-        ... )
-        >>> float(tank.ode()([2.0], [0.0], p.nominal)[0])
-        -1.0
+    Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).ode().name_in() == ["x", "u", "p"]
     """
 
     name: str
