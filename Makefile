@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 .PHONY: demo test check lock clean
 
 demo: $(STAMP)
-	$(BIN)/softsoil study --vehicle vehicles/paper.toml --out runs/study-paper
+	$(BIN)/softsoil study --vehicle paper --out runs/study-paper
 	$(BIN)/softsoil study
 
 test: $(STAMP)
