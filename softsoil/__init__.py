@@ -7,6 +7,7 @@ example. Everything else in the package is internal and may change.
 from __future__ import annotations
 
 from importlib import import_module
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -89,11 +90,11 @@ if not TYPE_CHECKING:
         "symbolic.soil": ("Soil", "load_soil"),
         "symbolic.vehicle": ("Vehicle", "load_vehicle"),
     }
-    _WHERE = {
+    _WHERE = MappingProxyType({
         name.partition("=")[0]: (f"softsoil.{module}", name.rpartition("=")[2])
         for module, names in _MODULES.items()
         for name in names
-    }
+    })  # fmt: skip
 
     def __getattr__(name: str) -> Any:
         if name == "__version__":
