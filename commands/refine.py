@@ -69,7 +69,9 @@ def refine_command(
 
 def write_all(drives: list[Recording], found: Refinement, folder: OutputFolder, vehicle: Mapping[str, str]) -> list[Path]:
     """refine.json and refined.toml in `folder`, with name and file of the vehicle; returns their paths."""
+    made = software()
     notes = (
+        f"softsoil {made['version']}: {' '.join(made['command'].split())}",  # one line, whatever was typed
         f"Refined on {', '.join(drive.name for drive in drives)}.",
         verdict_sentence(found),
         split_sentence(found),

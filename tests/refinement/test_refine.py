@@ -104,6 +104,7 @@ def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
     assert {entry["name"] for entry in content["ranking"]} == set(CANDIDATES)
     assert 2.0 < content["holdout"]["from"] < content["holdout"]["to"] < SECONDS
     assert set(content["before"]["mse"]) == {"0.5", "2.5", "5.0"}
+    assert paths[1].read_text(encoding="utf-8").startswith("# softsoil ")
     loaded = load_declaration(paths[1])
     assert loaded.vehicle.effects["steering_offset"]["steering_offset"] == pytest.approx(OFFSET, rel=0.1)
     assert loaded.soil.n == pytest.approx(N, rel=0.05)
