@@ -39,8 +39,8 @@ class HorizonRules:
     an error common to all windows makes, which no number of windows removes; forgetting: time constant of old windows (s);
     prior: standard deviation of the initial guess; stale: a window linearised farther than this from the estimate is linearised
     again; tries: such windows per update; recent: newest windows against which the older ones are tested for a change of soil;
-    change: standard deviations of their difference that are one, and least_change: least share of n that is; fastest: multiple of
-    the vehicle's steering rate beyond which no window runs.
+    change: standard deviations of their difference that are one, and least_change: least share of n that is; fastest: steering
+    rate of the road wheels (rad/s) beyond which no window runs, since no steering follows.
     """
 
     length: float = 1.0
@@ -110,21 +110,20 @@ def estimate_horizon(
     *,
     tied: bool,
     start: float = 0.0,
-    steering_rate: float = np.inf,
     rules: HorizonRules | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> HorizonEstimate:
     """The sinkage exponent along a drive by a moving horizon, from sensor channels only.
 
     model: bicycle with parameters n_f, n_r; n0: initial guess; tied: one n for both axles; start: seconds left out at the
-    beginning; steering_rate: largest of the vehicle's actuator (rad/s); progress: called with the share done.
+    beginning; rules: numbers of the horizon; progress: called with the share done.
     Raises ValueError for a drive that the model cannot use or that is too short.
     """
     rules = rules or HorizonRules()
     bounds = SOIL_SIGNALS["n"]
     if not bounds.lower <= n0 <= bounds.upper:
         raise ValueError(f"n0: expected an initial guess in [{bounds.lower}, {bounds.upper}], found {n0}")
-    windows = drive_windows(recording, model, start, steering_rate, rules)
+    windows = drive_windows(recording, model, start, rules)
     horizon = MovingHorizon(windows, n0, tied, rules)
     rows, kept, step_us = windows.rows, [], []
     for k in range(len(rows)):
@@ -141,15 +140,12 @@ def estimate_horizon(
     )  # fmt: skip
 
 
-def drive_windows(
-    recording: Recording, model: Model, start: float, steering_rate: float, rules: HorizonRules
-) -> FreeWindows:
-    """Windows of a drive, weighted by sensor noise and model error; start, steering_rate as in `estimate_horizon`."""
+def drive_windows(recording: Recording, model: Model, start: float, rules: HorizonRules) -> FreeWindows:
+    """Windows of a drive after `start` seconds, weighted by sensor noise and model error."""
     drive = shooting_drive(recording, model, start)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
     compiled = WindowModel(model, drive.dt)
-    fastest = rules.fastest * steering_rate
-    return FreeWindows(compiled, drive, rules.length, sigma, fastest, rules.stride, rules.run_in)
+    return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in)
 
 
 class MovingHorizon:

@@ -67,18 +67,17 @@ def judge(
     *,
     tied: bool,
     start: float,
-    steering_rate: float,
     others: Sequence[float] = (),
     rules: VerdictRules | None = None,
 ) -> Verdict:
     """The verdict on the final n (A,) of an estimator that ran over a drive.
 
     model: the bicycle it used; n0: its initial guess; others: final n at the front from other initial guesses of the same
-    estimator; tied, start, steering_rate: as of `softsoil.estimator.moving_horizon.estimate_horizon`.
+    estimator; tied, start: as of `softsoil.estimator.moving_horizon.estimate_horizon`; rules: limits.
     """
     horizon = HorizonRules()
     try:
-        windows = drive_windows(recording, model, start, steering_rate, horizon)
+        windows = drive_windows(recording, model, start, horizon)
     except ValueError as error:
         return Verdict("not_excited", f"no window of the drive can be judged: {error}")
     return decide(gather(windows, initial_guesses(n0), tied, horizon), np.asarray(n, dtype=float), others, rules)
