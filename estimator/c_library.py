@@ -7,13 +7,12 @@ from importlib.metadata import version
 
 from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
+from softsoil.codegen.sampling import STEP
 from softsoil.estimator.terrain import Tuning, terrain_model
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.sampling import STEP
 from softsoil.symbolic.soil import SOIL_SIGNALS
-from softsoil.symbolic.wheel import force_law
 
 N_NAMES = ("n", "n_f", "n_r")
 EXTRA_STD = 0.01
@@ -23,7 +22,7 @@ EXTRA_STD = 0.01
 def c_parts(declared: Declaration) -> Parts:
     """The declared model taken apart: n_f and n_r as states without effects, one n for both axles with them."""
     build = partial(_model_with, declared)
-    return take_apart(build, force_law(declared.law))
+    return take_apart(build, declared.force_law())
 
 
 def _model_with(declared: Declaration, law) -> Model:

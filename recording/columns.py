@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import difflib
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+
+from softsoil.files.toml_file import read_toml
 
 UNITS: Mapping[str, tuple[str, float]] = MappingProxyType(
     {
@@ -40,12 +41,7 @@ def load_columns(path: str | Path, units: Mapping[str, str]) -> dict[str, Source
     units: channel -> SI unit that it has in the project. Raises ValueError naming file, key, expected and found.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"column map: expected a TOML file, found {'a folder' if path.is_dir() else 'none'} at {path}")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    table = read_toml(path, "column map")
     table = table.get("columns", table)
     return {channel: _source(path, channel, entry, units) for channel, entry in table.items()}
 

@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.signal import savgol_filter
 
 from softsoil.codegen.compiled import CompiledFunction
+from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.estimator.inputs import measured_inputs, measured_states
 from softsoil.estimator.loop import StepLoop
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.symbolic.discretize import start_memory, step_with_memory
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]

@@ -15,22 +15,21 @@ import casadi as ca
 import numpy as np
 
 from softsoil.symbolic.contact_line import (
-    LOAD_WIDTH,
     ContactLine,
     Node,
     Shape,
     bulk_modulus,
+    capped,
     contact_line,
     parabola_area,
     rim_depth,
-    sinkage_capped,
     sinkage_guess,
     tail_node,
     tail_pressure,
 )
 from softsoil.symbolic.smooth import Scalar, smooth_min, smooth_norm, smooth_positive
 from softsoil.symbolic.soil import Soil
-from softsoil.symbolic.wheel import Contact, Wheel
+from softsoil.symbolic.wheel import LOAD_WIDTH, Contact, Wheel
 
 RUT_NODES, BESIDE_NODES = 3, 4
 """Gauss nodes ahead of the wheel centre: in the rut, where the pressure has no root, and on the rest of the width."""
@@ -59,11 +58,8 @@ def contact_lines(
     carried = smooth_positive(contact.load, LOAD_WIDTH)
     rut = _Rut(soil, wheel, contact.omega, contact.rut_depth)
     log_h = _sinkage(soil, wheel, contact, carried, rut)
-    beside, inside, share = (
-        Shape.of(soil, wheel, contact.omega, BESIDE_NODES).line(log_h),
-        rut.line(log_h),
-        contact.overlap,
-    )
+    beside, inside = Shape.of(soil, wheel, contact.omega, BESIDE_NODES).line(log_h), rut.line(log_h)
+    share = contact.overlap
     scale = carried / (wheel.width * ((1.0 - share) * beside.load + share * inside.load))
     return beside.scaled(scale, 1.0 - share), inside.scaled(scale, share)
 
@@ -81,9 +77,8 @@ def _sinkage(soil: Soil, wheel: Wheel, contact: Contact, carried: Scalar, rut: _
     log_most = smooth_min(log_alone - ca.log(left) / (soil.n + 0.5), deepest, NARROW)
     alone, most = ca.exp(log_alone), ca.exp(log_most)
     told, by_h = beside.load(most, rut.stiffness * ca.exp(soil.n * log_most))
-    log_most = smooth_min(
-        log_most - ca.log(left * wheel.width * told / carried) * told / (most * by_h), deepest, NARROW
-    )
+    log_most = log_most - ca.log(left * wheel.width * told / carried) * told / (most * by_h)
+    log_most = smooth_min(log_most, deepest, NARROW)
     reach = smooth_positive(ca.exp(log_most) - rut.floor, EDGE)
     own = rut.rise(alone, carried)
     ratio = own * own / (reach * reach + LOWEST * LOWEST)
@@ -160,7 +155,7 @@ class _Rut:
     def line(self, log_h: Scalar) -> ContactLine:
         """The nodes at a sinkage; none press where the wheel does not reach the floor."""
         soil, r = self.soil, self.wheel.radius
-        h = sinkage_capped(log_h, r)
+        h = capped(log_h, r)[0]
         over = h - self.floor
         height = 0.5 * (over + ca.sqrt(over * over + EDGE * EDGE))
         square = height * height
@@ -173,9 +168,8 @@ class _Rut:
             sunk = ca.fmax(1.0 - (r - depth) / h, 1e-6)
             sigma = sigma_m * ca.exp(soil.n * ca.log(sunk)) + self.rate * x
             nodes.append(Node(x, weight * x_front, sigma, depth, along))
-        return ContactLine(
-            [*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, self.rate))], h, x_front, x_rear
-        )
+        nodes.append(tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, self.rate)))
+        return ContactLine(nodes, h, x_front, x_rear)
 
 
 @lru_cache(maxsize=16)

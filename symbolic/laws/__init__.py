@@ -1,1 +1,1 @@
-"""Force laws of a wheel, one file each."""
+"""Force laws of a wheel, one file each: `LAW` of every module without a leading underscore is one."""

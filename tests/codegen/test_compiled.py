@@ -12,9 +12,9 @@ import softsoil.codegen.compiled as compiled
 from drives import clay_bicycle
 from softsoil.codegen.c_source import check_c_name, write_c
 from softsoil.codegen.compiled import CompiledFunction, at_points, find_compiler
+from softsoil.codegen.discretize import discretize
 from softsoil.codegen.lanes import write_lanes
 from softsoil.mpc_demo.bench_filter import numpy_function
-from softsoil.symbolic.discretize import discretize
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.wheel import Contact, Wheel, force_law
 
