@@ -42,11 +42,10 @@ FLOOR = Soil("floor", k_phi=1e6, k_c=0.0, n=0.5, c=0.0, phi=0.6, k=0.0015, R=0.0
 GROUND = (Free("phi", ("phi",), 0.1, 0.05, 0.95), Free("k", ("k",), 2e-4, 2e-4, 0.02))
 """Friction up to 1.4; a tread that shears by 0.2 to 20 mm."""
 STARTS = ((0.35, 0.0003), (0.35, 0.0008), (0.6, 0.0015), (0.9, 0.0015), (0.9, 0.004))
-CANDIDATES = (
-    "steering_lag", "steering_delay", "steering_offset", "steering_gain", "backlash", "relaxation", "bank", "lever_arm",
-    "gyro_bias", "sensor_delay", "speed_scale",
-)  # fmt: skip
-"""Catalogue entries whose plausible sizes fit a small car; forces and masses of a full-size vehicle do not."""
+KINDS = ("steering", "tyre", "slope", "sensor")
+"""Kinds of effects whose plausible sizes fit a small car; forces and masses of a full-size vehicle do not."""
+MEASURED = frozenset({*STATE_CHANNELS, "steer"})
+"""What these logs have; there is no accelerometer and no wheel speed."""
 SHOOTING, START, SMOOTHING = 1.0, 0.3, 0.07
 """s: windows, what is left out at the beginning of a stretch, and the polynomial that smooths the recorded states."""
 SUBSTEPS = 6
@@ -92,11 +91,16 @@ class DartLog:
         }
 
 
-def candidate_model(names: Sequence[str] = CANDIDATES) -> Model:
-    """The bicycle on hard ground with the candidates called `names` added, absent."""
+def candidate_names() -> tuple[str, ...]:
+    """Effects of the catalogue of KINDS that rest on measured channels only."""
+    return tuple(n for n, e in catalogue(CAR).items() if e.kind in KINDS and set(e.rests_on) <= MEASURED)
+
+
+def candidate_model(names: Sequence[str] | None = None) -> Model:
+    """The bicycle on hard ground with the candidates called `names` added, absent; default those of `candidate_names`."""
     model = bicycle(CAR, FLOOR, "hard_ground")
     known = catalogue(CAR)
-    for name in names:
+    for name in candidate_names() if names is None else names:
         model = neutral(model, known[name])
     return model
 
@@ -132,15 +136,15 @@ def trace_log(
     path: Path,
     model: Model,
     progress: Callable[[float], None] = lambda share: None,
-    names: Sequence[str] = CANDIDATES,
+    names: Sequence[str] | None = None,
 ) -> DartLog:
     """The loop on one log: ground fitted, candidates ranked, accepted one after the other while held-out windows support them.
 
-    model: of `candidate_model`; progress: told the share of the first round; names: of the candidates.
+    model: of `candidate_model`; progress: told the share of the first round; names: of the candidates, default all in the model.
     Raises ValueError as `read_dart` does.
     """
     drives = read_dart(path)
-    known = {name: effect for name, effect in catalogue(CAR).items() if name in names}
+    known = {name: effect for name, effect in catalogue(CAR).items() if name in (names or model.effects)}
     bench = dart_bench(drives, model)
     first_ground, first_p = fit_ground(bench).named(), bench.absent
     ranking = first = _ranked(bench, known, progress)

@@ -99,8 +99,9 @@ def _parameters(declared: Declaration, found: Refinement) -> str:
 
 
 def _doc(declared: Declaration, effect: str, name: str) -> str:
-    layout = catalogue(declared.vehicle)[effect].parameters
-    return layout[name].doc if name in layout else "size of the force"
+    known = catalogue(declared.vehicle)[effect]
+    signals = [*known.parameters, *([known.derived] if known.derived else [])]
+    return next(signal.doc for signal in signals if signal.name == name)
 
 
 def _axles(view: DriveView) -> str:

@@ -16,11 +16,11 @@ from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import N_NAMES, Fit
+from softsoil.refinement.observations import carried, ruled_out
 from softsoil.refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
 from softsoil.refinement.shooting import Shooting
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
-from softsoil.refinement.wheel_speeds import all_open, locked_axles
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import Effect
@@ -50,8 +50,8 @@ class Refinement:
     of the first round; holdout: (from, to) of the first drive (s); before, after: horizon -> state -> mean squared error on
     held-out windows, declared model and refined model, both fitted on the fit windows alone; n_before (fit windows), n_after
     (whole drives): per drive; structure: what is left at the end; declaration: the refined one, by the whole drives; bench:
-    the declared model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives; notes;
-    seconds.
+    the declared model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives;
+    carried: effects that the measured inputs are seen to contain; notes; seconds.
     """
 
     verdict: str
@@ -70,6 +70,7 @@ class Refinement:
     selection: Selection
     recordings: tuple[Recording, ...]
     seconds: float
+    carried: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default_factory=tuple)
 
     def as_json(self) -> dict[str, Any]:
@@ -140,7 +141,7 @@ def refine(
         verdict=verdict,
         effects=effects,
         inseparable=groups,
-        would_separate=_would_separate(declaration, groups, verdict),
+        would_separate=_would_separate(declaration, groups, verdict, selection),
         ranking=selection.ranking,
         holdout=_holdout(bench),
         before=held_mse(bench, bench.absent),
@@ -153,6 +154,7 @@ def refine(
         selection=selection,
         recordings=tuple(recordings),
         seconds=time.perf_counter() - began,
+        carried=tuple(n for n, e in catalogue(declaration.vehicle).items() if carried(e, recordings, declaration.vehicle)),
         notes=notes,
     )
 
@@ -214,15 +216,8 @@ def _holdout(bench: Bench) -> tuple[float, float]:
 def _traced(declaration: Declaration, name: str, final: Bench, last: Fit) -> TracedEffect:
     effect = catalogue(declaration.vehicle)[name]
     fitted = last.named()
-    parameters = {}
-    for signal in effect.parameters:
-        value, std = fitted.get(signal.name, (float(last.p[0, final.model.p.index(signal.name)]), 0.0))
-        parameters[signal.name] = (value, std, signal.unit)
-    if effect.name == "side_force":
-        (x, sx, unit), (y, sy, _) = parameters["side_force_x"], parameters["side_force_y"]
-        size = math.hypot(x, y)
-        parameters["side_force"] = (size, math.hypot(x * sx, y * sy) / max(size, 1e-9), unit)
-    return TracedEffect(effect.name, effect.doc, parameters)
+    at = {s.name: (float(last.p[0, final.model.p.index(s.name)]), 0.0) for s in effect.parameters}
+    return TracedEffect(effect.name, effect.doc, effect.sizes({**at, **fitted}))
 
 
 def _refined(declaration: Declaration, effects: Sequence[TracedEffect], final: Bench, n: float) -> Declaration:
@@ -234,10 +229,30 @@ def _refined(declaration: Declaration, effects: Sequence[TracedEffect], final: B
     return declaration.with_effects(tables).with_n(n)
 
 
-def _would_separate(declaration: Declaration, groups: Sequence[Sequence[str]], verdict: str) -> str:
+def close_calls(selection: Selection, known: Mapping[str, Effect]) -> tuple[tuple[str, str], ...]:
+    """(named, other) where an effect that looks like a named one (a signature in common) gained nearly as much: less than one
+    standard error of the two gains behind."""
+    gains = {c.name: c for c in selection.ranking}
+    return tuple(
+        (named.name, other.name)
+        for named in selection.accepted
+        for other in selection.ranking
+        if named.name in gains
+        and other.name not in {c.name for c in selection.accepted}
+        and known[named.name].looks_like(known[other.name])
+        and gains[named.name].gain - other.gain < math.hypot(gains[named.name].std, other.std)
+    )
+
+
+def _would_separate(
+    declaration: Declaration, groups: Sequence[Sequence[str]], verdict: str, selection: Selection
+) -> str:
     known = catalogue(declaration.vehicle)
-    if groups:
-        return "; ".join(f"{', '.join(group)}: {known[group[0]].separates}" for group in groups)
+    grouped = {frozenset((group[0], name)) for group in groups for name in group[1:]}
+    close = [pair for pair in close_calls(selection, known) if frozenset(pair) not in grouped]
+    doubtful = [*groups, *close]
+    if doubtful:
+        return "; ".join(f"{', '.join(group)}: {known[group[0]].separates}" for group in doubtful)
     if verdict == "unexplained":
         return "several speeds, steering rates and headings, straight stretches and tight turns in one drive"
     return ""
@@ -246,10 +261,9 @@ def _would_separate(declaration: Declaration, groups: Sequence[Sequence[str]], v
 def _possible(
     recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None
 ) -> Sequence[str] | None:
-    """Names of the effects to try, without those that a measurement excludes: wheels that turn apart are not locked."""
-    if not all(all_open(recording, declaration.vehicle) for recording in recordings):
-        return names
-    return [name for name in open_effects(declaration, names) if name != "locked_differential"]
+    """Names of the effects to try, without those that a measurement excludes."""
+    tried = open_effects(declaration, names)
+    return [name for name, effect in tried.items() if not ruled_out(effect, recordings, declaration.vehicle)]
 
 
 def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
@@ -260,13 +274,9 @@ def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
 
 def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, selection: Selection) -> tuple[str, ...]:
     notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
-    for recording in recordings:
-        locked = locked_axles(recording, vehicle)
-        if locked:
-            notes.append(
-                f"{recording.name}: the {' and '.join(locked)} wheels turn together in turns: a locked axle differential; the "
-                "measured wheel speeds carry it, so the model needs no effect for it"
-            )
+    for effect in catalogue(vehicle).values():
+        for name, words in carried(effect, recordings, vehicle).items():
+            notes.append(f"{name}: {words}; the measured inputs carry it, so the model needs no effect for it")
     accepted = {c.name for c in selection.accepted}
     for free in selection.bench.loose:
         at = bench.model.p.index(free.name)
