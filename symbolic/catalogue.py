@@ -8,6 +8,7 @@ from softsoil.symbolic import effects as package
 from softsoil.symbolic.bicycle import bicycle
 from softsoil.symbolic.effect import Effect, add_effect
 from softsoil.symbolic.model import Model
+from softsoil.symbolic.signals import Layout
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import Vehicle
 from softsoil.symbolic.wheel import ForceLaw
@@ -37,15 +38,17 @@ def declared_model(
     soil: Soil,
     law: ForceLaw | str = "turn_slip",
     effects: Mapping[str, Mapping[str, float]] | None = None,
+    free: Layout = Layout(),  # noqa: B008
 ) -> Model:
     """The bicycle with the vehicle's declared effects (or the given ones) at their declared parameters.
 
+    free: numbers of the vehicle that become parameters of the model.
     Raises ValueError for an effect that the catalogue lacks, or a parameter that the effect lacks or that is out of its bounds.
     """
     chosen = vehicle.effects if effects is None else effects
     known = catalogue(vehicle)
     check_effects(chosen, known, f"vehicle {vehicle.name}")
-    model = bicycle(vehicle, soil, law)
+    model = bicycle(vehicle, soil, law, free)
     for name, values in chosen.items():
         model = add_effect(model, known[name], values)
     return model
