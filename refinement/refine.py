@@ -117,9 +117,10 @@ def refine(
     """
     began = time.perf_counter()
     recordings = [forward_part(recording) for recording in recordings]
-    bench = make_bench(recordings, declaration, start, names=_possible(recordings, declaration, candidates))
+    names = _possible(recordings, declaration, candidates)
+    bench = make_bench(recordings, declaration, start, names=names)
     repeated = all(one_wave(recording) for recording in recordings)
-    selection = select(loosened(bench, declaration), declaration, workers, progress, repeated)
+    selection = select(loosened(bench, declaration), declaration, workers, progress, repeated, names)
     final, last = settled(bench, selection.bench)
     left = _left(recordings, final, declaration.vehicle, start)
     if selection.accepted and any(s.left for s in left) and not _beyond_doubt(declaration, selection.accepted):
@@ -135,7 +136,7 @@ def refine(
     index = bench.model.p.index("n_f")
     n_before, n_after = tuple(bench.absent[:, index]), tuple(whole.absent[:, index])
     groups = inseparable(selection)
-    notes = _notes(recordings, declaration.vehicle, bench, selection)
+    notes = _notes(recordings, declaration, bench, selection)
     verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
     return Refinement(
         verdict=verdict,
@@ -225,6 +226,8 @@ def _refined(declaration: Declaration, effects: Sequence[TracedEffect], final: B
     tables = {e.name: {k: v for k, (v, _, _) in e.parameters.items() if k in known[e.name].parameters} for e in effects}
     moved = {f.name: float(final.absent[0, final.model.p.index(f.name)]) for f in final.loose}
     for name, values in declaration.vehicle.effects.items():
+        if name in tables:
+            continue
         tables[name] = {key: moved.get(key, value) for key, value in values.items()}
     return declaration.with_effects(tables).with_n(n)
 
@@ -272,10 +275,10 @@ def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
     return f"{lead.name} {candidate.fit.named()[lead.name][0]:.2g} {lead.unit}".rstrip()
 
 
-def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, selection: Selection) -> tuple[str, ...]:
+def _notes(recordings: Sequence[Recording], declaration: Declaration, bench: Bench, selection: Selection) -> tuple[str, ...]:
     notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
-    for effect in catalogue(vehicle).values():
-        for name, words in carried(effect, recordings, vehicle).items():
+    for effect in catalogue(declaration.vehicle).values():
+        for name, words in carried(effect, recordings, declaration.vehicle).items():
             notes.append(f"{name}: {words}; the measured inputs carry it, so the model needs no effect for it")
     accepted = {c.name for c in selection.accepted}
     for free in selection.bench.loose:
@@ -287,11 +290,11 @@ def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, sele
     for candidate in selection.ranking:
         if candidate.name not in accepted and candidate.gain > LEAST_GAIN and candidate.fit.at_bound:
             notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
-    known = catalogue(vehicle)
+    tried = open_effects(declaration)
     for candidate in selection.ranking:
-        small = size(candidate.fit, known[candidate.name]) < LEAST_SIZE
+        small = size(candidate.fit, tried[candidate.name]) < LEAST_SIZE
         if small and candidate.gain > LEAST_GAIN and candidate.name not in accepted:
-            notes.append(f"{candidate.name}: not named, smaller than the faults of a declared model ({_lead(candidate, known)})")
+            notes.append(f"{candidate.name}: not named, smaller than the faults of a declared model ({_lead(candidate, tried)})")
     for group in selection.groups:
         if len(group) > 1 and group[0] not in accepted:
             notes.append(f"not named, since these data cannot separate them: {', '.join(group)}")

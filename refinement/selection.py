@@ -11,8 +11,7 @@ from scipy.special import stdtrit
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.folds import cross_validated
 from softsoil.refinement.ranking import placed, rank
-from softsoil.refinement.trace import Bench, Candidate, fit_base, held_cost, reweighted
-from softsoil.symbolic.catalogue import catalogue
+from softsoil.refinement.trace import Bench, Candidate, fit_base, held_cost, open_effects, reweighted
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import Effect
 
@@ -78,15 +77,16 @@ def select(
     workers: int,
     progress: Callable[[float], None],
     one_wave: bool = False,
+    names: Sequence[str] | None = None,
 ) -> Selection:
-    """Forward selection over the catalogue, declared effects left out.
+    """Forward selection over the catalogue, declared effects left out unless a drive may have more of them.
 
     workers: effects tried at once; progress: called with the share of the first round that is done; one_wave: the steering
-    repeats one wave: more is asked of an effect, and of two that these data cannot separate none is named.
+    repeats one wave: more is asked of an effect, and of two that these data cannot separate none is named; names: of the effects
+    that are tried, default all.
     """
-    known = catalogue(declaration.vehicle)
-    open_effects = {name: effect for name, effect in known.items() if name not in declaration.vehicle.effects}
-    first = rank(bench, open_effects, workers, progress)
+    tried = open_effects(declaration, names)
+    first = rank(bench, tried, workers, progress)
     ranking: list[Candidate] = first
     accepted: dict[str, Candidate] = {}
     groups: dict[str, tuple[str, ...]] = {}
@@ -102,7 +102,7 @@ def select(
             (
                 c
                 for c in judged
-                if supported(c, open_effects[c.name], least) or (evident and placed_for_sure(c, open_effects[c.name]))
+                if supported(c, tried[c.name], least) or (evident and placed_for_sure(c, tried[c.name]))
             ),
             None,
         )
@@ -112,14 +112,14 @@ def select(
         if len(groups[best.name]) > (1 if one_wave else MOST_ALIKE):
             break
         accepted[best.name] = best
-        bench, dropped = accept(bench, best, {name: open_effects[name] for name in accepted})
+        bench, dropped = accept(bench, best, {name: tried[name] for name in accepted})
         for name in dropped:
             del accepted[name], groups[name]
         if frozenset(accepted) in seen:  # the same set again: no more to gain by exchange
             break
         seen.add(frozenset(accepted))
         again = [c.name for c in first if c.name not in accepted and c.name not in dropped][:SECOND_LOOK]
-        ranking = rank(bench, {name: open_effects[name] for name in again}, workers, lambda share: None)
+        ranking = rank(bench, {name: tried[name] for name in again}, workers, lambda share: None)
     return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()))
 
 

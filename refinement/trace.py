@@ -86,21 +86,34 @@ class Bench:
 def open_effects(declaration: Declaration, names: Sequence[str] | None = None) -> dict[str, Effect]:
     """The effects of the catalogue that the declaration does not have, by name, or those of `names` alone.
 
+    Of its own, those of which a drive may have more (`repeats`) are among them: absent, they are as declared.
+
     Raises ValueError for a name that the catalogue lacks.
     """
     known = catalogue(declaration.vehicle)
     for name in names or ():
         if name not in known:
             raise ValueError(f"candidates: expected names of {', '.join(known)}; found {name!r}")
-    wanted = known if names is None else names
-    return {name: known[name] for name in known if name in wanted and name not in declaration.vehicle.effects}
+    declared, wanted = declaration.vehicle.effects, known if names is None else names
+    return {
+        name: as_declared(effect, declared[name]) if name in declared else effect
+        for name, effect in known.items()
+        if name in wanted and (name not in declared or effect.repeats)
+    }
+
+
+def as_declared(effect: Effect, values: Mapping[str, float]) -> Effect:
+    """The effect with its declared values in the place of those at which it is absent: more or less of it is what is tried."""
+    typical = {s.name: effect.typical[s.name] - s.nominal + values.get(s.name, s.nominal) for s in effect.parameters}
+    bounded = {s.name: min(max(typical[s.name], s.lower), s.upper) for s in effect.parameters}
+    return replace(effect, parameters=effect.parameters.with_nominal(**values), typical=bounded)
 
 
 def whole_model(declaration: Declaration, names: Sequence[str] | None = None) -> Model:
     """The declared model with every open effect added, absent: one compilation serves all candidates."""
     model = declaration.build()
-    for effect in open_effects(declaration, names).values():
-        model = neutral(model, effect)
+    for name, effect in open_effects(declaration, names).items():
+        model = model if name in model.effects else neutral(model, effect)
     return model
 
 
@@ -138,13 +151,14 @@ def everything(bench: Bench) -> Bench:
 
 
 def loosened(bench: Bench, declaration: Declaration) -> Bench:
-    """The bench with the parameters of declared effects (not the drawn ones) free within DECLARED_WITHIN, fitted with n."""
+    """The bench with the parameters of declared effects free within DECLARED_WITHIN, fitted with n; not those that are drawn, nor
+    those of effects that are tried again."""
     loose = tuple(
         _within(effect.parameters[name], value)
         for key, values in declaration.vehicle.effects.items()
         for effect in (catalogue(declaration.vehicle)[key],)
         for name, value in values.items()
-        if value != effect.parameters[name].nominal and name not in effect.drawn
+        if not effect.repeats and value != effect.parameters[name].nominal and name not in effect.drawn
     )
     grown = replace(bench, loose=loose)
     return reweighted(replace(grown, absent=fit_base(grown).p)) if loose else bench

@@ -17,6 +17,7 @@ def effect(vehicle: Vehicle) -> Effect:
         },
         signatures=("constant side force",),
         separates="any turning: kinematics alone (heading against yaw rate, position against speed) tells it",
+        repeats=True,
         rests_on=("psi", "omega_z"),
         answers_to={"gyro_drift": ("gyro_bias",)},
     )

@@ -16,6 +16,7 @@ def effect(vehicle: Vehicle) -> Effect:
         corrections={"inputs": Correction(lambda q: {"delta": q["delta"] + q["steering_offset"]}, adds=("delta",))},
         signatures=("constant side force",),
         separates="driving on several headings at several speeds",
+        repeats=True,
         rests_on=RESTS_ON,
         answers_to={"steer_offset": ("steering_offset",)},
     )

@@ -17,6 +17,7 @@ def effect(vehicle: Vehicle) -> Effect:
         },
         signatures=("constant side force", "turning moment"),
         separates="several speeds: an offset's moment follows the tyre force, this one stands still",
+        repeats=True,
         rests_on=("omega_z",),
         answers_to={"pull": ("yaw_moment",)},
     )
