@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from softsoil.cases.dart_data import L_R, RADIUS, WHEELBASE, read_dart
 from softsoil.estimator.inputs import sensor_std
-from softsoil.estimator.shooting import Shooting, shooting_drive
+from softsoil.estimator.shooting import shooting_drive, shootings
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.refinement.fit import Fit, Free, Weights, fit
 from softsoil.refinement.ranking import rank
+from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import like, supported
-from softsoil.refinement.trace import FIT_SHARE, LEAST_SIGMA, Bench, Candidate, gain_of, held_cost
+from softsoil.refinement.trace import Bench, Candidate, gain_of, held_cost
 from softsoil.symbolic.bicycle import bicycle
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect, neutral
@@ -108,19 +109,19 @@ def candidate_model(names: Sequence[str] | None = None) -> Model:
 def dart_bench(drives: Sequence[Recording], model: Model) -> Bench:
     """The tracing's bench on a log's stretches, friction and tread stiffness fitted, each channel weighted by what is left."""
     ready = [shooting_drive(drive, model, START, SMOOTHING) for drive in drives]
-    shootings = tuple(Shooting(model, drive, SHOOTING, SUBSTEPS) for drive in ready)
-    counts = [len(shooting.rows) for shooting in shootings]
-    fitted = tuple(np.arange(max(round(count * FIT_SHARE), 1)) for count in counts)
+    windows = shootings(model, ready, SHOOTING, SUBSTEPS)
+    counts = [len(shooting.rows) for shooting in windows]
+    fitted = tuple(np.arange(max(round(count * RULES.fit_share), 1)) for count in counts)
     held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
     sensor = np.max([sensor_std(r, np.array([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 1e-2])) for r in drives], axis=0)
     p = np.tile(model.p.nominal, (len(drives), 1))
     bench = Bench(
-        model, p, shootings, fitted, held, Weights(np.array([0.05, 0.05, 0.1, 0.1, 0.1, 0.5])), sensor, GROUND
+        model, p, windows, fitted, held, Weights(np.array([0.05, 0.05, 0.1, 0.1, 0.1, 0.5])), sensor, GROUND
     )
     for _ in range(2):
         p = fit_ground(bench).p
-        left = np.concatenate([s.residual(row)[part] for s, row, part in zip(shootings, p, fitted, strict=True)])
-        sigma = np.maximum(np.sqrt(np.nanmean(left**2, axis=(0, 1))), LEAST_SIGMA * sensor)
+        left = np.concatenate([s.residual(row)[part] for s, row, part in zip(windows, p, fitted, strict=True)])
+        sigma = np.maximum(np.sqrt(np.nanmean(left**2, axis=(0, 1))), RULES.least_sigma * sensor)
         bench = replace(bench, absent=p, weights=Weights(sigma))
     return bench
 
@@ -237,7 +238,7 @@ def held_rms(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
     for horizon in HORIZONS:
         ends = []
         for shooting, held, row in zip(bench.shootings, bench.held, p, strict=True):
-            windows = Shooting(bench.model, shooting.drive, horizon, SUBSTEPS)
+            windows = shooting.ahead(horizon)
             ends.append(windows.residual(row)[windows.rows >= shooting.rows[held[0]], -1])
         rms = np.sqrt(np.nanmean(np.concatenate(ends) ** 2, axis=0))
         table[f"{horizon:g}"] = dict(zip(STATE_CHANNELS, map(float, rms), strict=True))

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.horizons import HORIZONS
-from softsoil.estimator.shooting import Shooting
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import N_NAMES, Fit
 from softsoil.refinement.observations import carried, ruled_out
-from softsoil.refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
+from softsoil.refinement.rules import RULES
+from softsoil.refinement.selection import Selection, select, size
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
 from softsoil.symbolic.catalogue import catalogue
@@ -28,8 +28,6 @@ from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-NEARLY_ALL = 0.75
-"""Share of the held-out cost beyond noise. On drives whose effect the catalogue lacks none has removed more than half."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +175,7 @@ def _beyond_doubt(declaration: Declaration, found: Sequence[Candidate]) -> bool:
     """Whether what the axle forces still lack is no doubt of the effects: the first removes nearly all that is held out, or one
     is of a sensor, and axle forces come from the records as they are, wrong sensors and all."""
     known = catalogue(declaration.vehicle)
-    return found[0].gain >= NEARLY_ALL or any("outputs" in known[candidate.name].corrections for candidate in found)
+    return found[0].gain >= RULES.nearly_all or any("outputs" in known[candidate.name].corrections for candidate in found)
 
 
 def settled(declared: Bench, found: Bench) -> tuple[Bench, Fit]:
@@ -199,7 +197,7 @@ def held_mse(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
             first = shooting.rows[held[0]] if len(held) else len(drive.t)
             if (len(drive.t) - drive.first - 1) * drive.dt < 2 * horizon:
                 continue
-            windows = Shooting(bench.model, drive, horizon)
+            windows = shooting.ahead(horizon)
             squares += [windows.residual(row)[windows.rows >= first].reshape(-1, len(STATE_CHANNELS)) ** 2]
         joined = np.concatenate(squares) if squares else np.empty((0, len(STATE_CHANNELS)))
         means = np.nanmean(joined, axis=0) if len(joined) else np.full(len(STATE_CHANNELS), np.nan)
@@ -288,12 +286,12 @@ def _notes(recordings: Sequence[Recording], declaration: Declaration, bench: Ben
             f"{free.name} of the declared model was fitted again with what was found: {declared:.3g} -> {now:.3g}"
         )
     for candidate in selection.ranking:
-        if candidate.name not in accepted and candidate.gain > LEAST_GAIN and candidate.fit.at_bound:
+        if candidate.name not in accepted and candidate.gain > RULES.least_gain and candidate.fit.at_bound:
             notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
     tried = open_effects(declaration)
     for candidate in selection.ranking:
-        small = size(candidate.fit, tried[candidate.name]) < LEAST_SIZE
-        if small and candidate.gain > LEAST_GAIN and candidate.name not in accepted:
+        small = size(candidate.fit, tried[candidate.name]) < RULES.least_size
+        if small and candidate.gain > RULES.least_gain and candidate.name not in accepted:
             notes.append(f"{candidate.name}: not named, smaller than the faults of a declared model ({_lead(candidate, tried)})")
     for group in selection.groups:
         if len(group) > 1 and group[0] not in accepted:

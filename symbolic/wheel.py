@@ -109,11 +109,11 @@ def law_names() -> tuple[str, ...]:
 def force_law(name: str, **options: Any) -> ForceLaw:
     """The law called `name`; ValueError names the laws there are, and the options of the law for one that it lacks.
 
-    options: of the law's class, the `LAW` of its module, e.g. contact_step=0.002 for turn_slip on a simulated soil.
+    options: of the law's class (TurnSlip in turn_slip.py), e.g. contact_step=0.002 for turn_slip on a simulated soil.
     """
     if name not in law_names():
         raise ValueError(f"force law: expected one of {', '.join(law_names())}; found {name!r}")
-    law = import_module(f"{laws.__name__}.{name}").LAW
+    law = getattr(import_module(f"{laws.__name__}.{name}"), name.title().replace("_", ""))
     known = [field.name for field in fields(law)]
     for option in options:
         if option not in known:

@@ -184,6 +184,3 @@ def pressure(soil: Soil, wheel: Wheel, arc: Arc, theta: Scalar, ahead: bool) -> 
     depth = arc.depth(theta, wheel.radius, ahead)
     positive = 0.5 * (depth + ca.sqrt(depth * depth + (1e-6 * wheel.radius) ** 2))
     return (soil.k_c / wheel.width + soil.k_phi) * ca.exp(soil.n * ca.log(positive))
-
-
-LAW = Bekker

@@ -180,6 +180,3 @@ def _held(value: Scalar, low: float, high: float, width: float) -> Scalar:
     """`value` between low and high, held smoothly at the nearer end outside."""
     above = low + smooth_positive(value - low, width)
     return high - smooth_positive(high - above, width)
-
-
-LAW = Dallas

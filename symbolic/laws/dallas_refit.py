@@ -77,6 +77,3 @@ def _factor(entry: Mapping[str, Any]) -> Factor:
         speed=(float(entry["speed"][0]), float(entry["speed"][1])),
         n_positive=bool(entry["n_positive"]),
     )
-
-
-LAW = DallasRefit

@@ -49,6 +49,3 @@ class HardGround:
         load = smooth_positive(contact.load, LOAD_WIDTH)
         f_y = -ca.tan(soil.phi) * load * share * slip / size
         return WheelForce(f_x=0.0, f_y=f_y, m_y=0.0, m_z=0.0, sinkage=0.0, exit_path=0.0)
-
-
-LAW = HardGround

@@ -193,6 +193,3 @@ def side_entry(path: Scalar, drift: Scalar) -> Scalar:
     q = 1.0 + rho * (1.0 + rho)
     ratio = q / (q + rho * rho * rho)
     return (1.0 - rho * ratio) * ca.exp(-path) + rho * (1.0 - ca.exp(-path * ratio)) / path
-
-
-LAW = TurnSlip

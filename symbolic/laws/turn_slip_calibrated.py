@@ -69,6 +69,3 @@ class TurnSlipCalibrated:
         """Forces on one wheel, as softsoil.symbolic.laws.turn_slip."""
         chosen = self.factors or _packaged("rig" if self.on_reference_rig else "soil")
         return replace(self.base, factors=chosen)(soil, wheel, contact)
-
-
-LAW = TurnSlipCalibrated
