@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from softsoil.codegen.c_library.folder import write_library
+from softsoil.codegen.sampling import STEP
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
 from softsoil.commands.generate_again import remember
 from softsoil.commands.options_model import (
@@ -21,7 +22,6 @@ from softsoil.commands.options_model import (
 )
 from softsoil.commands.output import output_folder, say_written
 from softsoil.files.package_data import REFERENCE_VEHICLE, vehicle_file
-from softsoil.symbolic.sampling import STEP
 from softsoil.symbolic.soil import SOILS
 
 

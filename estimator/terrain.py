@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_std
 from softsoil.estimator.predictor import substeps_for
+from softsoil.estimator.promote import promote_parameters, tie_parameters
 from softsoil.estimator.ukf import Counts, Innovation, UnscentedKalmanFilter
 from softsoil.estimator.verdict import Verdict
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.symbolic.model import Model, promote_parameters, tie_parameters
+from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]

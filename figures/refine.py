@@ -11,7 +11,7 @@ from softsoil.figures.refine_views import DriveView
 from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 from softsoil.refinement.refine import Refinement
 from softsoil.refinement.residual import WINDOW
-from softsoil.refinement.selection import LEAST_GAIN
+from softsoil.refinement.rules import RULES
 from softsoil.refinement.words import bound_words, effect_name
 
 UNITS = {
@@ -74,9 +74,9 @@ def draw_ranking(found: Refinement, path: Path) -> Path:
         axis.barh(
             places, shares, xerr=[100 * min(c.std, 1.0) for c in ranking], color=colors, height=0.7, error_kw=bars
         )
-        axis.axvline(100 * LEAST_GAIN, color=INITIAL, ls="--", lw=1)
+        axis.axvline(100 * RULES.least_gain, color=INITIAL, ls="--", lw=1)
         axis.annotate(
-            f"least gain {100 * LEAST_GAIN:.0f} %", (100 * LEAST_GAIN, -0.4), (4, 0), textcoords="offset points",
+            f"least gain {100 * RULES.least_gain:.0f} %", (100 * RULES.least_gain, -0.4), (4, 0), textcoords="offset points",
             color=INITIAL, fontsize=8, va="center",
         )  # fmt: skip
         labels = [c.name + (f" ({bound_words(c)})" if c.fit.at_bound else "") for c in ranking]

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.compiled import CompiledFunction
+from softsoil.codegen.discretize import advance_memory, read_memory
 from softsoil.control.ocp import Ocp
 from softsoil.estimator.terrain import ForceError, Jumps, SoilChange, Tuning, terrain_model
 from softsoil.estimator.ukf import UnscentedKalmanFilter
 from softsoil.plant.world import Sample
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.recording.noise import TABLE5
-from softsoil.symbolic.discretize import advance_memory, read_memory
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]

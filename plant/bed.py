@@ -28,7 +28,7 @@ class SoilBed:
     """Deformable soil with its memory.
 
     soil: a Soil or SoilField; spacing: of the grid (m); damping: with the soil's R; creep: speed below which shear fades;
-    cast: find the wheel as the reference simulator does (`softsoil.plant.raycast`).
+    cast: find the wheel as the reference simulator does (`softsoil.plant.reference.raycast`).
     """
 
     def __init__(

@@ -10,7 +10,7 @@ Per node under the wheel, each step, with h the sinkage against the undeformed s
 
 v_t is the horizontal velocity of the wheel body at the node, spin and yaw included, so lateral and longitudinal shear
 share one Mohr limit. 1/b = perimeter / (2 area) of the convex hull of all nodes within reach of the wheel. h_plastic,
-yield and j stay. h is the cylinder's own, or where the reference simulator's ray cast finds it (`softsoil.plant.raycast`).
+yield and j stay. h is the cylinder's own, or where the reference simulator's ray cast finds it (`plant.reference`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from softsoil.plant.footprint import hull_area_perimeter
 from softsoil.plant.grid import PLASTIC, SHEAR, SINKAGE, TILE, YIELD, add_tile, find_tile, tile_key
 from softsoil.plant.kernel import inner, kernel
-from softsoil.plant.raycast import EARLY, ray_hit
+from softsoil.plant.reference.raycast import EARLY, ray_hit
 from softsoil.plant.soil_field import DAMPING, K_C, K_ELASTIC, K_PHI, K_SHEAR, TAN_PHI, C, N, soil_at
 
 REACH = 0.1

@@ -17,6 +17,8 @@ import numpy as np
 from softsoil.plant.contact import REACH, wheel_contact
 from softsoil.plant.driveline import axle_drive_torque, shift_gear, spin_rates
 from softsoil.plant.kernel import inner
+from softsoil.plant.reference.idler import idler_moment
+from softsoil.plant.reference.joints import shaft_reaction
 from softsoil.plant.state import (
     GEAR,
     PITMAN,
@@ -33,7 +35,7 @@ from softsoil.plant.state import (
     advance_pose,
     rotation,
 )
-from softsoil.plant.steering import advance_pitman, idler_moment, rods_lift, steering_target
+from softsoil.plant.steering import advance_pitman, rods_lift, steering_target
 from softsoil.plant.suspension import (
     AXLE_X,
     AXLE_Z,
@@ -220,9 +222,7 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
     for w in range(4):
         shaft_torque = machine.spin_inertia * rates[w] - torque[w]
         info[w, 16] = shaft_torque
-        for i in range(3):
-            across = 1.0 if i == 1 else 0.0
-            rhs[3 + i] -= shaft_torque * (across + machine.joint_reaction * (axle[w, i] - across))
+        shaft_reaction(machine, shaft_torque, axle[w], rhs[3:6])
 
     target = steering_target(state, command[0], world.steering, dt)
     advance_pitman(state, machine, target, arm.sum(), dt)

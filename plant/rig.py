@@ -130,7 +130,7 @@ def run_rig(
     """One run of the rig from the drop on: times (N,) and the CHANNELS (N, 7), every `every` steps.
 
     damping: with the soil's damping R; creep: speed below which shear fades (m/s), 0 as in the reference simulator; cast:
-    find the wheel as that does (`softsoil.plant.raycast`).
+    find the wheel as that does (`softsoil.plant.reference.raycast`).
     """
     rig = rig or Rig()
     soil = SoilField.uniform(run.soil)

@@ -60,7 +60,7 @@ class Plant:
 
     vehicle: PlantVehicle (default: the reference vehicle); soil: a Soil or a SoilField; effects: what is switched on;
     start: where and how fast the vehicle begins; step: s; spacing: of the soil's grid (m); cast: find the wheels over the
-    soil as the reference simulator does, up to 1 cm too low (`softsoil.plant.raycast`), at a third of the speed.
+    soil as the reference simulator does, up to 1 cm too low (`softsoil.plant.reference.raycast`), at a third of the speed.
     Deterministic: the same arguments and commands give the same numbers.
     """
 

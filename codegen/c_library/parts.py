@@ -184,7 +184,7 @@ def _call(law: ForceLaw, wheel: Wheel, values: list[Any]) -> list[Any]:
 
 
 def _provided(model: Model, x: ca.SX, external: ca.SX, p: ca.SX, m: ca.SX) -> ca.SX:
-    """What memories provide; see `softsoil.symbolic.discretize.read_memory`."""
+    """What memories provide; see `softsoil.codegen.discretize.read_memory`."""
     q: Quantities = {name: x[i] for i, name in enumerate(model.x.names)}
     q |= {name: external[i] for i, name in enumerate(model.external.names)}
     q |= {name: p[i] for i, name in enumerate(model.p.names)}

@@ -5,9 +5,9 @@ import pytest
 from typer.testing import CliRunner
 
 from c_folders import declared, library
+from softsoil.codegen.sampling import STEP
 from softsoil.commands.cli import app
 from softsoil.symbolic.declaration import declaration_toml
-from softsoil.symbolic.sampling import STEP
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = pytest.mark.compiler

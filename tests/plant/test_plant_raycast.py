@@ -8,7 +8,7 @@ import pytest
 from benchmarks.judges.drive_windows import compare, window, with_the_others_steering
 from softsoil.plant.bed import SoilBed
 from softsoil.plant.kernel import kernel
-from softsoil.plant.raycast import EARLY, EDGE, ray_hit
+from softsoil.plant.reference.raycast import EARLY, EDGE, ray_hit
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.recording.read import read_drive

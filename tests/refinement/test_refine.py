@@ -21,10 +21,11 @@ from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
 from softsoil.refinement.excitation import one_wave, strongest_line
 from softsoil.refinement.fit import Fit, Free
-from softsoil.refinement.folds import FOLDS, folded
+from softsoil.refinement.folds import folded
 from softsoil.refinement.refine import held_mse, inseparable, refine
-from softsoil.refinement.selection import LEAST_GAIN, Selection, least_sigmas, least_whole, placed_for_sure, supported
-from softsoil.refinement.trace import DECLARED_WITHIN, Candidate, everything, fit_base, gain_of, loosened, make_bench
+from softsoil.refinement.rules import RULES
+from softsoil.refinement.selection import Selection, least_sigmas, least_whole, placed_for_sure, supported
+from softsoil.refinement.trace import Candidate, everything, fit_base, gain_of, loosened, make_bench
 from softsoil.refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from softsoil.symbolic.catalogue import catalogue, declared_model
 from softsoil.symbolic.declaration import Declaration, load_declaration
@@ -117,7 +118,7 @@ def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
 
 
 def test_unknown_candidate_is_named(offset_drive, declared):
-    with pytest.raises(ValueError, match=r"candidates: expected names of multipass.*found 'wind'"):
+    with pytest.raises(ValueError, match=r"candidates: expected names of aligning_moment.*found 'wind'"):
         refine([offset_drive], declared, candidates=["wind"])
 
 
@@ -134,7 +135,7 @@ def test_a_drive_that_ends_standing_and_reversing_is_refined_on_its_forward_part
 
 def test_an_effect_of_no_size_is_not_named_and_said(declared):
     found = refine([drive({"yaw_moment": {"yaw_moment": 50.0}})], declared, workers=1, candidates=("yaw_moment",))
-    assert found.ranking[0].gain > LEAST_GAIN
+    assert found.ranking[0].gain > RULES.least_gain
     assert found.verdict == "none" and not found.effects
     assert any(note.startswith("yaw_moment: not named, smaller than") for note in found.notes)
 
@@ -276,8 +277,8 @@ def test_few_windows_ask_for_more():
 @pytest.mark.parametrize("one_wave", [False, True])
 def test_every_window_is_held_out_once(declared, one_wave):
     bench = make_bench([drive({})], declared, 2.0, names=("bank",))
-    parts = [folded(bench, fold, one_wave) for fold in range(FOLDS)]
-    assert all(np.all(np.diff(part.held[0]) == (1 if one_wave else FOLDS)) for part in parts)
+    parts = [folded(bench, fold, one_wave) for fold in range(RULES.folds)]
+    assert all(np.all(np.diff(part.held[0]) == (1 if one_wave else RULES.folds)) for part in parts)
     held = np.concatenate([part.held[0] for part in parts])
     assert np.array_equal(np.sort(held), np.arange(len(bench.shootings[0].rows)))
     for part in parts:
@@ -292,7 +293,7 @@ def test_declared_parameters_move_within_what_is_known_of_them():
     effects = declared.vehicle.effects
     for free in loose.loose:
         value = next(values[free.name] for values in effects.values() if free.name in values)
-        assert free.lower == pytest.approx((1 - DECLARED_WITHIN) * value)
+        assert free.lower == pytest.approx((1 - RULES.declared_within) * value)
         assert free.lower <= loose.absent[0, loose.model.p.index(free.name)] <= free.upper
     assert {free.name for free in loose.loose} == {"kappa", "transfer_height", "roll_sweep", "pressure_share"}
     assert bench.loose == () and bench.known == ()

@@ -1,47 +1,16 @@
-"""Effects of where the soil's stresses act: off the wheels' centres, sideways and lengthwise."""
-
-from __future__ import annotations
+"""Pressure that acts ahead of the wheels' centres."""
 
 import casadi as ca
 
-from softsoil.symbolic.bicycle import Corner
-from softsoil.symbolic.effect import Effect
+from softsoil.symbolic.effect import GRAVITY, Corner, Correction, Effect, Layout, Signal, Vehicle
 from softsoil.symbolic.history import lag_share
 from softsoil.symbolic.model import Memory, Quantities, Scalar
-from softsoil.symbolic.signals import Layout, Signal
-from softsoil.symbolic.vehicle import GRAVITY
 
 PITCH_TIME = 0.15
 """s: how long a suspended body takes to follow a pitching moment (first order)."""
 
 
-def aligning_moment() -> Effect:
-    """Lateral forces act off the wheels' centres: M_z += sum over wheels of share * integral X dF_y, by the force law itself.
-
-    1 is what the soil under a rigid wheel does; a suspension whose trail or compliance takes part of it up leaves less, and
-    steered wheels may leave theirs to the steering.
-    """
-
-    def compute(q: Quantities) -> Quantities:
-        moment = sum(q[f"aligning_{corner.axle}"] * corner.count * corner.force.m_z for corner in q["wheels"])
-        return {"moment_z": q["moment_z"] + moment}
-
-    def share(axle: str, where: str) -> Signal:
-        return Signal(f"aligning_{axle}", "", f"share of the {where} wheels' aligning moment", 0.0, 0.0, 2.0, spread=1)
-
-    return Effect(
-        name="aligning_moment",
-        doc="the aligning moment of the contacts: lateral stress acts ahead of and behind the wheels' centres",
-        reference="moment of the contact stresses about the wheel's vertical",
-        parameters=Layout.of(share("f", "front"), share("r", "rear")),
-        typical={"aligning_f": 1.0, "aligning_r": 1.0},
-        corrections={"balance": compute},
-        confusable=("payload", "load_transfer"),
-        separates="turns at several speeds and steering rates",
-    )
-
-
-def pressure_offset() -> Effect:
+def effect(vehicle: Vehicle) -> Effect:
     """Pressure acts ahead of the wheels' centres: the axle loads balance there, share * sum W (X_p - e)/L moves to the rear.
 
     X_p is the centre of pressure by the force law, as the suspended body has followed it (first order, PITCH_TIME). It takes
@@ -55,12 +24,12 @@ def pressure_offset() -> Effect:
     )
     cells = {signal.name: f"kept_{signal.name}" for signal in values}
 
+    def start(q: Quantities) -> Quantities:
+        return {cells["pressure_moment"]: _pressure_moment(q), cells["ground_pitch"]: _ground_pitch(q)}
+
     def advance(q: Quantities) -> Quantities:
         share, kept = lag_share(q["dt"], PITCH_TIME), q["memory"]
         return {cell: kept[cell] + share * (now - kept[cell]) for cell, now in start(q).items()}
-
-    def start(q: Quantities) -> Quantities:
-        return {cells["pressure_moment"]: _pressure_moment(q), cells["ground_pitch"]: _ground_pitch(q)}
 
     def leaning_back(q: Quantities) -> Quantities:
         pitch = q["ground_pitch"] + q["pitch_gain"] * q["pressure_moment"]
@@ -83,15 +52,20 @@ def pressure_offset() -> Effect:
     return Effect(
         name="pressure_offset",
         doc="pressure acts ahead of the wheels' centres and moves load to the rear axle, more in soft soil",
+        kind="soil",
         reference="moment balance in pitch; moment of the contact stresses about the wheel's axis",
         parameters=Layout.of(
             Signal("pressure_share", "", "share of the force law's centre of pressure", 0.0, 0.0, 2.0, spread=1)
         ),
         typical={"pressure_share": 1.0},
-        corrections={"vehicle": leaning_back, "loads": loads},
+        corrections={
+            "vehicle": Correction(leaning_back, reads=("h_cg", "radius", "pitch_gain"), adds=("l_f", "l_r")),
+            "loads": Correction(loads, reads=("mass", "load_offset", "l_f", "l_r"), adds=("load_f", "load_r")),
+        },
         memories=(memory,),
-        confusable=("payload",),
+        signatures=("cornering slope",),
         separates="soils of different sinkage",
+        rests_on=("v", "omega_z"),
     )
 
 

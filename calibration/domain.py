@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from softsoil.symbolic.laws.bekker import DEEPEST
-from softsoil.symbolic.wheel import Contact, Wheel
+from softsoil.symbolic.wheel import DEEPEST, Contact, Wheel
 
 
 def check_contact(contact: Contact) -> None:

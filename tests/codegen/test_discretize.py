@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from drives import clay_bicycle
-from softsoil.symbolic.discretize import discretize
-from softsoil.symbolic.model import Model, promote_parameters, tie_parameters, with_nominal
+from softsoil.codegen.discretize import discretize
+from softsoil.estimator.promote import promote_parameters, tie_parameters
+from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout, Signal
 
 ORDERS = {"euler": 1, "rk4": 4}
@@ -74,12 +75,6 @@ def test_tied_parameter_stands_for_both():
     x, u = np.array([0, 0, 0, 6, 0.2, 0.1]), np.array([0.2, 0, 0, 18, 18, 18, 18.0])
     apart = model.ode()(x, u, model.p.pack(n_f=0.8, n_r=0.8))
     assert np.array_equal(np.asarray(tied.ode()(x, u, tied.p.pack(n=0.8))), np.asarray(apart))
-
-
-def test_nominal_values_can_be_replaced_by_name():
-    assert with_nominal(pendulum(), g=4.0).p["g"].nominal == 4.0
-    with pytest.raises(KeyError):
-        with_nominal(pendulum(), h=4.0)
 
 
 def test_one_name_stands_for_one_quantity():
