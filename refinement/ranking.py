@@ -11,9 +11,6 @@ from softsoil.refinement.rules import RULES
 from softsoil.refinement.trace import Bench, Candidate, try_effect
 from softsoil.symbolic.effect import Effect
 
-PLACE = ("change_x", "change_y", "change_heading")
-"""Parameters that say where something begins: they are tried, not fitted, since a window sees only what it crosses."""
-
 
 def starts_of(effect: Effect) -> list[dict[str, float]]:
     """Where the fit of an effect starts: plausible sizes, the leading parameter on both sides of absence where it may be."""
@@ -26,8 +23,8 @@ def starts_of(effect: Effect) -> list[dict[str, float]]:
 
 
 def placed(effect: Effect) -> bool:
-    """Whether the effect begins at a place."""
-    return all(name in effect.parameters for name in PLACE)
+    """Whether the effect begins at a place, which is tried, not fitted: a window sees only what it crosses."""
+    return bool(effect.place)
 
 
 def try_places(bench: Bench, effect: Effect) -> Candidate:
@@ -38,8 +35,8 @@ def try_places(bench: Bench, effect: Effect) -> Candidate:
     lead = effect.parameters[0].name
 
     def at(row: float) -> Candidate:
-        place = dict(zip(PLACE, drive.smooth[round(row), :3], strict=True))
-        return try_effect(bench, effect, [{lead: size, **place} for size in RULES.place_sizes], PLACE)
+        place = dict(zip(effect.place, drive.smooth[round(row), :3], strict=True))
+        return try_effect(bench, effect, [{lead: size, **place} for size in RULES.place_sizes], effect.place)
 
     tried = {row: at(row) for row in drive.first + spacing * np.arange(1, RULES.places + 1)}
     best = min(tried, key=lambda row: tried[row].fit.cost)

@@ -31,6 +31,7 @@ class Effect:
     sets; memories: histories kept beside the states; effects whose memories have one name share it;
     signatures: what it looks like in a log, in words that effects of a like look share; separates: the manoeuvre that tells it
     from them; drawn: parameters of the vehicle's own build: once declared, no fit of another effect moves them;
+    place: parameters x, y and heading of where it begins, which are tried, not fitted;
     repeats: whether a drive may have more of it than its vehicle declares: then it is tried again, from there;
     rests_on: measured channels without which a log does not identify it; excluded_by, carried_by: observations of the
     measurements (`softsoil.refinement.observations`) that rule it out, or that show the measured inputs to contain it;
@@ -52,6 +53,7 @@ class Effect:
     signatures: tuple[str, ...] = ()
     separates: str = ""
     drawn: tuple[str, ...] = ()
+    place: tuple[str, ...] = ()
     repeats: bool = False
     rests_on: tuple[str, ...] = ()
     excluded_by: tuple[str, ...] = ()

@@ -30,6 +30,7 @@ def effect(vehicle: Vehicle) -> Effect:
         corrections={"contacts": Correction(each_wheel(_compute), reads=("l_f", "l_r"), sets=("wheel.soil.n",))},
         signatures=("cornering slope",),
         separates="driving over the same place twice",
+        place=("change_x", "change_y", "change_heading"),
         rests_on=("x", "y", "psi", "v", "omega_z"),
         answers_to={"ground_change": ("n_change",)},
     )

@@ -22,7 +22,7 @@ from softsoil.recording.read import read_drive, write_drive
 from softsoil.refinement.excitation import one_wave, strongest_line
 from softsoil.refinement.fit import Fit, Free
 from softsoil.refinement.folds import folded
-from softsoil.refinement.refine import held_mse, inseparable, refine
+from softsoil.refinement.refine import close_calls, held_mse, inseparable, refine
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, least_sigmas, least_whole, placed_for_sure, supported
 from softsoil.refinement.trace import Candidate, everything, fit_base, gain_of, loosened, make_bench
@@ -71,6 +71,33 @@ def test_offset_that_was_added_is_found_with_its_size(found):
     assert 0 < std < 0.1 * OFFSET
     assert found.n_after[0] == pytest.approx(N, rel=0.05)
     assert found.after["2.5"]["omega_z"] < 0.2 * found.before["2.5"]["omega_z"]
+
+
+def test_more_of_a_declared_effect_is_named_with_all_there_is_of_it():
+    """A vehicle that pulls by 22 N m as declared, on a drive with 500 N m: what is named is all of it."""
+    pulling = Declaration(reference_vehicle().with_(effects={"yaw_moment": {"yaw_moment": 22.0}}), CLAY)
+    more = refine([drive({"yaw_moment": {"yaw_moment": 500.0}})], pulling, workers=1, candidates=CANDIDATES)
+    assert [effect.name for effect in more.effects] == ["yaw_moment"]
+    assert more.effects[0].parameters["yaw_moment"][0] == pytest.approx(500.0, rel=0.1)
+    refined = more.declaration.vehicle.effects["yaw_moment"]["yaw_moment"]
+    assert refined == more.effects[0].parameters["yaw_moment"][0]
+    as_is = refine([drive({"yaw_moment": {"yaw_moment": 22.0}})], pulling, workers=1, candidates=CANDIDATES)
+    assert as_is.verdict == "none"
+
+
+def candidate(name, gain, std):
+    fit = Fit((), np.empty(0), np.empty(0), np.empty((1, 0)), 1.0, ())
+    return Candidate(name, fit, np.ones(4), gain, std)
+
+
+def test_like_effects_that_gained_nearly_as_much_are_said():
+    """A bank and a steering offset push alike: the second, hardly behind, is a close call; a backlash has another look."""
+    known = catalogue(reference_vehicle())
+    bank, offset, play = candidate("bank", 0.6, 0.05), candidate("steering_offset", 0.57, 0.05), candidate("backlash", 0.58, 0.05)
+    none = Selection((bank,), None, (bank, play, offset), (("bank",),))  # type: ignore[arg-type]
+    assert close_calls(none, known) == (("bank", "steering_offset"),)
+    far = Selection((bank,), None, (bank, candidate("steering_offset", 0.4, 0.05)), (("bank",),))  # type: ignore[arg-type]
+    assert close_calls(far, known) == ()
 
 
 def test_nothing_is_invented_where_nothing_was_added(declared):
