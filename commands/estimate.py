@@ -40,7 +40,7 @@ def estimate(
     Example: softsoil estimate data/multi_clay_n0.50.parquet --soil clay --n0 0.7
     """
     declared = declaration(vehicle, soil, law, model)
-    clean, noisy = open_drive(log, columns, noise, seed)
+    clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
     folder = output_folder(out, "estimate")
     built = declared.build()
     first = float(declared.soil.n) if n0 is None else n0

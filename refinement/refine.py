@@ -135,6 +135,15 @@ def refine(
     n_before, n_after = tuple(bench.absent[:, index]), tuple(whole.absent[:, index])
     groups = inseparable(selection)
     notes = _notes(recordings, declaration.vehicle, bench, selection)
+    notes += tuple(
+        f"{name}: not tried, it rests on {', '.join(lacking)}, which the drives do not measure"
+        for name, lacking in unsupported(recordings, declaration, candidates).items()
+    )
+    notes += tuple(
+        f"{recording.name}: axle forces are not judged: v and omega_z are not both measured"
+        for recording, one in zip(recordings, left, strict=True)
+        if not one.judged
+    )
     verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
     return Refinement(
         verdict=verdict,
@@ -199,7 +208,9 @@ def held_mse(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
             windows = Shooting(bench.model, drive, horizon)
             squares += [windows.residual(row)[windows.rows >= first].reshape(-1, len(STATE_CHANNELS)) ** 2]
         joined = np.concatenate(squares) if squares else np.empty((0, len(STATE_CHANNELS)))
-        means = np.nanmean(joined, axis=0) if len(joined) else np.full(len(STATE_CHANNELS), np.nan)
+        known = np.isfinite(joined)
+        count = known.sum(axis=0)
+        means = np.where(count > 0, np.where(known, joined, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
         table[f"{horizon:.1f}"] = dict(zip(STATE_CHANNELS, map(float, means), strict=True))
     return table
 
@@ -246,10 +257,25 @@ def _would_separate(declaration: Declaration, groups: Sequence[Sequence[str]], v
 def _possible(
     recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None
 ) -> Sequence[str] | None:
-    """Names of the effects to try, without those that a measurement excludes: wheels that turn apart are not locked."""
-    if not all(all_open(recording, declaration.vehicle) for recording in recordings):
-        return names
-    return [name for name in open_effects(declaration, names) if name != "locked_differential"]
+    """Names of the effects to try, without those that a measurement excludes (wheels that turn apart are not locked) and those
+    that rest on a channel that a drive does not measure."""
+    dropped = set(unsupported(recordings, declaration, names))
+    if all(all_open(recording, declaration.vehicle) for recording in recordings):
+        dropped.add("locked_differential")
+    return [name for name in open_effects(declaration, names) if name not in dropped] if dropped else names
+
+
+def unsupported(
+    recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None = None
+) -> dict[str, tuple[str, ...]]:
+    """Open effect -> channels that it rests on and that a drive does not measure; names: of the candidates, default all."""
+    found = {}
+    for name, effect in open_effects(declaration, names).items():
+        rests_on = tuple(getattr(effect, "rests_on", ()))
+        lacking = tuple(channel for channel in rests_on if not all(r.measured(channel) for r in recordings))
+        if lacking:
+            found[name] = lacking
+    return found
 
 
 def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
