@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from softsoil.recording.check_words import LIMITS, Check
+from softsoil.recording.drive import CHANNEL_UNITS, Array
 from softsoil.recording.evidence import Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
 
@@ -23,27 +26,26 @@ def scale_check(
     if sure and value < -0.3 and value < -LIMITS.sigmas * std:
         return Check(name, channel, False, found, expected, f"sign = -1 for {channel}", True)
     if sure and not low <= value <= high and abs(value - 1.0) > LIMITS.sigmas * std:
-        return Check(name, channel, False, found, expected, cure + unit_hint(value), True)
+        return Check(name, channel, False, found, expected, cure + unit_hint(channel, value), True)
     doubtful = abs(value - 1.0) > max(doubtful_at, LIMITS.sigmas * std)
     return Check(name, channel, not doubtful, found, expected, cure if doubtful else "")
 
 
-UNIT_RATIOS = (
-    (180 / np.pi, "degrees for radians"),
-    (3.6, "km/h for m/s"),
-    (30 / np.pi, "rpm for rad/s"),
-    (1000.0, "a factor 1000"),
-    (9.80665, "g for m/s^2"),
-    (2.23694, "mph for m/s"),
-)
+UNIT_RATIOS = {
+    "rad": ((180 / np.pi, "degrees"),),
+    "rad/s": ((180 / np.pi, "deg/s"), (30 / np.pi, "rpm")),
+    "m/s": ((3.6, "km/h"), (2.23694, "mph"), (1000.0, "mm/s")),
+    "m/s^2": ((1.0 / 9.80665, "g"), (1000.0, "mm/s^2")),
+}
+"""SI unit -> what a channel in another unit is too large by."""
 
 
-def unit_hint(scale: float) -> str:
-    """Which mistaken unit makes a channel `scale` times what it must be; empty for none."""
-    for ratio, words in UNIT_RATIOS:
-        for factor in (ratio, 1.0 / ratio):
+def unit_hint(channel: str, scale: float) -> str:
+    """Which mistaken unit makes the channel so called `scale` times what it must be, or converted twice; empty for none."""
+    for ratio, words in UNIT_RATIOS.get(CHANNEL_UNITS.get(channel, ""), ()):
+        for factor, doubt in ((ratio, f" ({words}?)"), (1.0 / ratio, f" (converted from {words} twice?)")):
             if 0.9 < abs(scale) / factor < 1.1:
-                return f" ({words}?)"
+                return doubt
     return ""
 
 
@@ -57,6 +59,10 @@ def heading_checks(m: Motion) -> list[Check]:
     line = regress(turned, expected, np.ones_like(turned))
     if line is None:
         return []
+    if line.r2 < 0.3:
+        found = f"r^2 = {line.r2:.2f} between the heading's rate and the yaw rate"
+        words = "a heading that turns as the yaw rate says"
+        return [Check("yaw_rate_heading", "psi", False, found, words, "map another column to psi or omega_z", True)]
     checks = [
         scale_check(
             "yaw_rate_heading",
@@ -107,6 +113,8 @@ def inertial_checks(m: Motion) -> list[Check]:
         line, crossed = regress(force, expected, one), regress(other, expected, one)
         if line is None:
             continue
+        rated = "u" if channel == "a_x_imu" else "v"
+        line = line.unattenuated(0, m.slope_noise(rated) / float(np.nanvar(expected)))
         if crossed is not None and line.r2 < 0.3 and crossed.r2 > 0.8 and abs(crossed.value[0]) > 0.5:
             found = f"r^2 = {line.r2:.2f}, while the other axis of the accelerometer has {crossed.r2:.2f}"
             checks.append(
@@ -124,12 +132,14 @@ def inertial_checks(m: Motion) -> list[Check]:
             )
     if has_v and np.isfinite(force_y).any() and np.nanstd(m.driven(m.slope(v))) > 0.05:
         line = regress(m.driven(force_y), m.driven(m.slope(v)), m.driven(turning), one)
+        noise = m.slope_noise("v") / float(np.nanvar(m.driven(m.slope(v))))
+        line = None if line is None else line.unattenuated(0, noise)
         if line is not None and line.std[0] < 0.15:
             checks.append(
                 scale_check(
                     "lateral_velocity_rate",
                     "v",
-                    Line(line.value[:1], line.std[:1], line.r2, line.count),
+                    line.only(0),
                     0,
                     "a rate of v of a_y - u omega_z (scale 1)",
                     "correct sign or unit of v",
@@ -155,7 +165,7 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
     middle = np.unwrap(np.nan_to_num(m.mean(psi)))
     c, s = np.cos(middle), np.sin(middle)
 
-    def turned(ahead: np.ndarray, aside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def turned(ahead: Array, aside: Array) -> tuple[Array, Array]:
         """Slopes of the path that (ahead, aside) in the body frame makes, in the frame of the window's mean heading."""
         path_x, path_y = m.integral(ahead * cos - aside * sin), m.integral(ahead * sin + aside * cos)
         rate_x, rate_y = m.slope(path_x, x), m.slope(path_y, y)
@@ -168,18 +178,18 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
     course = _course(moved, parts[0])
     if course is not None and not course.passed:
         return [course]
-    line = regress(np.concatenate(moved), *(np.concatenate(part) for part in parts))
+    features = [np.concatenate(part) for part in parts]
+    line = regress(np.concatenate(moved), *features)
     if line is None:
         return []
+    mirrored = _mirrored(m, (moved_x, moved_y), (c, s), features, line)
+    if mirrored is not None:
+        return [mirrored]
     checks = [] if course is None else [course]
     ahead = regress(moved[0], parts[0][0])
     if ahead is not None:
-        inverse = Line(
-            1.0 / np.where(ahead.value == 0, 1e-9, ahead.value),
-            ahead.std / np.maximum(ahead.value**2, 1e-9),
-            ahead.r2,
-            ahead.count,
-        )
+        slope = max(float(ahead.value[0]), 1e-9)
+        inverse = replace(ahead, value=np.array([1.0 / slope]), std=ahead.std / slope**2)
         checks.append(
             scale_check(
                 "speed_position",
@@ -207,7 +217,7 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
             scale_check(
                 "lateral_velocity",
                 "v",
-                Line(line.value[3:], line.std[3:], line.r2, line.count),
+                line.only(3),
                 0,
                 "a lateral velocity as course minus heading says (scale 1)",
                 "correct sign, unit or place of v",
@@ -229,7 +239,24 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
     return checks
 
 
-def _course(moved: tuple[np.ndarray, np.ndarray], ahead: tuple[np.ndarray, np.ndarray]) -> Check | None:
+def _mirrored(
+    m: Motion, rates: tuple[Array, Array], heading: tuple[Array, Array], features: list[Array], line: Line
+) -> Check | None:
+    """A contradiction where positions with an axis flipped or swapped fit the velocities far better."""
+    c, s = heading
+    for words, (east, north) in (
+        ("sign = -1 for y", (rates[0], -rates[1])), ("sign = -1 for x", (-rates[0], rates[1])), ("swap x and y", rates[::-1]),
+    ):  # fmt: skip
+        other = regress(np.concatenate((m.driven(c * east + s * north), m.driven(-s * east + c * north))), *features)
+        if other is not None and other.scale < 0.3 * line.scale and other.scale < 0.5:
+            found = f"{line.scale:.2f} m/s between positions and velocities, {other.scale:.2f} m/s with {words}"
+            return Check(
+                "course_heading", "x, y", False, found, "positions that move where the heading points", words, True
+            )
+    return None
+
+
+def _course(moved: tuple[Array, Array], ahead: tuple[Array, Array]) -> Check | None:
     """Direction of motion against the heading, as a mean direction: mirrored or swapped axes and wrong frames leave none."""
     angle = np.arctan2(moved[1], moved[0]) - np.arctan2(ahead[1], ahead[0])
     size = np.hypot(*moved)

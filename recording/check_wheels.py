@@ -39,7 +39,7 @@ def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
         if ratio < 0.0 and abs(ratio) > 0.1:
             checks.append(Check(f"wheel_{name}", name, False, found, expected, f"sign = -1 for {name}", True))
         elif not low <= ratio <= high:
-            cure = f"correct the unit of {name}{unit_hint(ratio)}, its radius, or leave it out"
+            cure = f"correct the unit of {name}{unit_hint(name, ratio)}, its radius, or leave it out"
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
         else:
             odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart
@@ -96,7 +96,7 @@ def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
         ]
     low, high = LIMITS.steer_gain
     if best > 0.6 and not low <= gain <= high:
-        hint = unit_hint(1.0 / gain) or " (the angle of the steering wheel? give ratio)"
+        hint = unit_hint("steer", 1.0 / gain) or " (the angle of the steering wheel? give ratio)"
         return [
             Check(
                 "steer_yaw_rate",

@@ -29,9 +29,10 @@ def check_channels(recording: Recording, geometry: Geometry) -> tuple[Check, ...
     checks = excitation_checks(motion)
     if not checks[0].passed:
         return tuple(checks)
+    checks += clock_checks(recording, geometry)  # first: a clock that is off makes other checks fail
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
     checks += wheel_checks(motion, geometry) + steering_checks(motion, geometry) + single_checks(motion)
-    return (*checks, *clock_checks(recording, geometry))
+    return tuple(checks)
 
 
 def refuse_contradictions(where: str, checks: Sequence[Check]) -> None:

@@ -24,15 +24,37 @@ SLOWEST = 1.0
 HUBER = 2.5
 """Robust standard deviations beyond which a window counts linearly."""
 
+COLLINEAR = 1e-3
+"""Least eigenvalue of the features' correlation matrix, below which they are not told from each other."""
+
 
 @dataclass(frozen=True)
 class Line:
-    """A robust linear regression: value, std (K,) of the coefficients; r2: share of the variance explained; count: windows."""
+    """A robust linear regression.
+
+    value, std (K,): coefficients; r2: share of the variance explained; scale: robust standard deviation of what is left;
+    std is infinite where the features do not determine a coefficient.
+    """
 
     value: Array
     std: Array
     r2: float
-    count: int
+    scale: float
+
+    def unattenuated(self, index: int, share: float) -> Line:
+        """The line with coefficient number `index` corrected for a feature of whose variance noise is this share.
+
+        Errors in a feature draw its coefficient towards zero by 1 - share; half of the correction counts as uncertain.
+        """
+        factor = 1.0 / (1.0 - min(max(share, 0.0), 0.9))
+        value, std = self.value.copy(), self.std.copy()
+        std[index] = factor * std[index] + 0.5 * abs(value[index]) * (factor - 1.0)
+        value[index] *= factor
+        return Line(value, std, self.r2, self.scale)
+
+    def only(self, index: int) -> Line:
+        """The coefficient number `index` alone."""
+        return Line(self.value[index : index + 1], self.std[index : index + 1], self.r2, self.scale)
 
 
 def regress(y: Array, *features: Array) -> Line | None:
@@ -51,12 +73,21 @@ def regress(y: Array, *features: Array) -> Line | None:
         scale = 1.4826 * float(np.median(np.abs(left))) + 1e-12
         weight = np.asarray(np.minimum(1.0, HUBER * scale / np.maximum(np.abs(left), 1e-300)), dtype=float)
     weighted = columns * weight[:, None]
-    inverse = np.linalg.pinv(weighted.T @ columns, rcond=1e-12)
+    normal = weighted.T @ columns
+    inverse = np.linalg.pinv(normal, rcond=1e-12)
     meat = (weighted * left[:, None]).T @ (weighted * left[:, None])
     std = np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0))
+    std[_undetermined(normal)] = np.inf
     total = float(np.sum(weight * (y - np.average(y, weights=weight)) ** 2))
     r2 = 1.0 - float(np.sum(weight * left**2)) / total if total > 1e-12 else 0.0
-    return Line(value, std, r2, len(y))
+    return Line(value, std, r2, scale)
+
+
+def _undetermined(normal: Array) -> NDArray[np.bool_]:
+    """(K,) coefficients that features hardly tell from each other, from the normal matrix (K, K)."""
+    size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    values, axes = np.linalg.eigh(normal / np.outer(size, size))
+    return (np.abs(axes[:, values < COLLINEAR]) > 0.1).any(axis=1)
 
 
 @dataclass(frozen=True)
@@ -114,6 +145,15 @@ class Motion:
         square = (away**2).sum(axis=1)
         enough = (count >= 3) & (square > 0.3 * (self.size * self.log.dt) ** 2 / 12 * count)
         return np.where(enough, (away * np.where(good, rows, 0.0)).sum(axis=1) / np.maximum(square, 1e-12), np.nan)
+
+    def slope_noise(self, name: str) -> float:
+        """Variance that sensor noise makes of the slope of the channel called `name` over a window, from third differences."""
+        values = self.channel(name)
+        values = values[np.isfinite(values)]
+        if len(values) < 8:
+            return 0.0
+        sigma = 1.4826 * float(np.median(np.abs(np.diff(values, n=3)))) / np.sqrt(20)
+        return 12.0 * sigma**2 / (self.size * (self.size * self.log.dt) ** 2)
 
     def integral(self, rate: Array) -> Array:
         """(N,) integral of rate (N,) from the start; short gaps are bridged, windows inside long ones stay NaN."""

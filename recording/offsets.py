@@ -26,9 +26,11 @@ STEP = 0.02
 """s: clock of the comparison; the best offset is interpolated between its steps."""
 SMOOTHING = 0.1
 """s: moving mean over all signals before they are compared, the same for both sides."""
-SYSTEMATIC = {"steer": 0.02, "psi": 0.005, "position": 0.01, "u": 0.01, "wheels": 0.3}
-"""s: what the comparison itself is off by on drives with one clock. steer: 0.00 to 0.02 on multi-sine drives of two vehicles;
-wheels: slip follows the acceleration, so that on soft soil the rim speed leads the speed by 0.2 to 0.45 s."""
+SYSTEMATIC = {"steer": 0.02, "psi": 0.005, "position": 0.01, "u": 0.01, "wheels": 0.1}
+"""s: what the comparison itself is off by on drives with one clock (steer: 0.00 to 0.02 on multi-sine drives of two vehicles)."""
+LEAD = {"wheels": 0.28}
+"""s: by how much a channel leads what it is compared with on one clock: slip follows the acceleration, so that on soft soil the
+rim speed leads the speed by 0.19 to 0.47 s (26 drives of two vehicles)."""
 MOST_ROWS = 60_000
 """Rows of a long drive that are compared: its middle 20 minutes."""
 LEAST_R2 = 0.5
@@ -203,6 +205,8 @@ def best_offset(
     for i, lag in enumerate(lags):
         y = filled[reach + lag : count - reach + lag][usable] - base
         left[i] = float(y @ y - np.sum((q.T @ y) ** 2)) / spread
+    if not 1.0 - left.min() >= LEAST_R2:
+        return None
     # A repeated manoeuvre fits again a period later: of offsets that fit alike, the smallest.
     level = left.min() + 0.02 * (1.0 - left.min())
     valleys = [i for i in range(len(left)) if left[i] <= level and left[i] == left[max(i - 5, 0) : i + 6].min()]
@@ -212,11 +216,11 @@ def best_offset(
         bend = left[best - 1] - 2 * left[best] + left[best + 1]
         away = 0.5 * (left[best - 1] - left[best + 1]) / bend if bend > 0 else 0.0
     after = 1.0 - left[best]
-    if not after >= LEAST_R2:
-        return None
     std = float(np.hypot(_error(filled, base, q, usable, reach, int(lags[best]), dt), SYSTEMATIC.get(group, 0.02)))
     before = float(np.sqrt(max(1.0 - left[reach], 0.0)))
-    return Offset(group, against, float((lags[best] + away) * dt), std, before, float(np.sqrt(after)))
+    return Offset(
+        group, against, float((lags[best] + away) * dt) + LEAD.get(group, 0.0), std, before, float(np.sqrt(after))
+    )
 
 
 def _error(late: Array, base: Array, q: Array, usable: NDArray[np.bool_], reach: int, lag: int, dt: float) -> float:
