@@ -36,9 +36,10 @@ def on_even_clock(recording: Recording) -> Recording:
     t, dt = recording.t, recording.dt
     clock = t[0] + dt * np.arange(int(np.floor((t[-1] - t[0]) / dt + 1e-6)) + 1)
     channels = {
-        name: clock if name == "t" else _at(clock, t, _unwrapped(name, v), dt) for name, v in recording.channels.items()
+        name: clock if name == "t" else at_clock(clock, t, _unwrapped(name, values), REACH * dt)
+        for name, values in recording.channels.items()
     }
-    truth = {name: _at(clock, t, values, dt) for name, values in recording.truth.items()}
+    truth = {name: at_clock(clock, t, values, REACH * dt) for name, values in recording.truth.items()}
     note = f"t: uneven steps brought to {dt:.4g} s; gaps stay empty"
     return replace(recording, channels=channels, truth=truth, notes=(*recording.notes, note))
 
@@ -51,10 +52,10 @@ def _unwrapped(name: str, values: Array) -> Array:
     return out
 
 
-def _at(clock: Array, t: Array, values: Array, dt: float) -> Array:
-    """The nearest sample at each time of `clock`, moved along the local slope by what it lies apart.
+def at_clock(clock: Array, t: Array, values: Array, reach: float) -> Array:
+    """The sample nearest to each time of `clock` (M,), moved along the local slope by what it lies apart; NaN beyond reach (s).
 
-    Interpolation would halve the noise of some samples and tie neighbours together; this keeps it what it was.
+    t, values (N,): the samples. Interpolation would halve the noise of some samples and tie neighbours together; this keeps it.
     """
     good = np.isfinite(values)
     out = np.full(len(clock), np.nan)
@@ -66,6 +67,6 @@ def _at(clock: Array, t: Array, values: Array, dt: float) -> Array:
     first, last = np.maximum(nearest - SLOPE_REACH, 0), np.minimum(nearest + SLOPE_REACH, len(t) - 1)
     slope = (filled[last] - filled[first]) / (t[last] - t[first])
     apart = clock - t[nearest]
-    near = (np.abs(apart) <= REACH * dt) & good[nearest]
+    near = (np.abs(apart) <= reach) & good[nearest]
     out[near] = (values[nearest] + slope * apart)[near]
     return out

@@ -23,7 +23,7 @@ NOT_BELOW = {
 }
 """Rooms that may import less than all below them: the plant shares no equation with the model, and no estimator knows it."""
 ROOMS = {room: {room, *NOT_BELOW.get(room, ORDER[:i])} for i, room in enumerate(ORDER)}
-OUTSIDE = {"files": {"numpy"}, "symbolic": {"casadi", "numpy"}, "recording": {"numpy", "pandas"}}
+OUTSIDE = {"files": {"numpy"}, "symbolic": {"casadi", "numpy"}, "recording": {"numpy", "pandas", "rosbags", "pymap3d"}}
 """Rooms that may use these libraries only."""
 FILES = sorted(path for room in ROOMS for path in (PROJECT / room).rglob("*.py"))
 LARGEST = {"mpc_demo": 2000}
