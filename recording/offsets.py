@@ -10,7 +10,7 @@ while the yaw rate itself lags.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,10 +72,11 @@ def time_offsets(recording: Recording, geometry: Geometry) -> tuple[Offset, ...]
 
 @dataclass(frozen=True)
 class _Clocked:
-    """Measured channels on a clock of STEP seconds, smoothed; rate(name): their slopes; usable: rows where the vehicle drives."""
+    """Measured channels on a clock of STEP seconds, smoothed; rate(name): their slopes; period: of each channel (s)."""
 
     dt: float
     channels: dict[str, Array]
+    period: dict[str, float]
 
     @classmethod
     def of(cls, recording: Recording) -> _Clocked:
@@ -86,7 +87,7 @@ class _Clocked:
             first = (len(clock) - MOST_ROWS) // 2
             clock = clock[first : first + MOST_ROWS]
         reach = max(round(0.5 / log.dt), 3)
-        out = {}
+        out, period = {}, {}
         for name in log.channels:
             if name == "t" or not log.measured(name):
                 continue
@@ -96,9 +97,11 @@ class _Clocked:
             if name == "psi":
                 values, good = values.copy(), np.isfinite(values)
                 values[good] = np.unwrap(values[good])
+            known = np.flatnonzero(np.isfinite(values))
+            period[name] = float(np.median(np.diff(known))) * log.dt if len(known) > 2 else np.inf
             filled = _mean(interpolated(values, reach), max(round(SMOOTHING / log.dt), 1))
             out[name] = np.interp(clock, log.t, filled)
-        return cls(dt, out)
+        return cls(dt, out, period)
 
     def has(self, *names: str) -> bool:
         return all(name in self.channels for name in names)
@@ -149,18 +152,19 @@ def _wheels(c: _Clocked, geometry: Geometry) -> Offset | None:
 
 
 def _position(c: _Clocked, geometry: Geometry) -> Offset | None:
-    if not c.has("x", "y", "psi", "u"):
+    if not c.has("x", "y", "psi", "u", "v", "omega_z"):  # without v, side slip would be taken for an offset
         return None
-    course = np.arctan2(c.rate("y"), c.rate("x"))
+    slow = max(c.period["x"], c.period["psi"])
+    size = max(round(max(SMOOTHING, 3.0 * slow) / c.dt), 1)
+    rates = [np.gradient(_mean(c[name], size), c.dt) for name in ("x", "y")]
+    course = np.arctan2(_mean(rates[1], size), _mean(rates[0], size))
     course[np.isfinite(course)] = np.unwrap(course[np.isfinite(course)])
-    slip = np.zeros_like(course)
-    if c.has("v", "omega_z"):
-        slip = np.arctan2(c["v"] + geometry.l_f * c["omega_z"], np.maximum(c["u"], SLOWEST))
-    expected = (c["psi"] + slip) * c.driving
+    slip = np.arctan2(c["v"] + geometry.l_f * c["omega_z"], np.maximum(c["u"], SLOWEST))
+    expected = _mean(_mean((c["psi"] + slip) * c.driving, size), size)
     # Rates, so that a lap does not count as a trend.
-    size = max(round(SMOOTHING / c.dt), 1)
     turning = [_mean(np.gradient(values, c.dt), size) for values in (course * c.driving, expected)]
-    return best_offset("position", "heading", turning[0], np.zeros_like(course), [turning[1]], c.dt)
+    found = best_offset("position", "heading", turning[0], np.zeros_like(course), [turning[1]], c.dt)
+    return None if found is None else replace(found, std=float(np.hypot(found.std, slow / 4)))
 
 
 def _steering(c: _Clocked, geometry: Geometry) -> Offset | None:
