@@ -6,8 +6,11 @@ import numpy as np
 
 from softsoil.recording.check_motion import unit_hint
 from softsoil.recording.check_words import LIMITS, Check
-from softsoil.recording.evidence import Motion, interpolated
+from softsoil.recording.evidence import Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry, corners
+
+GRAVITY = 9.81
+"""m/s^2"""
 
 
 def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
@@ -47,6 +50,30 @@ def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
             cure = f"factor = {1 / ratio:.3f} for {name}, or another radius" if odd or slips else ""
             expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected
             checks.append(Check(f"wheel_{name}", name, not (odd or slips), found, expected, cure))
+    return checks
+
+
+def side_checks(m: Motion, geometry: Geometry) -> list[Check]:
+    """Right wheel less left wheel of an axle: track omega_z by rolling, less what the lighter, inner wheel slips, ~ u^2 omega_z.
+
+    The first share is 0 on a locked axle and 1 or more on an open one, never below: there left and right are swapped.
+    geometry: tracks and radius.
+    """
+    checks = []
+    turning, speed = m.mean(m.channel("omega_z")), m.speed
+    for axle, track in (("f", geometry.track), ("r", geometry.rear_track)):
+        left, right = m.channel(f"omega_{axle}l"), m.channel(f"omega_{axle}r")
+        apart = m.driven(geometry.radius * (m.mean(right) - m.mean(left)))
+        line = regress(apart, track * turning, speed**2 * turning / GRAVITY, np.ones(m.windows))
+        if line is None or not line.std[0] < 0.25:
+            continue
+        value, std = float(line.value[0]), float(line.std[0])
+        wrong = value < -0.4 and value < -LIMITS.sigmas * std
+        names = f"omega_{axle}l, omega_{axle}r"
+        found = f"{value:+.2f} +- {std:.2f} of it"
+        expected = "a right wheel that is faster than the left one in a left turn (track omega_z)"
+        cure = "left and right wheels swapped?" if wrong else ""
+        checks.append(Check(f"wheel_sides_{axle}", names, not wrong, found, expected, cure, wrong))
     return checks
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from softsoil.recording.check_clocks import clock_checks
 from softsoil.recording.check_motion import heading_checks, inertial_checks, pose_checks
 from softsoil.recording.check_single import excitation_checks, single_checks
-from softsoil.recording.check_wheels import steering_checks, wheel_checks
+from softsoil.recording.check_wheels import side_checks, steering_checks, wheel_checks
 from softsoil.recording.check_words import Check
 from softsoil.recording.drive import Recording
 from softsoil.recording.evidence import Motion
@@ -31,7 +31,8 @@ def check_channels(recording: Recording, geometry: Geometry) -> tuple[Check, ...
         return tuple(checks)
     checks += clock_checks(recording, geometry)  # first: a clock that is off makes other checks fail
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
-    checks += wheel_checks(motion, geometry) + steering_checks(motion, geometry) + single_checks(motion)
+    checks += wheel_checks(motion, geometry) + side_checks(motion, geometry)
+    checks += steering_checks(motion, geometry) + single_checks(motion)
     return tuple(checks)
 
 

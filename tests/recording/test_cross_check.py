@@ -11,7 +11,6 @@ from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
 
 LEFT_TO_THE_VERDICT = {
-    "left and right wheels swapped": "on soft soil the difference of an axle's wheel speeds may have either sign",
     "steer clipped": "steering stops look the same",
     "hard ground": "no channel contradicts another: only the force balance shows that there is no soil",
 }
