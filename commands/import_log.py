@@ -8,10 +8,9 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from softsoil.commands.options_model import OutOption, VehicleOption, declared_vehicle
-from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.import_report import write_import_report
-from softsoil.files.json_file import write_json
 from softsoil.recording.bring_in import Import, bring_in, inspect_sources, read_sources
 from softsoil.recording.cross_check import refuse_contradictions
 from softsoil.recording.draft_map import draft
@@ -47,7 +46,7 @@ def import_log(
     refuse_contradictions(str(sources[0]), found.checks)
     folder = output_folder(out, "import")
     drive = write_drive(found.drive, folder / "drive.parquet")
-    written = [drive, write_json(folder / "import.json", found.as_json())]
+    written = [drive, write_result(folder / "import.json", found.as_json(), about_vehicle(vehicle))]
     say_written([*written, write_import_report(found, folder / "report.html")])
 
 

@@ -10,8 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from softsoil.commands.options_model import OutOption
-from softsoil.commands.output import console, output_folder, progress, say_written
-from softsoil.files.json_file import write_json
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.recording.bring_in import inspect_sources
 from softsoil.recording.draft_map import draft, offers
 from softsoil.recording.sources import Holding
@@ -42,7 +41,7 @@ def inspect(
     toml = folder / "map.toml"
     toml.write_text(draft(holdings), encoding="utf-8")
     content = {"sources": [holding.as_json() for holding in holdings]}
-    say_written([toml, write_json(folder / "inspect.json", content)])
+    say_written([toml, write_result(folder / "inspect.json", content)])
 
 
 def source_table(holdings: list[Holding]) -> Table:

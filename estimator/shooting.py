@@ -17,7 +17,7 @@ from scipy.signal import savgol_filter
 from softsoil.codegen.compiled import CompiledFunction
 from softsoil.estimator.inputs import known_states, measured_inputs, measured_states
 from softsoil.estimator.loop import StepLoop
-from softsoil.recording.clock import on_even_clock
+from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.symbolic.discretize import start_memory, step_with_memory
 from softsoil.symbolic.model import Model
@@ -55,7 +55,7 @@ def shooting_drive(recording: Recording, model: Model, start: float, smoothing: 
 
     Raises ValueError for reversing, inputs that the drive cannot give, or a drive shorter than a few seconds.
     """
-    log = on_even_clock(recording)
+    log = on_fine_clock(on_even_clock(recording))
     measured = measured_states(log)
     inputs, _ = measured_inputs(log, model.external)
     first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))

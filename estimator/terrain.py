@@ -14,7 +14,7 @@ from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.inputs import known_states, measured_inputs, measured_states, sensor_std
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.ukf import Counts, Innovation, UnscentedKalmanFilter
-from softsoil.recording.clock import on_even_clock
+from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.symbolic.model import Model, promote_parameters, tie_parameters
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -120,6 +120,7 @@ def estimate_terrain(
     log = log.between(log.t[0] + start, np.inf)
     if len(log) < 4:
         raise ValueError(f"{log.name}: expected at least 4 rows after the start-up, found {len(log)}")
+    own_step, log = log.dt, on_fine_clock(log)
     augmented = terrain_model(model, tied)
     inputs, _ = measured_inputs(log, augmented.external)
     measured = measured_states(log)
@@ -127,14 +128,16 @@ def estimate_terrain(
     where = [augmented.x.index(name) for name in (("n", "n") if tied else ("n_f", "n_r"))]
     every = tuning.update_every if log.dt < SLOW_ROWS else 1
     noise, jumps = ForceError(augmented, tuning, log.dt), Jumps(tuning.patience)
-    soil = SoilChange(tuning, where, max(round(tuning.change_after / (log.dt * every)), 1))
+    soil = SoilChange(tuning, where, max(round(tuning.change_after / max(log.dt * every, own_step)), 1))
     kept: list[tuple[float, float, int, Array, Array]] = []
+    # Of a log slower than the model's clock only its own samples are updates.
+    seen_rows = np.isfinite(measured).any(axis=1) if log.dt < own_step else np.ones(len(log), dtype=bool)
     step_us = []
     for k in range(len(log) - 1):
         began = time.perf_counter()
         noise.apply(ukf)
         ukf.predict(inputs[k])
-        if (k + 1) % every == 0:
+        if (k + 1) % every == 0 and seen_rows[k + 1]:
             seen = ukf.update(measured[k + 1])
             if seen.dof < len(seen.used) or jumps.waiting:
                 jumps.see(ukf, seen, measured[k + 1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 
@@ -49,8 +49,13 @@ ul { padding-left: 1.2rem; max-width: 46rem; } code { font-size: .92em; }
 """
 
 
-def write_report(declared: Declaration, found: Refinement, start: float, path: Path) -> Path:
-    """Write the report of what `refine` found and return its path; declared, start: as given to `refine`."""
+def write_report(
+    declared: Declaration, found: Refinement, start: float, path: Path, about: Mapping[str, Mapping[str, str]]
+) -> Path:
+    """Write the report of what `refine` found and return its path.
+
+    declared, start: as given to `refine`; about: provenance, software (version, command) and vehicle (name, file).
+    """
     views = drive_views(found, start)
     names = ", ".join(view.name for view in views)
     parts = [
@@ -62,6 +67,7 @@ def write_report(declared: Declaration, found: Refinement, start: float, path: P
         _section("What is left", _left(views)),
         _section("What was done", _done(declared, found)),
         _section("Notes", _items(found.notes)) if found.notes else "",
+        _section("Provenance", _provenance(about)),
     ]
     title = f"softsoil refine: {names}"
     path.write_text(
@@ -170,6 +176,15 @@ def _done(declared: Declaration, found: Refinement) -> str:
         "Only sensor channels were read. Standard errors count each window as one observation.",
         f"{found.seconds:.0f} s on this machine. The refined model is refined.toml: give it to any command by --model.",
     ]
+    return _items(lines)
+
+
+def _provenance(about: Mapping[str, Mapping[str, str]]) -> str:
+    software, vehicle = about["software"], about["vehicle"]
+    lines = (
+        f"softsoil {software['version']}: {software['command']}",
+        f"vehicle {vehicle['name']}, {vehicle['file']}",
+    )
     return _items(lines)
 
 

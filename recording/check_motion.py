@@ -74,7 +74,7 @@ def heading_checks(m: Motion) -> list[Check]:
         )
     ]
     if checks[0].passed:
-        checks.append(_bias("gyro_bias", "omega_z", -float(line.value[1]), float(line.std[1]), LIMITS.gyro, "rad/s"))
+        checks.append(_bias("yaw_rate_bias", "omega_z", -float(line.value[1]), float(line.std[1]), LIMITS.gyro, "rad/s"))
     return checks
 
 

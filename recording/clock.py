@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from softsoil.recording.drive import Array, Recording
+from softsoil.recording.drive import STATE_CHANNELS, Array, Recording
 
 LARGEST_JITTER = 0.1
 """Share of a step: below it, the clock is even enough for equal steps to be taken for granted."""
 REACH = 0.75
 """Steps: a sample farther away than this is not taken; a gap stays empty (NaN)."""
+SLOWEST_STEP, FINE_STEP = 0.03, 0.0125
+"""s: a log whose steps are longer than the first is run on steps of the second or less: a steering angle held for longer lags."""
 SLOPE_REACH = 3
 """Samples to each side that the local slope is taken over."""
 
@@ -41,6 +43,30 @@ def on_even_clock(recording: Recording) -> Recording:
     }
     truth = {name: at_clock(clock, t, values, REACH * dt) for name, values in recording.truth.items()}
     note = f"t: uneven steps brought to {dt:.4g} s; gaps stay empty"
+    return replace(recording, channels=channels, truth=truth, notes=(*recording.notes, note))
+
+
+def on_fine_clock(recording: Recording) -> Recording:
+    """A drive on equal steps slower than SLOWEST_STEP on a clock an even number of times finer, for a model to run on.
+
+    Inputs are straight lines between samples; state channels stand at their own samples and are empty between: nothing is
+    measured there. Unchanged where it is fast enough.
+    """
+    dt = recording.dt
+    if dt <= SLOWEST_STEP or len(recording) < 2:
+        return recording
+    times = 2 * int(np.ceil(dt / FINE_STEP / 2 - 1e-9))
+    t = recording.t
+    clock = t[0] + dt / times * np.arange(times * (len(t) - 1) + 1)
+    channels = {"t": clock}
+    for name, values in recording.channels.items():
+        if name in STATE_CHANNELS:
+            channels[name] = np.full(len(clock), np.nan)
+            channels[name][::times] = values
+        elif name != "t":
+            channels[name] = np.interp(clock, t, values)
+    truth = {name: np.interp(clock, t, values) for name, values in recording.truth.items()}
+    note = f"inputs interpolated from {dt:.4g} to {dt / times:.4g} s"
     return replace(recording, channels=channels, truth=truth, notes=(*recording.notes, note))
 
 

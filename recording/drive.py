@@ -51,6 +51,12 @@ class Recording:
     notes: what the reader did to the data (gaps, outliers), one sentence each; meta: free text facts such as the soil;
     state: of channels that are not plainly measured, "measured", "derived" or "absent".
     Raises ValueError where lengths differ, `t` does not increase or a state is none of the three.
+
+    Example:
+        >>> import numpy, softsoil
+        >>> drive = softsoil.Recording("still", {"t": numpy.arange(3.0), "u": numpy.zeros(3)})
+        >>> len(drive), drive.dt
+        (3, 1.0)
     """
 
     name: str

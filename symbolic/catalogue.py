@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from softsoil.symbolic.bicycle import bicycle
 from softsoil.symbolic.effect import Effect, add_effect
+from softsoil.symbolic.effects.accelerometer_bias import accelerometer_bias
 from softsoil.symbolic.effects.body import (
     bank,
     grade,
@@ -17,11 +18,13 @@ from softsoil.symbolic.effects.body import (
 )
 from softsoil.symbolic.effects.contact import aligning_moment, pressure_offset
 from softsoil.symbolic.effects.delay import sensor_delay
+from softsoil.symbolic.effects.heading_offset import heading_offset
 from softsoil.symbolic.effects.lean import wheel_lean
 from softsoil.symbolic.effects.sensor import gyro_bias, lever_arm, speed_scale
 from softsoil.symbolic.effects.soil import bulldozing, rate_damping, relaxation, slip_sinkage, soil_change
 from softsoil.symbolic.effects.steering import backlash, steering_delay, steering_gain, steering_lag, steering_offset
 from softsoil.symbolic.effects.track import load_transfer, multipass
+from softsoil.symbolic.effects.wheel_speed_scale import wheel_speed_scale
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
 from softsoil.symbolic.soil import Soil
@@ -30,12 +33,14 @@ from softsoil.symbolic.wheel import ForceLaw
 
 
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
-    """Every known effect by name, sized for the vehicle."""
+    """Every known effect by name, sized for the vehicle.
+    Example: "payload_mass" in softsoil.catalogue(softsoil.load_vehicle("paper"))["payload"].parameters.names
+    """
     effects = (
         multipass(vehicle.wheelbase), load_transfer(), wheel_lean(), aligning_moment(), pressure_offset(), rate_damping(),
         bulldozing(), slip_sinkage(), motion_resistance(), steering_lag(), steering_delay(), steering_offset(), steering_gain(),
         backlash(), relaxation(), bank(), grade(), side_force(), payload(), yaw_moment(), locked_differential(), soil_change(),
-        gyro_bias(), lever_arm(), speed_scale(), sensor_delay(),
+        gyro_bias(), lever_arm(), speed_scale(), sensor_delay(), accelerometer_bias(), heading_offset(), wheel_speed_scale(),
     )  # fmt: skip
     return {effect.name: effect for effect in effects}
 
@@ -47,10 +52,12 @@ def declared_model(
     effects: Mapping[str, Mapping[str, float]] | None = None,
     free: Layout = Layout(),  # noqa: B008
 ) -> Model:
-    """The bicycle with the vehicle's declared effects (or the given ones) at their declared parameters.
+    """The bicycle model of a vehicle on a soil, with the vehicle's declared effects (or the given ones).
 
+    effects: name -> parameters, in place of the vehicle's own; {} gives the paper's structure.
     free: numbers of the vehicle that become parameters of the model.
     Raises ValueError for an effect that the catalogue lacks, KeyError for a parameter that the effect lacks.
+    Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).x.names[:3] == ("x", "y", "psi")
     """
     known = catalogue(vehicle)
     model = bicycle(vehicle, soil, law, free)

@@ -79,7 +79,7 @@ def test_reference_drives_and_effects_are_never_refused(shared_data):
 
 def test_a_reported_bias_is_the_bias_that_is_there(good):
     shifted = good.with_channels(omega_z=good["omega_z"] + 0.05)
-    (check,) = [c for c in check_channels(shifted, reference_vehicle()) if c.name == "gyro_bias"]
+    (check,) = [c for c in check_channels(shifted, reference_vehicle()) if c.name == "yaw_rate_bias"]
     assert not check.passed and not check.beyond_doubt
     assert "+0.0499" in check.found or "+0.0500" in check.found or "+0.0501" in check.found
 

@@ -1,0 +1,29 @@
+"""Wheel speeds of a wrong scale: another rolling radius or number of teeth than declared."""
+
+from __future__ import annotations
+
+from softsoil.symbolic.effect import Effect
+from softsoil.symbolic.model import Quantities
+from softsoil.symbolic.signals import Layout, Signal
+
+CORNERS = ("fl", "fr", "rl", "rr")
+
+
+def wheel_speed_scale() -> Effect:
+    """omega measured = k omega of every wheel."""
+    return Effect(
+        name="wheel_speed_scale",
+        doc="wheel-speed sensors with a wrong scale",
+        reference="sensor model",
+        parameters=Layout.of(Signal("wheel_speed_scale", "", "measured over true wheel speeds", 1.0, 0.7, 1.4, spread=0.05)),
+        typical={"wheel_speed_scale": 1.05},
+        corrections={"inputs": _inputs},
+        confusable=("slip_sinkage",),
+        separates="rolling freely in neutral: there all wheels turn as the vehicle moves",
+    )
+
+
+def _inputs(q: Quantities) -> Quantities:
+    """As a difference of the measured speeds, so that it adds to what a delay of theirs does."""
+    away = 1.0 / q["wheel_speed_scale"] - 1.0
+    return {f"spin_{corner}": q[f"spin_{corner}"] + away * q[f"omega_{corner}"] for corner in CORNERS}
