@@ -51,7 +51,7 @@ def estimate(
     """
     folder = output_folder(out, "estimate")
     declared = declaration(vehicle, soil, law, model)
-    clean, noisy = open_drive(log, columns, noise, seed)
+    clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
     built = declared.build()
     first = float(declared.soil.n) if n0 is None else n0
     with progress(clean.name) as told:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from softsoil.commands.options_model import declared_vehicle
+from softsoil.commands.output import console
 from softsoil.recording.columns import load_columns
+from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
+from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, Recording
 from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive
@@ -26,7 +31,27 @@ SkipOption = Annotated[
 ]
 
 
-def open_drive(log: Path, columns: Path | None, noise: str = "none", seed: int = 0) -> tuple[Recording, Recording]:
-    """The drive as recorded, and with sensor noise added."""
+def open_drive(
+    log: Path,
+    columns: Path | None,
+    noise: str = "none",
+    seed: int = 0,
+    *,
+    vehicle: Path | None = None,
+    model: Path | None = None,
+) -> tuple[Recording, Recording]:
+    """The drive as recorded, and with sensor noise added; absent channels are derived, doubtful ones are warned about.
+
+    vehicle, model: files that declare the vehicle, default the reference vehicle. Raises ValueError for channels that contradict
+    each other beyond doubt.
+    """
     clean = read_drive(log, load_columns(columns, CHANNEL_UNITS) if columns is not None else None)
+    geometry = declared_vehicle(vehicle, model)
+    checks = check_channels(clean, geometry)
+    refuse_contradictions(str(log), checks)
+    doubts = warnings(checks)
+    for doubt in doubts:
+        console.print(f"warning: {log.name}: {doubt}", style="yellow", highlight=False, markup=False, soft_wrap=True)
+    clean = completed(clean, geometry)
+    clean = replace(clean, notes=(*clean.notes, *(f"warning: {doubt}" for doubt in doubts)))
     return clean, add_noise(clean, noise, seed)

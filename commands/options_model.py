@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
+from softsoil.files.toml_file import read_toml
 from softsoil.symbolic.soil import SOILS, load_soil
-from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.symbolic.vehicle import Vehicle, load_vehicle, vehicle_from_table
 from softsoil.symbolic.wheel import law_names
 
 if TYPE_CHECKING:
@@ -36,6 +37,16 @@ ModelOption = Annotated[
 OutOption = Annotated[
     Path | None, typer.Option("--out", help="Folder to write in (default: runs/<command>).", show_default=False)
 ]
+
+
+def declared_vehicle(vehicle: Path | None, model: Path | None) -> Vehicle:
+    """The vehicle that the options declare, by itself: of `model`, of `vehicle`, or the reference vehicle."""
+    if model is not None and vehicle is None:
+        table = read_toml(model, "model").get("vehicle")
+        if not isinstance(table, dict):
+            raise ValueError(f"{model}: expected a table [vehicle], found none")
+        return vehicle_from_table(table, str(model), model.stem)
+    return load_vehicle(vehicle or REFERENCE_VEHICLE)
 
 
 def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | None) -> Declaration:

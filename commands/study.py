@@ -64,7 +64,7 @@ def study(
     studies: list[LogStudy] = []
     paths: list[Path] = []
     for log in logs or example_logs():
-        clean, noisy = open_drive(log, columns, noise, seed)
+        clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
         declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
         with progress(clean.name) as told:
             studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told, method))

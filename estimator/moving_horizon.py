@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.parameters import Free
+from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import reduce_windows, window_costs
 from softsoil.recording.drive import Recording
@@ -144,7 +145,7 @@ def drive_windows(recording: Recording, model: Model, start: float, rules: Horiz
     """Windows of a drive after `start` seconds, weighted by sensor noise and model error."""
     drive = shooting_drive(recording, model, start)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
-    compiled = WindowModel(model, drive.dt)
+    compiled = WindowModel(model, drive.dt, substeps_for(drive.dt))
     return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in)
 
 

@@ -17,9 +17,9 @@ from scipy.signal import savgol_filter
 
 from softsoil.codegen.compiled import CompiledFunction
 from softsoil.codegen.discretize import start_memory, step_with_memory
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import known_states, measured_inputs, measured_states
 from softsoil.estimator.loop import StepLoop
-from softsoil.recording.clock import on_even_clock
+from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.symbolic.model import Model
 
@@ -37,7 +37,7 @@ SMOOTHING = 0.25
 class Drive:
     """A drive ready for shooting.
 
-    name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing; smooth (N, 6): smoothed, complete;
+    name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing or derived; smooth (N, 6): smoothed, complete;
     inputs (N, n_u): external inputs; first: row where the start-up is over.
     """
 
@@ -56,7 +56,7 @@ def shooting_drive(recording: Recording, model: Model, start: float, smoothing: 
 
     Raises ValueError for reversing, inputs that the drive cannot give, or a drive shorter than a few seconds.
     """
-    log = on_even_clock(recording)
+    log = on_fine_clock(on_even_clock(recording))
     measured = measured_states(log)
     inputs, _ = measured_inputs(log, model.external)
     first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
@@ -64,7 +64,7 @@ def shooting_drive(recording: Recording, model: Model, start: float, smoothing: 
         raise ValueError(
             f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s"
         )
-    return Drive(log.name, log.dt, log.t, measured, smoothed(measured, log.dt, smoothing), inputs, first)
+    return Drive(log.name, log.dt, log.t, measured, smoothed(known_states(log), log.dt, smoothing), inputs, first)
 
 
 def smoothed(states: Array, dt: float, length: float = SMOOTHING) -> Array:

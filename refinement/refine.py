@@ -144,6 +144,15 @@ def refine(
     n_before, n_after = tuple(bench.absent[:, index]), tuple(whole.absent[:, index])
     groups = inseparable(selection)
     notes = _notes(recordings, declaration, bench, selection)
+    notes += tuple(
+        f"{name}: not tried, it rests on {', '.join(lacking)}, which the drives do not measure"
+        for name, lacking in unsupported(recordings, declaration, candidates).items()
+    )
+    notes += tuple(
+        f"{recording.name}: axle forces are not judged: v and omega_z are not both measured"
+        for recording, one in zip(recordings, left, strict=True)
+        if not one.judged
+    )
     verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
     return Refinement(
         verdict=verdict,
@@ -209,7 +218,9 @@ def held_mse(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
             windows = shooting.ahead(horizon)
             squares += [windows.residual(row)[windows.rows >= first].reshape(-1, len(STATE_CHANNELS)) ** 2]
         joined = np.concatenate(squares) if squares else np.empty((0, len(STATE_CHANNELS)))
-        means = np.nanmean(joined, axis=0) if len(joined) else np.full(len(STATE_CHANNELS), np.nan)
+        known = np.isfinite(joined)
+        count = known.sum(axis=0)
+        means = np.where(count > 0, np.where(known, joined, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
         table[f"{horizon:.1f}"] = dict(zip(STATE_CHANNELS, map(float, means), strict=True))
     return table
 
@@ -271,9 +282,23 @@ def _would_separate(
 def _possible(
     recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None
 ) -> Sequence[str] | None:
-    """Names of the effects to try, without those that a measurement excludes."""
-    tried = open_effects(declaration, names)
+    """Names of the effects to try, without those that a measurement excludes and those that rest on a channel that a drive does
+    not measure."""
+    dropped = unsupported(recordings, declaration, names)
+    tried = {name: effect for name, effect in open_effects(declaration, names).items() if name not in dropped}
     return [name for name, effect in tried.items() if not ruled_out(effect, recordings, declaration.vehicle)]
+
+
+def unsupported(
+    recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None = None
+) -> dict[str, tuple[str, ...]]:
+    """Open effect -> channels that it rests on and that a drive does not measure; names: of the candidates, default all."""
+    found = {}
+    for name, effect in open_effects(declaration, names).items():
+        lacking = tuple(channel for channel in effect.rests_on if not all(r.measured(channel) for r in recordings))
+        if lacking:
+            found[name] = lacking
+    return found
 
 
 def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:

@@ -70,7 +70,8 @@ class Bench:
     @property
     def floor(self) -> float:
         """Mean cost of a window that sensor noise alone makes: what no model can remove."""
-        return float(np.mean((self.sensor / self.weights.sigma) ** 2))
+        seen = np.any([np.isfinite(shooting.recorded).any(axis=(0, 1)) for shooting in self.shootings], axis=0)
+        return float(np.mean(((self.sensor / self.weights.sigma) ** 2)[seen]))
 
 
 def open_effects(declaration: Declaration, names: Sequence[str] | None = None) -> dict[str, Effect]:
@@ -171,7 +172,11 @@ def reweighted(bench: Bench) -> Bench:
 def _unexplained(shootings: Sequence[Shooting], p: Array) -> Array:
     """(6,) rms of what is left per channel, robust against single samples."""
     squares = np.concatenate([s.residual(row).reshape(-1, 6) ** 2 for s, row in zip(shootings, p, strict=True)])
-    return np.sqrt(np.nanmean(np.minimum(squares, 25 * np.nanmedian(squares, axis=0) + 1e-18), axis=0))
+    left = np.ones(squares.shape[1])  # of a channel that is not measured: it has no residual to weigh
+    seen = np.isfinite(squares).any(axis=0)
+    squares = squares[:, seen]
+    left[seen] = np.sqrt(np.nanmean(np.minimum(squares, 25 * np.nanmedian(squares, axis=0) + 1e-18), axis=0))
+    return left
 
 
 def free_n(bench: Bench) -> list[Free]:

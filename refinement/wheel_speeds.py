@@ -15,13 +15,13 @@ def differential_shares(recording: Recording, vehicle: Vehicle) -> dict[str, flo
     """Axle -> speed difference of its wheels in turns over that of freely rolling ones, track omega_z/radius (medians).
 
     0 for a locked differential; the median, since a lock may slip for a moment. Empty where the drive hardly turns; an
-    axle without both wheel speeds is left out. vehicle: its track and radius.
+    axle without two measured wheel speeds is left out. vehicle: its track and radius.
     """
     omega_z = recording["omega_z"]
     size = max(round(RULES.averaged / recording.dt), 1)
     shares = {}
     for axle, (left, right) in AXLES.items():
-        if left not in recording or right not in recording:
+        if not recording.measured(left, right):
             continue
         apart = np.convolve(recording[right] - recording[left], np.full(size, 1.0 / size), mode="same")
         rows = (np.abs(omega_z) > RULES.turning) & np.isfinite(apart)
