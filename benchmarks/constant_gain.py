@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
+from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
-from softsoil.refinement.shooting import Shooting, shooting_drive
 from softsoil.refinement.trace import FIT_SHARE, HORIZON
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.effect import Effect, add_effect

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from softsoil.cases.dart_data import L_R, RADIUS, WHEELBASE, read_dart
 from softsoil.estimator.inputs import sensor_std
+from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.refinement.fit import Fit, Free, Weights, fit
 from softsoil.refinement.ranking import rank
 from softsoil.refinement.selection import like, supported
-from softsoil.refinement.shooting import Shooting, shooting_drive
 from softsoil.refinement.trace import FIT_SHARE, LEAST_SIGMA, Bench, Candidate, gain_of, held_cost
 from softsoil.symbolic.bicycle import bicycle
 from softsoil.symbolic.catalogue import catalogue

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.horizons import HORIZONS
+from softsoil.estimator.shooting import Shooting
 from softsoil.recording.drive import Recording
 from softsoil.refinement.refine import Refinement
 from softsoil.refinement.residual import DriveResidual, drive_residual
-from softsoil.refinement.shooting import Shooting
 from softsoil.refinement.structure import Structure, axle_windows, structure
 from softsoil.refinement.trace import Bench
 

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from softsoil.estimator.parameters import Free
 from softsoil.estimator.sandwich import cluster_covariance
-from softsoil.refinement.shooting import Shooting
+from softsoil.estimator.shooting import Shooting
 
 Array = NDArray[np.float64]
 
@@ -29,23 +30,6 @@ DAMPINGS = ((0.01, 0.1, 1.0, 10.0), (1e2, 1e3, 1e4, 1e5))
 parameter sets cost little more than one."""
 FIRST_DAMPING, LEAST_DAMPING = 1e-2, 1e-5
 N_NAMES = ("n_f", "n_r")
-
-
-@dataclass(frozen=True)
-class Free:
-    """One free number: the model parameters it sets (more than one where they are tied), scale, bounds.
-
-    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common;
-    known: value and standard deviation that are known beforehand, None for nothing; it counts as one channel of one window.
-    """
-
-    name: str
-    sets: tuple[str, ...]
-    scale: float
-    lower: float
-    upper: float
-    drive: int | None = None
-    known: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -126,13 +110,8 @@ def fit(
         if gain < SETTLED_COST * cost and (not settle or change.max() < SETTLED_VALUE):
             break
     std = problem.std(value, problem.jacobian(value, residual), residual) if errors else np.full(len(value), np.nan)
-    bounds = [f.name for f, v in zip(free, value, strict=True) if _at_bound(f, v)]
+    bounds = [f.name for f, v in zip(free, value, strict=True) if f.at_bound(v)]
     return Fit(tuple(free), value, std, problem.full(value), float(cost), tuple(bounds))
-
-
-def _at_bound(free: Free, value: float) -> bool:
-    near = 1e-6 * max(free.upper - free.lower, 1e-9)
-    return value <= free.lower + near or value >= free.upper - near
 
 
 @dataclass(frozen=True)

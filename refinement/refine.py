@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.horizons import HORIZONS, START_UP
+from softsoil.estimator.shooting import Shooting
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.read import as_drive
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import N_NAMES, Fit
 from softsoil.refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
-from softsoil.refinement.shooting import Shooting
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
 from softsoil.refinement.wheel_speeds import all_open, locked_axles

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.inputs import sensor_std
+from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
-from softsoil.refinement.shooting import Shooting, shooting_drive
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import Effect, neutral

@@ -26,7 +26,7 @@ from softsoil.symbolic.model import Model, Quantities, Stage
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
 from softsoil.symbolic.vehicle import GRAVITY, Vehicle
-from softsoil.symbolic.wheel import Contact, ForceLaw, WheelForce, force_law
+from softsoil.symbolic.wheel import Contact, ForceLaw, Wheel, WheelForce, force_law
 
 Scalar = Any
 
@@ -89,25 +89,28 @@ class Corner:
         return replace(self, **values)
 
 
-def bicycle(vehicle: Vehicle, soil: Soil, law: ForceLaw | str = "turn_slip") -> Model:
+def bicycle(
+    vehicle: Vehicle, soil: Soil, law: ForceLaw | str = "turn_slip", free: Layout = Layout()  # noqa: B008
+) -> Model:
     """The paper's bicycle (eq. (bicycle)) on soft soil: states of eq. (bicycle_states), outputs the states.
 
     vehicle: its numbers; soil: nominal values of the soil parameters p (n once per axle, n_f and n_r);
-    law: per-wheel force law or its name. Effects are added with `softsoil.symbolic.effect.add_effect`.
+    law: per-wheel force law or its name; free: numbers of the vehicle that become parameters p in place of constants.
+    Effects are added with `softsoil.symbolic.effect.add_effect`.
     """
     law = force_law(law) if isinstance(law, str) else law
     stages = (
         Stage("inputs", _inputs),
-        Stage("vehicle", lambda q: _vehicle(vehicle)),
+        Stage("vehicle", lambda q: _vehicle(vehicle, {name: q[name] for name in free.names})),
         Stage("loads", _loads),
         Stage("tracks", _tracks),
         Stage("contacts", lambda q: _contacts(q, soil.name)),
-        Stage("forces", lambda q: _forces(q, vehicle, law)),
+        Stage("forces", lambda q: _forces(q, law)),
         Stage("balance", _balance),
         Stage("rates", _rates),
         Stage("outputs", lambda q: {f"y_{name}": q[name] for name in STATES.names}),
     )
-    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil), STATES, stages)
+    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages)
 
 
 def soil_parameters(soil: Soil) -> Layout:
@@ -135,7 +138,8 @@ def _inputs(q: Quantities) -> Quantities:
     }
 
 
-def _vehicle(vehicle: Vehicle) -> Quantities:
+def _vehicle(vehicle: Vehicle, free: Quantities) -> Quantities:
+    """Numbers of the vehicle as quantities; `free`: those that are parameters of the model."""
     names = (
         "mass",
         "l_f",
@@ -155,16 +159,16 @@ def _vehicle(vehicle: Vehicle) -> Quantities:
         "width",
         "radius",
     )
-    numbers = {name: getattr(vehicle, name) for name in names}
+    declared = {name: getattr(vehicle, name) for name in (*names, "roll_stiffness_front", "roll_damping_front")}
+    numbers = {**declared, "track_rear": vehicle.rear_track, **free}
     return {
         **numbers,
-        "track_rear": vehicle.rear_track,
-        "roll_share_f": vehicle.roll_stiffness_front,
-        "damper_share_f": vehicle.roll_damping_front,
+        "roll_share_f": numbers["roll_stiffness_front"],
+        "damper_share_f": numbers["roll_damping_front"],
         "burden": 1.0,
         "body_moment": 0.0,
-        "axle_ahead": vehicle.l_f,
-        "rest_load_r": vehicle.mass * GRAVITY * vehicle.l_f / vehicle.wheelbase,
+        "axle_ahead": numbers["l_f"],
+        "rest_load_r": numbers["mass"] * GRAVITY * numbers["l_f"] / (numbers["l_f"] + numbers["l_r"]),
         "aside_f": 0.0,
         "aside_r": 0.0,
     }
@@ -207,8 +211,9 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
     return corner.with_(soil=soil, contact=contact)
 
 
-def _forces(q: Quantities, vehicle: Vehicle, law: ForceLaw) -> Quantities:
-    wheels = tuple(c.with_(force=law(c.soil, vehicle.wheel, c.contact)) for c in q["wheels"])
+def _forces(q: Quantities, law: ForceLaw) -> Quantities:
+    wheel = Wheel(q["radius"], q["width"])
+    wheels = tuple(c.with_(force=law(c.soil, wheel, c.contact)) for c in q["wheels"])
     return {"wheels": wheels}
 
 

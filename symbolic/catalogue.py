@@ -23,6 +23,7 @@ from softsoil.symbolic.effects.soil import bulldozing, rate_damping, relaxation,
 from softsoil.symbolic.effects.steering import backlash, steering_delay, steering_gain, steering_lag, steering_offset
 from softsoil.symbolic.effects.track import load_transfer, multipass
 from softsoil.symbolic.model import Model
+from softsoil.symbolic.signals import Layout
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import Vehicle
 from softsoil.symbolic.wheel import ForceLaw
@@ -46,15 +47,17 @@ def declared_model(
     soil: Soil,
     law: ForceLaw | str = "turn_slip",
     effects: Mapping[str, Mapping[str, float]] | None = None,
+    free: Layout = Layout(),  # noqa: B008
 ) -> Model:
     """The bicycle model of a vehicle on a soil, with the vehicle's declared effects (or the given ones).
 
     effects: name -> parameters, in place of the vehicle's own; {} gives the paper's structure.
+    free: numbers of the vehicle that become parameters of the model.
     Raises ValueError for an effect that the catalogue lacks, KeyError for a parameter that the effect lacks.
     Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).x.names[:3] == ("x", "y", "psi")
     """
     known = catalogue(vehicle)
-    model = bicycle(vehicle, soil, law)
+    model = bicycle(vehicle, soil, law, free)
     for name, values in (vehicle.effects if effects is None else effects).items():
         if name not in known:
             raise ValueError(f"effects: expected names of {', '.join(known)}; found {name!r}")

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import Free, Weights, _Problem
-from softsoil.refinement.shooting import Shooting, shooting_drive
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.discretize import start_memory, step_with_memory

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from drives import reference_vehicle
+from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.estimator.synthetic import STEP, synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.shooting import Shooting, shooting_drive
 from softsoil.symbolic.catalogue import catalogue, declared_model
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.soil import CLAY

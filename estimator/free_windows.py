@@ -1,0 +1,193 @@
+"""Windows of a drive whose initial states are free: predictions and their derivatives, in generated C.
+
+A window that starts at recorded states carries their noise into every parameter; here the initial state of each window is an
+unknown that is eliminated window by window (Schur complement). Histories (ruts, delays) start each window as they are along the
+states estimated so far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.estimator.loop import StepLoop
+from softsoil.estimator.parameters import Free
+from softsoil.estimator.shooting import BROKEN, Drive
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.symbolic.discretize import start_memory, step_with_memory
+from softsoil.symbolic.model import Model
+
+Array = NDArray[np.float64]
+
+N = len(STATE_CHANNELS)
+PSI = STATE_CHANNELS.index("psi")
+STATE_STEP = np.array([1e-4, 1e-4, 1e-5, 1e-4, 1e-4, 1e-5])
+"""Steps of the differences by which initial states enter the Jacobian (units of the states)."""
+FREE_STEP = 5e-6
+"""The same for parameters, relative to their scale."""
+Windows = slice | NDArray[np.int_]
+"""Which windows: increasing indices, or all."""
+ALL = slice(None)
+SETTLING = 0.1
+"""s: after a steering faster than the vehicle's actuator, before a window starts."""
+
+
+class WindowModel:
+    """A model's step compiled once for the windows of all drives with one sample interval.
+
+    dt: sample interval (s); substeps: Euler steps inside it.
+    """
+
+    def __init__(self, model: Model, dt: float, substeps: int = 1) -> None:
+        self.model, self.dt = model, dt
+        step = step_with_memory(model, dt, substeps=substeps)
+        x, u_full, p = model.symbols()
+        m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
+        y = model.measurement()(x, u_full, p)
+        if ca.depends_on(y, u_full):
+            raise ValueError(f"model {model.name}: expected outputs of the states alone, found some of the inputs")
+        after = step(x, m, u, p)
+        self.loop = StepLoop(ca.Function("window_step", [x, m, u, p], ca.cse([*after, ca.vertcat(y, x[:N])])))
+        self.start = start_memory(model)
+        self.extra = model.x.nominal[N:]
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Residuals in standard deviations and their derivatives.
+
+    residual (W, m); by_state (W, m, 6); by_free (W, m, K).
+    """
+
+    residual: Array
+    by_state: Array
+    by_free: Array
+
+
+class FreeWindows:
+    """The windows of one drive.
+
+    compiled: the model's step; drive: on an even clock; horizon: length of a window (s); sigma (6,): what a residual of each
+    channel is measured against, in its unit, infinite for a channel that does not count; fastest: steering rate (rad/s) beyond
+    which no window runs, since no actuator follows; stride: from the start of one window to the next (s), default `horizon`;
+    run_in: seconds before a window from which its histories are run, default the whole drive before it.
+    Raises ValueError for a drive that holds no two windows.
+    """
+
+    def __init__(
+        self,
+        compiled: WindowModel,
+        drive: Drive,
+        horizon: float,
+        sigma: Array,
+        fastest: float = np.inf,
+        stride: float | None = None,
+        run_in: float = np.inf,
+    ) -> None:
+        self.compiled, self.drive, self.sigma = compiled, drive, np.asarray(sigma, dtype=float)
+        self.steps = max(round(horizon / drive.dt), 2)
+        apart = self.steps if stride is None else max(round(stride / drive.dt), 1)
+        self.rows = _rows(compiled.model, drive, self.steps, apart, fastest)
+        self._before = len(drive.t) if np.isinf(run_in) else round(run_in / drive.dt)
+        if len(self.rows) < 2:
+            raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {len(self.rows)}")
+        take = self.rows[:, None] + np.arange(self.steps + 1)
+        self.recorded, self._inputs = drive.measured[take], drive.inputs[take]
+        self.reset()
+
+    def reset(self) -> None:
+        """Let histories run along the smoothed record again."""
+        self._along = np.column_stack([self.drive.smooth, np.tile(self.compiled.extra, (len(self.drive.t), 1))])
+
+    @property
+    def first(self) -> Array:
+        """(W, 6) initial states of the windows as estimated so far."""
+        return self._along[self.rows, :N].copy()
+
+    def residual(self, p: Array, x0: Array, which: Windows = ALL) -> Array:
+        """(W, m) residuals in standard deviations for parameters p (n_p,) and initial states x0 (W, 6) of the windows `which`."""
+        return self._residual(self._run(p[None], x0[None], which)[0, ..., :N], which)
+
+    def linearise(self, p: Array, x0: Array, free: Sequence[Free], which: Windows = ALL) -> Linear:
+        """Residuals and derivatives at p (n_p,), x0 (W, 6), of the windows `which` (increasing indices, default all)."""
+        index = self.compiled.model.p.index
+        moved, steps = [p], []
+        for f in free:
+            step = FREE_STEP * f.scale * (-1.0 if p[index(f.sets[0])] + FREE_STEP * f.scale > f.upper else 1.0)
+            moved.append(p.copy())
+            moved[-1][[index(name) for name in f.sets]] += step
+            steps.append(step)
+        starts = np.concatenate([[x0], x0 + STATE_STEP[:, None, None] * np.eye(N)[:, None, :], np.tile(x0, (len(free), 1, 1))])
+        sets = np.array([0] * (1 + N) + list(range(1, len(moved))))
+        out = self._run(np.array(moved), starts, which, sets)[..., :N]
+        residual = self._residual(out[0], which)
+        slope = (out[1:] - out[0]) / self.sigma
+        slope[:, ~np.isfinite(self.recorded[which])] = 0.0
+        slope = slope.reshape(len(slope), len(x0), -1)
+        by_state = np.moveaxis(slope[:N] / STATE_STEP[:, None, None], 0, -1)
+        by_free = np.moveaxis(slope[N:] / np.array(steps)[:, None, None], 0, -1) if steps else np.zeros((*residual.shape, 0))
+        return Linear(residual, by_state, by_free)
+
+    def follow(self, p: Array, x0: Array, which: Windows = ALL) -> None:
+        """Let histories run along the trajectories from the initial states x0 (W, 6) of the windows `which` with p (n_p,)."""
+        states = self._run(p[None], x0[None], which)[0, ..., N:]
+        for row, path in zip(self.rows[which], states, strict=True):
+            if np.isfinite(path).all():
+                self._along[row : row + self.steps + 1, :N] = path
+
+    def rms(self, p: Array, x0: Array) -> Array:
+        """(W, 6) root mean square residual of each window and channel at p, x0 (W, 6), in standard deviations of `sigma`."""
+        z = self.residual(p, x0).reshape(len(x0), -1, N)
+        seen = np.isfinite(self.recorded)
+        return np.sqrt((z**2).sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
+
+    def _residual(self, out: Array, which: Windows) -> Array:
+        error = np.nan_to_num(out, nan=BROKEN, posinf=BROKEN, neginf=-BROKEN) - self.recorded[which]
+        error[..., PSI] = np.angle(np.exp(1j * error[..., PSI]))
+        return np.nan_to_num(error / self.sigma).reshape(len(error), -1)
+
+    def _memories(self, p: Array, rows: NDArray[np.int_]) -> Array:
+        """(K, W, n_m) histories at the `rows` (W,) for parameters p (K, n_p)."""
+        begin, end = max(int(rows[0]) - self._before, 0), int(rows[-1]) + 1
+        states, inputs = self._along[begin:end], self.drive.inputs[begin:end]
+        m0 = np.array([self.compiled.start(states[0], inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
+        return self.compiled.loop.along(np.tile(states, (len(p), 1, 1)), m0, inputs, p, rows - begin)[1]
+
+    def _run(self, p: Array, x0: Array, which: Windows, sets: NDArray[np.int_] | None = None) -> Array:
+        """(S, W, steps + 1, 12) outputs and states of the windows `which` for x0 (S, W, 6) with the parameters p[sets]."""
+        memory = self._memories(p, self.rows[which])
+        if sets is not None:
+            p, memory = p[sets], memory[sets]
+        inputs = self._inputs[which]
+        many, count = x0.shape[:2]
+        extra = np.tile(self.compiled.extra, (many, count, 1))
+        jobs = many * count
+        out = self.compiled.loop.windows(
+            np.concatenate([x0, extra], axis=2).reshape(jobs, -1),
+            memory.reshape(jobs, -1),
+            np.broadcast_to(inputs, (many, *inputs.shape)).reshape(jobs, *inputs.shape[1:]),
+            np.repeat(p, count, axis=0),
+        )
+        return out.reshape(many, count, self.steps + 1, 2 * N)
+
+
+def _rows(model: Model, drive: Drive, steps: int, apart: int, fastest: float) -> NDArray[np.int_]:
+    """First rows of windows of so many steps, `apart` rows apart, none across a steering that is faster than `fastest`."""
+    fast = np.zeros(len(drive.t), dtype=bool)
+    if "steer_rate" in model.external.names:
+        fast = np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
+        after = round(SETTLING / drive.dt)
+        fast = np.convolve(fast, np.ones(2 * after + 1), mode="same") > 0
+    rows, row = [], drive.first
+    while row + steps < len(drive.t):
+        inside = np.flatnonzero(fast[row : row + steps + 1])
+        if len(inside):
+            row += int(inside[-1]) + 1
+        else:
+            rows.append(row)
+            row += apart
+    return np.array(rows, dtype=int)

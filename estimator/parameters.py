@@ -1,0 +1,27 @@
+"""Free numbers of a fit: which model parameters each sets, with scale, bounds and prior knowledge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Free:
+    """One free number: the model parameters it sets (more than one where they are tied), scale, bounds.
+
+    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common;
+    known: value and standard deviation that are known beforehand, None for nothing.
+    """
+
+    name: str
+    sets: tuple[str, ...]
+    scale: float
+    lower: float
+    upper: float
+    drive: int | None = None
+    known: tuple[float, float] | None = None
+
+    def at_bound(self, value: float) -> bool:
+        """Whether `value` lies on one of the bounds."""
+        near = 1e-6 * max(self.upper - self.lower, 1e-9)
+        return value <= self.lower + near or value >= self.upper - near

@@ -1,0 +1,98 @@
+"""Windows with free initial states: derivatives, recovery from noise, standard errors, windows kept off steering steps."""
+
+import numpy as np
+import pytest
+
+from drives import clay_bicycle, clay_drive
+from softsoil.estimator.free_windows import FreeWindows, WindowModel
+from softsoil.estimator.parameters import Free
+from softsoil.estimator.shooting import shooting_drive
+from softsoil.estimator.window_fit import fit_windows
+from softsoil.recording.noise import TABLE5, add_noise
+from softsoil.symbolic.model import tie_parameters
+from softsoil.symbolic.soil import SOIL_SIGNALS
+
+SIGMA = np.array([TABLE5[name] for name in ("x", "y", "psi", "u", "v", "omega_z")])
+TRUE_N = 0.5
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    return WindowModel(tie_parameters(clay_bicycle(), SOIL_SIGNALS["n"], "n_f", "n_r"), clay_drive().dt)
+
+
+def windows(compiled, recording, horizon=1.0, fastest=np.inf):
+    return FreeWindows(compiled, shooting_drive(recording, compiled.model, 1.0), horizon, SIGMA, fastest)
+
+
+def sinkage_exponent(known=None):
+    return Free("n", ("n",), 0.1, 0.2, 1.6, known=known)
+
+
+def test_residuals_of_the_model_itself_vanish_at_its_own_states(compiled):
+    mine = windows(compiled, clay_drive(12.0))
+    fit = fit_windows([mine], [], np.zeros(0), compiled.model.p.nominal)
+    assert fit.cost < 1e-4
+
+
+def test_derivatives_agree_with_central_differences(compiled):
+    mine = windows(compiled, add_noise(clay_drive(12.0), "table5", 1))
+    p, x0, free = compiled.model.p.nominal, mine.first, [sinkage_exponent()]
+    linear = mine.linearise(p, x0, free)
+    at = compiled.model.p.index("n")
+    for step, slope, moves_n in ((1e-5, linear.by_free[..., 0], True), (1e-5, linear.by_state[..., 4], False)):
+        moved = []
+        for sign in (1, -1):
+            q, x = p.copy(), x0.copy()
+            if moves_n:
+                q[at] += sign * step
+            else:
+                x[:, 4] += sign * step
+            moved.append(mine.residual(q, x))
+        assert np.allclose((moved[0] - moved[1]) / (2 * step), slope, rtol=1e-3, atol=1e-3 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("guess", [0.3, 0.8])
+def test_n_is_recovered_from_noisy_drives_with_an_honest_standard_error(compiled, guess):
+    errors = []
+    for seed in range(6):
+        mine = windows(compiled, add_noise(clay_drive(20.0), "table5", seed))
+        fit = fit_windows([mine], [sinkage_exponent()], np.array([guess]), compiled.model.p.nominal)
+        value, std = fit.named()["n"]
+        errors.append((value - TRUE_N) / std)
+    assert np.sqrt(np.mean(np.square(errors))) < 2.0
+    assert abs(np.mean(errors)) < 1.5
+
+
+def test_what_is_known_counts_as_one_observation(compiled):
+    mine = windows(compiled, add_noise(clay_drive(20.0), "table5", 0))
+    tight = fit_windows([mine], [sinkage_exponent((0.7, 1e-4))], np.array([0.6]), compiled.model.p.nominal)
+    loose = fit_windows([mine], [sinkage_exponent((0.7, 10.0))], np.array([0.6]), compiled.model.p.nominal)
+    assert tight.value[0] == pytest.approx(0.7, abs=1e-3)
+    assert loose.value[0] == pytest.approx(TRUE_N, abs=0.05)
+
+
+def test_a_missing_channel_weighs_nothing(compiled):
+    drive = add_noise(clay_drive(20.0), "table5", 3)
+    mine = windows(compiled, drive.with_channels(x=np.where(drive.t > 5.0, np.nan, drive["x"])))
+    fit = fit_windows([mine], [sinkage_exponent()], np.array([0.6]), compiled.model.p.nominal)
+    assert fit.value[0] == pytest.approx(TRUE_N, abs=0.05)
+
+
+def test_no_window_runs_across_a_steering_faster_than_its_actuator(compiled):
+    drive = clay_drive(12.0)
+    steer = drive["steer"] + 0.1 * (drive.t > 6.0)
+    mine = windows(compiled, drive.with_channels(steer=steer), fastest=1.5)
+    step = int(np.searchsorted(drive.t, 6.0))
+    assert all(row > step or row + mine.steps < step for row in mine.rows)
+
+
+def test_a_bound_holds_and_is_reported(compiled):
+    mine = windows(compiled, clay_drive(12.0))
+    fit = fit_windows([mine], [Free("n", ("n",), 0.1, 0.6, 1.6)], np.array([0.9]), compiled.model.p.nominal)
+    assert fit.value[0] == 0.6 and fit.at_bound == ("n",)
+
+
+def test_too_short_a_drive_is_refused(compiled):
+    with pytest.raises(ValueError, match="expected at least 2 windows of 8 s"):
+        windows(compiled, clay_drive(12.0), horizon=8.0)
