@@ -237,7 +237,8 @@ class MovingHorizon:
         found = (moved > rules.change * np.sqrt(spread)) & (moved > rules.least_change * n_old)
         if not found.any():
             return False
-        self._since = k + 1 - recent
+        # Windows that overlap the border hold both soils: they are dropped with the older ones.
+        self._since = k + 1 - max(recent - round(rules.length / rules.stride), 1)
         self._guess = np.clip(n_new, [f.lower for f in self.free], [f.upper for f in self.free])
         return True
 

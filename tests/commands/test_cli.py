@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from drives import CLAY_LOG, LOAM_LOG, PROJECT
 from softsoil.commands.cli import app
+from softsoil.estimator.verdict import WORDS
 from softsoil.mpc_demo.study import LATERAL
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.log_names import named_n, named_soil
@@ -57,7 +58,8 @@ def test_study_writes_what_it_says(home, short_log):
         assert f"wrote {name}" in result.output
     (entry,) = json.loads((home / "runs/study/study.json").read_text(encoding="utf-8"))["logs"]
     keys = {"log", "soil", "n_true", "n_initial", "n_estimated", "error_percent", "converged_s", "mse"}
-    assert set(entry) == keys and finite(entry)
+    keys |= {"verdict", "reason"}
+    assert set(entry) == keys and finite(entry) and entry["verdict"] in WORDS and entry["verdict"] in result.output
     assert (entry["log"], entry["soil"], entry["n_true"]) == ("short_clay_n0.50", "clay", 0.5)
     assert entry["n_initial"] == pytest.approx(0.7)
     assert entry["error_percent"] == pytest.approx(100 * abs(entry["n_estimated"] - 0.5) / 0.5)
@@ -104,8 +106,14 @@ def test_estimate_writes_what_it_says(home, short_log):
     assert files(home) == ["e/estimate.json", "e/estimate.png"]
     found = json.loads((home / "e/estimate.json").read_text(encoding="utf-8"))
     keys = {"software", "vehicle", "n_front", "n_rear", "n_front_std", "n_rear_std", "converged_s"}
-    keys |= {"nis_inside_95", "step_us", "trace"}
-    assert set(found) == keys and finite(found)
+    keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s"}
+    missing = {"nis_inside_95"}  # the log carries no sensor noise
+    assert set(found) == keys and finite({key: value for key, value in found.items() if key not in missing})
+    assert found["verdict"] in WORDS and found["nis_inside_95"] is None
+    lines = result.output.splitlines()
+    assert next(i for i, line in enumerate(lines) if found["verdict"] in line) < next(
+        i for i, line in enumerate(lines) if "n front" in line
+    )
     assert set(found["step_us"]) == {"median", "p99"} and set(found["trace"]) == {"t", "n_front", "n_rear"}
     assert found["trace"]["n_front"][-1] == found["n_front"]
     assert len({len(series) for series in found["trace"].values()}) == 1
