@@ -14,6 +14,7 @@ pytestmark = pytest.mark.compiler
 SAME = 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plain", "tracks"])
 def test_unit_runs_in_fmpy(name, tmp_path):
     """Inputs that change at every step, against softsoil_step."""

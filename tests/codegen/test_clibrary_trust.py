@@ -217,6 +217,7 @@ def test_wrong_soil_class_is_said_within_five_seconds():
     assert said_inconsistent(SAND) > 0 and said_inconsistent(SANDY_LOAM) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plain", "tracks"])
 def test_storm_under_sanitizers(name, tmp_path):
     """A few thousand steps of everything that can go wrong; `benchmarks/clibrary_trust.py storm` runs ten million."""

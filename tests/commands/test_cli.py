@@ -90,6 +90,7 @@ def no_figures(monkeypatch):
     monkeypatch.setattr("softsoil.commands.study.draw_study", lambda study, path: path)
 
 
+@pytest.mark.slow
 def test_study_is_the_same_for_the_same_seed(home, short_log, no_figures):
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
         assert softsoil("study", short_log, "--seed", seed, "--out", home / name).exit_code == 0
@@ -149,6 +150,7 @@ def test_generate_again_writes_the_same(home):
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
+@pytest.mark.slow
 def test_truth_never_enters(home, short_log, no_figures):
     """The same JSON, apart from times, whether the log has its true_* columns or lies about them."""
     table = pd.read_csv(short_log)

@@ -58,6 +58,7 @@ def traced(tmp_path_factory):
     return cases, results, folder
 
 
+@pytest.mark.slow
 def test_effect_of_the_plant_is_found_and_nothing_is_invented(traced):
     cases, results, _ = traced
     assert [result["right"] for result in results] == [True, True], results

@@ -100,6 +100,7 @@ def test_a_plant_goes_on_as_it_was_saved(tmp_path: Path) -> None:
     assert not np.array_equal(exact.step((0.2, 0.3, 0.0), 0.024).row, here.row)
 
 
+@pytest.mark.slow
 @pytest.mark.shared
 @pytest.mark.parametrize(
     ("name", "begin", "speed"),

@@ -42,6 +42,7 @@ def test_front_wheels_that_lean_bear_what_they_bear_in_the_log(shared_data, driv
     assert leaning[2] == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("any_soil", [False, True])
 def test_law_on_the_plants_own_rig(any_soil):
     """Against another program's stresses: soils of the paper, then any soil under wheels of other sizes."""
