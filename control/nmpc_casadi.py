@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.c_source import write_c
 from softsoil.control.nmpc_clearance import judged, placed, planned_gaps
-from softsoil.control.nmpc_guess import move_on
 from softsoil.control.nmpc_status import Stats, Status
 from softsoil.control.ocp import CIRCLES, OBSTACLE, REFERENCE, Ocp
 
@@ -192,6 +191,16 @@ def _places(nz: int, nw: int, slacks: int, n: int) -> tuple[NDArray[np.int_], ND
     w = starts[:n, None] + nz + np.arange(nw)
     behind = np.where(np.arange(n + 1) < n, nz + nw, nz)
     return z, w, (starts + behind)[:, None] + np.arange(slacks)
+
+
+def move_on(array: Array, share: float) -> None:
+    """Move the rows of `array` towards the front by a share of a row (linear between rows), the last one kept; in place."""
+    whole, rest = int(share), share - int(share)
+    if whole:
+        array[:-whole] = array[whole:]
+        array[-whole:] = array[-1]
+    if rest:
+        array[:-1] += rest * (array[1:] - array[:-1])
 
 
 def write_solver(ocp: Ocp, directory: str | Path) -> list[Path]:

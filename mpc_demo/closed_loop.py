@@ -16,7 +16,6 @@ from softsoil.estimator.terrain import Tuning
 from softsoil.mpc_demo.closed_loop_parts import (
     TICK,
     Faults,
-    Histories,
     LoopEstimator,
     NoisySensors,
     Pedals,
@@ -115,7 +114,6 @@ class ClosedLoop:
 
     def __init__(self, ocp: Ocp, solver: Nmpc, wall: bool = True, tuning: Tuning | None = None) -> None:
         self.ocp, self.solver, self.wall = ocp, solver, wall
-        self.histories = Histories(ocp)
         self.estimator = LoopEstimator(ocp.model, np.array([TABLE5[name] for name in STATE_CHANNELS]), tuning)
         # The first solve builds machine code, which no vehicle should wait for.
         solver.make_step(ocp.z.nominal)
@@ -140,7 +138,7 @@ class _Run:
     def __init__(
         self, loop: ClosedLoop, scenario: Scenario, controller: str, seed: int, faults: Faults, disturb
     ) -> None:
-        self.ocp, self.solver, self.histories, self.wall = loop.ocp, loop.solver, loop.histories, loop.wall
+        self.ocp, self.solver, self.wall = loop.ocp, loop.solver, loop.wall
         self.scenario, self.controller, self.disturb = scenario, controller, disturb
         self.sensors = NoisySensors(seed, faults)
         x, y, psi = scenario.path.at(np.zeros(1))[0]
@@ -211,7 +209,7 @@ class _Run:
         s = np.concatenate([p, [self.slip, self.ocp.settings.slip_gain]])
         if number:
             solver.shift(DEADLINE)
-        r = self.histories.along(self.estimator.filter.memory, solver.z, solver.w, s)
+        r = solver.histories(self.estimator.filter.memory, s)
         solver.set_parameters(s, r, self._reference(z0), self._obstacles(t, z0))
         failed = self.disturb is not None and self.disturb(number)
         solver.make_step(np.full_like(z0, np.nan) if failed else z0)

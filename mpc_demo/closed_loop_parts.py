@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softsoil.codegen.compiled import CompiledFunction
-from softsoil.control.ocp import Ocp
 from softsoil.estimator.terrain import ForceError, Jumps, SoilChange, Tuning, terrain_model
 from softsoil.estimator.ukf import UnscentedKalmanFilter
 from softsoil.plant.world import Sample
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.recording.noise import TABLE5
-from softsoil.symbolic.discretize import advance_memory, read_memory
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
@@ -153,37 +149,6 @@ class LoopEstimator:
     def gated(self) -> int:
         """Measurements left out because they were outside the gate."""
         return sum(self.filter.counts.gated.values())
-
-
-class Histories:
-    """The stage parameters r over a horizon: the model's histories rolled along the planned states."""
-
-    def __init__(self, ocp: Ocp) -> None:
-        self.ocp = ocp
-        self._roll: CompiledFunction | None = None
-        if not ocp.model.memories:
-            return
-        z, w, _, s = ocp.symbols()
-        m = ca.SX.sym("m", len(ocp.model.cells))
-        x, p = z[: len(ocp.model.x)], s[: len(ocp.model.p)]
-        full = read_memory(ocp.model)(x, ocp.external(z, w, s), p, m)
-        after = advance_memory(ocp.model, ocp.settings.dt)(x, full, p, m)
-        one = ca.Function("roll", [m, z, w, s], [after, full[len(ocp.model.external) :]])
-        self._roll = CompiledFunction(one)
-
-    def along(self, m: Array | None, z: Array, w: Array, s: Array) -> Array:
-        """(N, n_r) from the present memory m (n_m,) along z (N + 1, n_z), w (N, n_w) with parameters s (n_s,)."""
-        r = np.zeros((len(w), len(self.ocp.r)))
-        if self._roll is None or m is None:
-            return r
-        into, out = self._roll.inputs, self._roll.outputs
-        into[0][:, 0], into[3][:, 0] = m, s
-        for k in range(len(w)):
-            into[1][:, 0], into[2][:, 0] = z[k], w[k]
-            self._roll.run()
-            r[k] = out[1][:, 0]
-            into[0][:] = out[0]
-        return r
 
 
 @dataclass

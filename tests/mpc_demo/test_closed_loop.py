@@ -7,20 +7,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from drives import reference_vehicle
 from nmpc_problem import small_ocp
 from softsoil.commands.cli import app
 from softsoil.commands.drive import as_json, recovered
 from softsoil.control.courses import WARM_UP, straight
 from softsoil.control.nmpc import Nmpc
-from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.path import Path
 from softsoil.figures.drive import animate, draw_drive
 from softsoil.mpc_demo.closed_loop import DEADLINE, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import (
     TICK,
     Faults,
-    Histories,
     LoopEstimator,
     NoisySensors,
     Pedals,
@@ -29,7 +26,6 @@ from softsoil.mpc_demo.closed_loop_parts import (
 from softsoil.mpc_demo.scenarios import scenarios
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.soil import CLAY
 
 
@@ -137,21 +133,6 @@ def test_without_a_plan_the_vehicle_straightens_and_brakes():
     assert 0.0 < steer < 0.2 and a_x < 0
     throttle, brake = Pedals()(-2.0, 0.0, 5.0)
     assert throttle == 0.0 and brake > 0
-
-
-def test_histories_follow_the_plan():
-    plain = reference_vehicle().with_(effects={})
-    model = Declaration(plain, CLAY).with_effects({"multipass": {"kappa": 0.7}}).build()
-    ocp = Ocp(model, reference_vehicle(), OcpSettings(steps=20, dt=0.1))
-    histories = Histories(ocp)
-    memory = np.zeros(len(model.cells))
-    z = np.tile(ocp.z.pack(u=5.0, steer=0.2, omega_z=0.3), (21, 1))
-    r = histories.along(memory, z, np.zeros((20, 2)), ocp.s.nominal)
-    names = [signal.name for memory in model.memories for signal in memory.provides]
-    assert r.shape == (20, len(names))
-    told = dict(zip(names, r.T, strict=True))
-    assert told["rut_path_l"][-1] > told["rut_path_l"][0] >= 0, "the front wheels leave shear path that the rear ones meet later"
-    assert abs(told["rut_offset_l"][-1]) > 0.01, "in a turn the rut lies beside the rear wheels"
 
 
 def test_paths_project_onto_themselves():
