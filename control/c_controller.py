@@ -17,7 +17,7 @@ from softsoil.codegen.c_library.library import OUTPUT_LIMIT, fill, template
 from softsoil.control.c_statuses import status_cases, status_enum
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.ocp import CIRCLES, Ocp
-from softsoil.control.ocp_kernels import Whole, curvature, force_use, rates, roll, stage_terms
+from softsoil.control.ocp_kernels import Whole, curvature, force_use, model_inputs, rates, roll, stage_terms
 from softsoil.symbolic.signals import Layout
 
 HESSIANS = ("exact", "gauss_newton")
@@ -25,6 +25,7 @@ TEMPLATES = {
     "include/softsoil_nmpc.h": "softsoil_nmpc.h.in",
     "include/softsoil_qp.h": "softsoil_qp.h.in",
     "src/softsoil_nmpc.c": "softsoil_nmpc.c.in",
+    "src/softsoil_nmpc_course.c": "softsoil_nmpc_course.c.in",
     "src/softsoil_nmpc_model.h": "softsoil_nmpc_model.h.in",
     "src/softsoil_nmpc_stages.h": "softsoil_nmpc_stages.h.in",
     "src/softsoil_riccati.h": "softsoil_riccati.h.in",
@@ -42,14 +43,18 @@ def controller_files(ocp: Ocp, hessian: str = "exact", digits: int = DIGITS) -> 
     """
     if hessian not in HESSIANS:
         raise ValueError(f"nmpc: expected a Hessian of {', '.join(HESSIANS)}; found {hessian!r}")
-    exact = hessian == "exact"
-    values = _sizes(ocp) | _numbers(ocp) | _names(ocp)
+    exact, values = hessian == "exact", controller_values(ocp)
     kernels, tables = _kernels(ocp, exact, digits)
     values |= tables
     out = {path: template(name) for path, name in TEMPLATES.items()} | kernels
     found = hashlib.sha256(repr((sorted(values.items()), sorted(kernels.items()))).encode()).hexdigest()
     values["nmpc_magic"] = found[:8]
     return {path: fill(text, values) for path, text in out.items()}
+
+
+def controller_values(ocp: Ocp) -> dict[str, str]:
+    """What stands for each @key@ of the templates, the numbers of the kernels left out."""
+    return _sizes(ocp) | _numbers(ocp) | _names(ocp)
 
 
 def sources(texts: Mapping[str, str]) -> list[str]:
@@ -89,6 +94,7 @@ def _kernels(ocp: Ocp, exact: bool, digits: int) -> tuple[dict[str, str], dict[s
     ]
     touched = sorted({*wanted, *map(int, curve.rest.cells.ravel())})
     stage = _kernel(terms.function, "stage", digits)
+    inputs = write_kernel(model_inputs(ocp), "scalar_inputs", digits=digits)
     use_cells = np.zeros((2, 0), dtype=np.int64) if used is None else used.cells
     lists = [
         *_cells("rates", slopes.cells), *(_cells("use", use_cells) if used is not None else []),
@@ -101,7 +107,7 @@ def _kernels(ocp: Ocp, exact: bool, digits: int) -> tuple[dict[str, str], dict[s
         "/* Where the entries of the kernels' results belong, and the cost; generated: never edited by hand. */\n"
         "#ifndef SOFTSOIL_NMPC_KERNELS_H\n#define SOFTSOIL_NMPC_KERNELS_H\n\n"
         + "\n".join(lists)
-        + f"\n\n{stage}\n#endif\n"
+        + f"\n\n{stage}\n{inputs}\n#endif\n"
     )
     counts = {
         "exact": int(exact), "bears": int(used is not None), "entries": slopes.cells.shape[1],
@@ -144,6 +150,7 @@ def _sizes(ocp: Ocp) -> dict[str, str]:
     box = [*(ocp.z.index(name) for name in ocp.state_box), *range(nz, nz + nw)]
     sizes = {
         "steps": settings.steps, "nz": nz, "nw": nw, "ns": len(ocp.s), "nr": len(ocp.r), "nm": len(ocp.model.cells),
+        "nu": len(ocp.model.external),
         "nb": len(box), "ng": CIRCLES * settings.obstacles + (2 if ocp.bears else 0), "obstacles": settings.obstacles,
         "circles": CIRCLES, "repeats": SETTINGS.repeats, "clear_steps": SETTINGS.clear_steps, "most": SETTINGS.most,
         "qp_most": SETTINGS.qp_most,

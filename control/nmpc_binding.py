@@ -79,10 +79,17 @@ class CController:
         size = int(self.c.softsoil_nmpc_size())
         if size < ctypes.sizeof(head):
             raise ValueError(f"nmpc: expected a structure of at least {ctypes.sizeof(head)} bytes, found {size}")
-        self._memory: Any = np.zeros(size + ALIGNMENT, dtype=np.uint8)
-        start = -self._memory.ctypes.data % ALIGNMENT
+        self._memory = bytearray(size + ALIGNMENT)
+        start = -ctypes.addressof(ctypes.c_char.from_buffer(self._memory)) % ALIGNMENT
         self.head: Any = head.from_buffer(self._memory, start)
         self.self = ctypes.byref(self.head)
+
+    def copy(self, other: CController) -> None:
+        """Take over the whole memory of a controller of the same problem; ValueError where it has another size."""
+        size = int(self.c.softsoil_nmpc_size())
+        if size != int(other.c.softsoil_nmpc_size()):
+            raise ValueError(f"nmpc: expected a controller of {size} bytes, found {other.c.softsoil_nmpc_size()}")
+        ctypes.memmove(self.self, other.self, size)
 
     def view(self, name: str) -> Array:
         """The array `name` of the structure, in its own memory."""

@@ -134,3 +134,9 @@ def roll(ocp: Ocp) -> ca.Function:
     after = advance_memory(ocp.model, ocp.settings.dt)(x, full, p, m)
     results = ca.cse([ca.densify(after), ca.densify(full[len(ocp.model.external) :])])
     return ca.Function("roll", [m, z, w, s], results)
+
+
+def model_inputs(ocp: Ocp) -> ca.Function:
+    """[z, w, s] -> [inputs of the model (n_external,)]: steering, acceleration, and wheel speeds that follow from the motion."""
+    z, w, _, s = ocp.symbols()
+    return ca.Function("inputs", [z, w, s], [ca.densify(ocp.external(z, w, s))])
