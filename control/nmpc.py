@@ -89,6 +89,19 @@ class Nmpc:
         self.controller.call("histories", s, m, r)
         return r
 
+    def model_inputs(self, z: ArrayLike, w: ArrayLike, s: ArrayLike) -> Array:
+        """(n_external,) inputs of the model in the state z (n_z,) under w (n_w,), wheel speeds following from the motion.
+
+        s (n_s,): parameters, with the wheels' slip. Raises ValueError for other shapes.
+        """
+        given = [np.ascontiguousarray(value, dtype=float) for value in (z, w, s)]
+        sizes = [(len(layout),) for layout in (self.ocp.z, self.ocp.w, self.ocp.s)]
+        if [value.shape for value in given] != sizes:
+            raise ValueError(f"inputs: expected shapes {sizes}, found {[value.shape for value in given]}")
+        u = np.zeros(len(self.ocp.model.external))
+        self.controller.c.softsoil_nmpc_inputs(*[a.ctypes.data_as(ctypes.c_void_p) for a in (*given, u)])
+        return u
+
     def set_initial_guess(self, z: ArrayLike, w: ArrayLike) -> None:
         """z (N + 1, n_z), w (N, n_w): where the next solve starts; multipliers start again.
 
