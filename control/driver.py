@@ -55,7 +55,9 @@ class Driver:
         self.ocp = _problem(model)
         self.settings = settings or DriverSettings()
         self.path, self.speed = path, speed
-        self.obstacles = np.asarray(obstacles, dtype=float).reshape(-1, 5) if np.size(obstacles) else np.zeros((0, 5))
+        self.obstacles = np.asarray(obstacles, dtype=float) if np.size(obstacles) else np.zeros((0, 5))
+        if self.obstacles.ndim != 2 or self.obstacles.shape[1] != 5:
+            raise ValueError(f"obstacles: expected (K, 5): x, y, radius, velocity; found shape {self.obstacles.shape}")
         self.n0 = float(self.ocp.model.p["n_f"].nominal) if n0 is None else n0
         bounds = SOIL_SIGNALS["n"]
         if not bounds.lower <= self.n0 <= bounds.upper:

@@ -16,11 +16,14 @@ from softsoil.control.c_controller import controller_files
 from softsoil.control.c_folder import controller_texts
 from softsoil.control.c_statuses import STATUSES
 from softsoil.control.courses import double_lane_change
+from softsoil.control.follower import PlanFollower
+from softsoil.control.horizon import reference, watched
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_binding import CController, Command
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.ocp_examples import reference_along, straight_guess, tanh_bicycle
+from softsoil.control.path import Path
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.laws.turn_slip import TurnSlip
@@ -110,6 +113,96 @@ def test_the_plan_is_pythons_along_a_drive_among_obstacles(name):
         seen.append(theirs.stats.gap)
         z = np.array(step(z, w, r[0, : len(ocp.r)], s)).ravel()
     assert min(seen) < 1.0, "the obstacles are in the way"
+
+
+def now_type(ocp: Ocp) -> type[ctypes.Structure]:
+    """softsoil_nmpc_now_t."""
+    real, n = ctypes.c_double, ocp.settings.steps + 1
+
+    class Now(ctypes.Structure):
+        _fields_ = [
+            ("s", real * len(ocp.s)), ("m", real * max(len(ocp.model.cells), 1)), ("ref", real * 4 * n),
+            ("obstacles", real * 3 * max(ocp.settings.obstacles, 1) * n), ("count", ctypes.c_int32), ("reserved", ctypes.c_int32),
+        ]  # fmt: skip
+
+    return Now
+
+
+class CPath(ctypes.Structure):
+    """softsoil_nmpc_path_t."""
+
+    _fields_ = [("n", ctypes.c_size_t)] + [(name, ctypes.c_void_p) for name in ("x", "y", "s", "psi")]
+
+
+TICK, EVERY, SPEED = 0.012, 4, 6.0
+MOVING = np.array([[62.0, 1.6, 1.0, 0.0, 0.0], [200.0, 0.0, 1.0, 0.0, 0.0], [92.0, 2.4, 1.0, -0.1, 0.0]])
+
+
+def by_python(ocp: Ocp, path: Path, move) -> list[np.ndarray]:
+    """States of a vehicle that `move` moves, driven by the parts of `Driver`."""
+    solver, follower = Nmpc(ocp), PlanFollower(ocp.settings.dt, TICK)
+    z, along, places = ocp.z.pack(u=SPEED), None, []
+    solver.set_initial_guess(*straight_guess(ocp, SPEED))
+    for k in range(1500):
+        steer, _, a_x = follower.command((k + 1) * TICK, z[-1])
+        if k % EVERY == 0:
+            along, _ = path.project(z[0], z[1], along)
+            if k:
+                solver.shift(EVERY * TICK)
+            ref, near = reference(ocp, path, along, SPEED, z), watched(ocp, MOVING, k * TICK, z)
+            solver.set_parameters(ocp.s.nominal, np.zeros((ocp.settings.steps, 0)), ref, near)
+            solver.make_step(z)
+            follower.take(k * TICK, solver.z[:, -1], solver.z[:, 3], solver.w[:, 1], solver.stats.touch >= 0)
+        z = move(z, steer, a_x)
+        places.append(z)
+    return places
+
+
+def by_c(ocp: Ocp, path: Path, move) -> list[np.ndarray]:
+    """The same, driven by the generated files."""
+    controller = started(z0=ocp.z.pack(u=SPEED))
+    c, now, command = controller.c, now_type(ocp)(), Command()
+    columns = [np.ascontiguousarray(path.points[:, 0]), np.ascontiguousarray(path.points[:, 1])]
+    columns += [np.zeros(len(path.points)) for _ in range(2)]
+    course = CPath(len(path.points), *[column.ctypes.data for column in columns])
+    assert c.softsoil_nmpc_path(ctypes.byref(course)) == S["OK"]
+    np.testing.assert_allclose(columns[2:], [path.s, path.psi], atol=1e-12)
+    now.s[:] = ocp.s.nominal
+    z, along, since, places, first = ocp.z.pack(u=SPEED), ctypes.c_double(-1.0), 0.0, [], np.zeros(2)
+    real, pointer = ctypes.c_double, ctypes.c_void_p
+    for k in range(1500):
+        t = k * TICK
+        controller.call("follow", real(t + TICK - since), real(z[-1]), real(TICK), ctypes.byref(command))
+        steer, a_x = command.steer, command.a_x
+        if k % EVERY == 0:
+            at = pointer(z.ctypes.data)
+            c.softsoil_nmpc_reference(
+                ctypes.byref(course), at, real(SPEED), ctypes.byref(along), None, ctypes.byref(now)
+            )
+            c.softsoil_nmpc_watch(pointer(MOVING.ctypes.data), ctypes.c_size_t(3), real(t), at, ctypes.byref(now))
+            controller.call("prepare", ctypes.byref(now), real(EVERY * TICK if k else 0.0))
+            controller.call("step", z, first)
+            since = t
+        z = move(z, steer, a_x)
+        places.append(z)
+    return places
+
+
+def test_a_vehicle_drives_the_same_path_by_python_and_by_c():
+    """Reference, obstacles, solves, plans followed and safe commands: position to 1e-6 m after 18 s."""
+    ocp = problem("plain")
+    rates, s = ocp.dynamics(), ocp.s.nominal
+
+    def move(z: np.ndarray, steer: float, a_x: float) -> np.ndarray:
+        w = np.array([(steer - z[-1]) / TICK, a_x])
+        return z + TICK * np.array(rates(z, w, np.zeros(0), s)[0]).ravel()
+
+    path = double_lane_change()
+    one, other = (np.array(drive(ocp, path, move)) for drive in (by_python, by_c))
+    assert one[-1, 0] > 90.0, "both obstacles were met"
+    np.testing.assert_allclose(other, one, atol=1e-6)
+    gaps = [np.hypot(one[:, 0] - x - vx * TICK * np.arange(1500), one[:, 1] - y).min() - r for x, y, r, vx, _ in MOVING]
+    assert 0.2 < min(gaps) < 2.0
 
 
 def test_wrong_calls_are_refused_and_change_nothing():
