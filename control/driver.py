@@ -194,7 +194,7 @@ class Driver:
         known = self._begun is not None
         return DriverCommand(
             t, self.steer, self.steer_rate, speed, self.a_x, asked, self.status, lost, self.follower.halt,
-            self.along > self.path.s[-1] - END, self._still * self.settings.tick > self.settings.stands,
+            bool(self.along > self.path.s[-1] - END), self._still * self.settings.tick > self.settings.stands,
             estimate.n if known else self.n0, estimate.n_std if known else estimate.tuning.n_std,
             self.n_used if known else self.n0, self.verdict, self.slip, self._z0() if known else self.ocp.z.nominal, solved,
             self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,

@@ -5,7 +5,10 @@ The programme is an MX graph that calls the SX step; it is never expanded. Slack
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -36,9 +39,32 @@ SOLVERS: dict[str, dict[str, Any]] = {
 """Options by solver."""
 
 
+PROBE_SECONDS = 20.0
+"""A plugin that has not answered a problem of one variable after so long never will."""
+_PROBE = (
+    "import casadi as ca; x = ca.MX.sym('x'); o = {'print_time': False, 'fatrop': {'print_level': 0}};"
+    "ca.nlpsol('s', 'fatrop', {'x': x, 'f': x**2}, o)(x0=1.0)"
+)
+
+
+def answers_in_time(code: str, seconds: float = PROBE_SECONDS) -> bool:
+    """Whether Python `code` ends well in a process of its own within so many seconds."""
+    try:
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=seconds, check=False)
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode == 0
+
+
+@lru_cache(maxsize=1)
+def fatrop_answers() -> bool:
+    """Whether CasADi's fatrop works here; with another package's BLASFEO on the loader's path it never returns."""
+    return answers_in_time(_PROBE)
+
+
 def fallback() -> str:
-    """The robust solver that CasADi has here: fatrop, else IPOPT."""
-    return "fatrop" if ca.has_nlpsol("fatrop") else "ipopt"
+    """The robust solver that CasADi has here: fatrop where it answers, else IPOPT."""
+    return "fatrop" if fatrop_answers() and ca.has_nlpsol("fatrop") else "ipopt"
 
 
 class CasadiNmpc:
@@ -51,7 +77,7 @@ class CasadiNmpc:
     def __init__(self, ocp: Ocp, solver: str = "ipopt", options: dict[str, Any] | None = None) -> None:
         if solver not in SOLVERS:
             raise ValueError(f"nmpc: expected a solver of {', '.join(SOLVERS)}; found {solver!r}")
-        if not ca.has_nlpsol(solver):
+        if (solver == "fatrop" and not fatrop_answers()) or not ca.has_nlpsol(solver):
             raise ValueError(
                 f"nmpc: expected a solver that this CasADi has, found {solver}, which is not among its plugins"
             )

@@ -12,7 +12,7 @@ from nmpc_problem import N, small_ocp
 from softsoil.control.c_controller import controller_files
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_binding import CController
-from softsoil.control.nmpc_casadi import CasadiNmpc, fallback
+from softsoil.control.nmpc_casadi import CasadiNmpc, answers_in_time, fallback
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp, OcpSettings
@@ -175,6 +175,11 @@ def test_fatrop_finds_the_stages_and_ipopts_plan():
     assert solvers[0].nlp.stats()["nx"] == [len(ocp.z)] * (N + 1), "stage by stage, not one dense problem"
     assert solvers[0].stats.cost == pytest.approx(solvers[1].stats.cost, rel=1e-3)
     np.testing.assert_allclose(solvers[0].z, solvers[1].z, atol=1e-3)
+
+
+def test_a_plugin_that_never_returns_is_given_up():
+    assert answers_in_time("pass") and not answers_in_time("raise SystemExit(3)")
+    assert not answers_in_time("while True: pass", 0.3)
 
 
 def test_a_solver_that_casadi_lacks_is_refused(monkeypatch):
