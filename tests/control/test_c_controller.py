@@ -9,9 +9,11 @@ from pathlib import Path as Folder
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from drives import PROJECT, reference_vehicle
 from softsoil.codegen.c_library.folder import write_library
+from softsoil.commands.cli import app
 from softsoil.control.c_controller import controller_files
 from softsoil.control.c_folder import controller_texts
 from softsoil.control.c_statuses import STATUSES
@@ -424,3 +426,14 @@ int main(void) {
 def test_an_unknown_hessian_is_refused():
     with pytest.raises(ValueError, match="expected a Hessian of exact, gauss_newton"):
         controller_files(problem("plain"), "bfgs")
+
+
+def test_the_command_writes_the_folder_and_refuses_what_it_does_not_know(tmp_path):
+    arguments = ["generate", str(tmp_path / "c"), "--law", "hard_ground", "--controller"]
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 0 and "CONTROLLER.md" in done.output, done.output
+    assert {str(p.relative_to(tmp_path / "c")) for p in (tmp_path / "c").rglob("*") if p.is_file()} >= {
+        "include/softsoil.h", "include/softsoil_nmpc.h", "src/softsoil_nmpc.c", "example_drive.c",
+    }  # fmt: skip
+    refused = CliRunner().invoke(app, [*arguments, "--hessian", "bfgs"])
+    assert refused.exit_code == 2 and "gauss_newton" in refused.output

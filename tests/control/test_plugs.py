@@ -1,12 +1,15 @@
 """The model in other tools' forms computes what the model computes."""
 
+import re
 import subprocess
+import sys
+import textwrap
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from drives import clay_bicycle, reference_vehicle
+from drives import PROJECT, clay_bicycle, reference_vehicle
 from softsoil.codegen.compiled import find_compiler
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_casadi import programme, write_solver
@@ -153,3 +156,15 @@ def test_the_whole_solver_as_one_c_file_finds_the_same_plan(tmp_path):
     )
     _, w = form.unpack(np.array(found["x"]).ravel())
     np.testing.assert_allclose(w, ours.w, atol=2e-3)
+
+
+def test_the_do_mpc_example_of_the_docs_runs_as_printed():
+    text = (PROJECT / "docs" / "plugs.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"(?:^    .*\n|^\n)+", text, re.M)
+    (printed,) = [block for block in blocks if "mpc.make_step" in block]
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(printed)], capture_output=True, text=True, cwd=PROJECT, check=False
+    )
+    assert done.returncode == 0, done.stderr[-1000:]
+    steer_rate, _ = map(float, re.findall(r"-?[\d.]+(?:e-?\d+)?", done.stdout.splitlines()[-1]))
+    assert steer_rate > 0.05, "the path lies to the left"
