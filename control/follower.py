@@ -34,7 +34,7 @@ class PlanFollower:
         self._t0, self._steer, self._u, self._a = -np.inf, np.zeros(2), np.full(2, 5.0), np.zeros(2)
 
     def take(self, t0: float, steer: Array, u: Array, a_x: Array, halt: bool = False) -> None:
-        """A plan whose first state stands at t0 (s): steering angles and speeds (N + 1,), accelerations (N,)."""
+        """A plan whose first state stands at t0 (s): steer (rad) and u (m/s) (N + 1,), a_x (m/s^2) (N,); halt: to a stand."""
         self._t0, self._steer, self._u, self._a, self.halt = t0, steer.copy(), u.copy(), a_x.copy(), halt
 
     def lost(self, t: float) -> bool:

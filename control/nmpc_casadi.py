@@ -96,19 +96,19 @@ class CasadiNmpc:
         self.stats = Stats(Status.OUT_OF_ITERATIONS)
 
     def set_parameters(self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None) -> None:
-        """As `Nmpc.set_parameters`."""
+        """As `Nmpc.set_parameters`: s, r, ref, obstacles."""
         n = self.ocp.settings.steps
         self._obstacles = placed(self.ocp, obstacles)
         parts = (s, np.asarray(r), np.asarray(ref), self._obstacles.reshape(n + 1, -1))
         self._parameters = [np.asarray(part, dtype=float).reshape(-1) for part in parts]
 
     def set_initial_guess(self, z: ArrayLike, w: ArrayLike) -> None:
-        """As `Nmpc.set_initial_guess`."""
+        """As `Nmpc.set_initial_guess`: z, w."""
         self.z[:], self.w[:] = z, w
         self._duals = {}
 
     def shift(self, seconds: float) -> None:
-        """As `Nmpc.shift`; multipliers start again."""
+        """As `Nmpc.shift` by `seconds`; multipliers start again."""
         share = seconds / self.ocp.settings.dt
         ahead = self.z[-1] + share * (self.z[-1] - self.z[-2])
         for array in (self.z, self.w):

@@ -429,7 +429,7 @@ def test_an_unknown_hessian_is_refused():
 
 
 def test_the_command_writes_the_folder_and_refuses_what_it_does_not_know(tmp_path):
-    arguments = ["generate", str(tmp_path / "c"), "--law", "hard_ground", "--controller"]
+    arguments = ["generate", str(tmp_path / "c"), "--soil", "clay", "--law", "hard_ground", "--controller"]
     done = CliRunner().invoke(app, arguments)
     assert done.exit_code == 0 and "CONTROLLER.md" in done.output, done.output
     assert {str(p.relative_to(tmp_path / "c")) for p in (tmp_path / "c").rglob("*") if p.is_file()} >= {
