@@ -112,10 +112,10 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
     return loop_for(noted(declared), converged)
 
 
-def loop_for(declared: Declaration, converged: bool = False) -> ClosedLoop:
-    """Loop and solver for a declared model; converged: iterate every solve to convergence."""
+def loop_for(declared: Declaration, converged: bool = False, hessian: str = "exact") -> ClosedLoop:
+    """Loop and solver for a declared model; converged: iterate every solve to convergence; hessian: of `Nmpc`."""
     ocp = Ocp(declared.build(), declared.vehicle)
-    return ClosedLoop(ocp, Nmpc(ocp, "converged" if converged else "rti"))
+    return ClosedLoop(ocp, Nmpc(ocp, "converged" if converged else "rti", hessian=hessian))
 
 
 def as_json(logs: Sequence[LoopLog]) -> dict:
