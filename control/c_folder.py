@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from softsoil.symbolic.sampling import STEP
-
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
+from softsoil.codegen.sampling import STEP
 from softsoil.control.c_controller import controller_files, controller_values
 from softsoil.control.c_statuses import STATUSES
 from softsoil.control.declared import for_control

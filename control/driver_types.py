@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from softsoil.symbolic.sampling import STEP
 
+from softsoil.codegen.sampling import STEP
 from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.nmpc_status import Status
 from softsoil.recording.noise import TABLE5

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from softsoil.symbolic.sampling import STEP
 
+from softsoil.codegen.sampling import STEP
 from softsoil.control.nmpc_settings import SETTINGS
 
 Array = NDArray[np.float64]

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from softsoil.symbolic.sampling import STEP
 
+from softsoil.codegen.sampling import STEP
 from softsoil.estimator.terrain import ForceError, Jumps, SoilChange, Tuning, terrain_model
 from softsoil.estimator.ukf import UnscentedKalmanFilter
 from softsoil.symbolic.model import Model

@@ -12,8 +12,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from softsoil.symbolic.discretize import advance_memory, read_memory
 
+from softsoil.codegen.discretize import advance_memory, read_memory
 from softsoil.control.ocp import OBSTACLE, REFERENCE, Ocp
 
 Whole = NDArray[np.int64]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from softsoil.symbolic.sampling import STEP
+
+from softsoil.codegen.sampling import STEP
 
 
 @dataclass

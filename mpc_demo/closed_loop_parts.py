@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from softsoil.symbolic.sampling import STEP
 
+from softsoil.codegen.sampling import STEP
 from softsoil.plant.world import Sample
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import TABLE5
