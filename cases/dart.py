@@ -92,10 +92,10 @@ class DartLog:
         }
 
 
-def candidate_model(names: Sequence[str] = CANDIDATES) -> Model:
-    """The bicycle on hard ground with the candidates called `names` added, absent."""
-    model = bicycle(CAR, FLOOR, "hard_ground")
-    known = catalogue(CAR)
+def candidate_model(names: Sequence[str] = CANDIDATES, vehicle: Vehicle = CAR) -> Model:
+    """The bicycle of a vehicle on hard ground with the candidates called `names` added, absent."""
+    model = bicycle(vehicle, FLOOR, "hard_ground")
+    known = catalogue(vehicle)
     for name in names:
         model = neutral(model, known[name])
     return model
@@ -116,9 +116,17 @@ def dart_bench(drives: Sequence[Recording], model: Model) -> Bench:
     for _ in range(2):
         p = fit_ground(bench).p
         left = np.concatenate([s.residual(row)[part] for s, row, part in zip(shootings, p, fitted, strict=True)])
-        sigma = np.maximum(np.sqrt(np.nanmean(left**2, axis=(0, 1))), LEAST_SIGMA * sensor)
+        sigma = np.maximum(_rms(left.reshape(-1, left.shape[-1]), 1.0), LEAST_SIGMA * sensor)
         bench = replace(bench, absent=p, weights=Weights(sigma))
     return bench
+
+
+def _rms(values: Array, unknown: float) -> Array:
+    """(n,) root mean square of the finite values (N, n); `unknown` for a channel without any."""
+    seen = np.isfinite(values)
+    count = seen.sum(axis=0)
+    mean = (np.where(seen, values, 0.0) ** 2).sum(axis=0) / np.maximum(count, 1)
+    return np.where(count > 0, np.sqrt(mean), unknown)
 
 
 def fit_ground(bench: Bench) -> Fit:
@@ -139,8 +147,21 @@ def trace_log(
     model: of `candidate_model`; progress: told the share of the first round; names: of the candidates.
     Raises ValueError as `read_dart` does.
     """
-    drives = read_dart(path)
     known = {name: effect for name, effect in catalogue(CAR).items() if name in names}
+    return trace_drives("_".join(path.name.split("_")[:2]), read_dart(path), model, known, progress)
+
+
+def trace_drives(
+    name: str,
+    drives: Sequence[Recording],
+    model: Model,
+    known: dict[str, Effect],
+    progress: Callable[[float], None] = lambda share: None,
+) -> DartLog:
+    """The loop on the drives of one log on hard ground, called `name`; channels that are not measured count nowhere.
+
+    model: of `candidate_model`; known: the candidates; progress: told the share of the first round.
+    """
     bench = dart_bench(drives, model)
     first_ground, first_p = fit_ground(bench).named(), bench.absent
     ranking = first = _ranked(bench, known, progress)
@@ -160,7 +181,7 @@ def trace_log(
     last = fit(bench.shootings, bench.fitted, bench.weights, bench.accepted, _at(bench), bench.absent)
     found = last.named()
     return DartLog(
-        name=path.name.split("_")[0] + "_" + path.name.split("_")[1],
+        name=name,
         seconds=float(sum(len(d) * d.dt for d in drives)),
         ground=(first_ground, {f.name: found[f.name] for f in GROUND}),
         ranking=tuple(first),
@@ -235,6 +256,6 @@ def held_rms(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
         for shooting, held, row in zip(bench.shootings, bench.held, p, strict=True):
             windows = Shooting(bench.model, shooting.drive, horizon, SUBSTEPS)
             ends.append(windows.residual(row)[windows.rows >= shooting.rows[held[0]], -1])
-        rms = np.sqrt(np.nanmean(np.concatenate(ends) ** 2, axis=0))
+        rms = _rms(np.concatenate(ends), float("nan"))
         table[f"{horizon:g}"] = dict(zip(STATE_CHANNELS, map(float, rms), strict=True))
     return table
