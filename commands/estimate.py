@@ -23,6 +23,7 @@ from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.figures.terrain import draw_estimate
+from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_n
 
 
@@ -54,7 +55,7 @@ def estimate(
     first = float(declared.soil.n) if n0 is None else n0
     with progress(clean.name) as told:
         found = estimate_log(noisy, built, first, start=skip, progress=told)
-    _say(found, noisy.notes)
+    _say(found, noisy)
     figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
     say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model)), figure])
 
@@ -73,7 +74,7 @@ def as_json(found: TerrainEstimate) -> dict:
     }
 
 
-def _say(found: TerrainEstimate, notes: tuple[str, ...]) -> None:
+def _say(found: TerrainEstimate, drive: Recording) -> None:
     lines = [
         f"n front {found.n_front[-1]:.3f} ± {found.n_front_std[-1]:.3f}, rear {found.n_rear[-1]:.3f} ± "
         f"{found.n_rear_std[-1]:.3f}; within 10 % of its end after {found.converged_s:.1f} s",
@@ -81,7 +82,7 @@ def _say(found: TerrainEstimate, notes: tuple[str, ...]) -> None:
         f"{np.median(found.step_us):.0f} us per update with its predictions",
     ]
     for reason, counts in (("not finite", found.counts.invalid), ("outside the gate", found.counts.gated)):
-        lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items()]
+        lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items() if drive.measured(name)]
     lines += [f"input held: {name} {count} times" for name, count in found.counts.held_inputs.items()]
-    for line in (*lines, *notes):
+    for line in (*lines, *drive.notes):
         console.print(line, highlight=False)
