@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from softsoil.cases.dart import DartLog, candidate_model, trace_drives
+from softsoil.cases.dart import DartLog, candidate_model, candidate_names, trace_drives
 from softsoil.recording.check_words import Check
 from softsoil.recording.columns import Source
 from softsoil.recording.cross_check import check_channels, refuse_contradictions
@@ -28,14 +28,14 @@ CAR = Vehicle(
 """The publishing repository's figures; height and wheel are nominal: the single track on hard ground hardly looks at them."""
 COLUMNS = {"u": Source("vx"), "v": Source("vy"), "omega_z": Source("yawRate"), "steer": Source("delta"),
            "a_x_imu": Source("axCG"), "a_y_imu": Source("ayCG")}  # fmt: skip
-CANDIDATES = ("steering_lag", "steering_delay", "steering_offset", "steering_gain", "backlash", "relaxation")
-"""Catalogue entries that v, yaw rate and steering alone identify."""
+MEASURED = frozenset({"u", "v", "omega_z", "steer", "a_x_imu", "a_y_imu"})
+"""What the log has: candidates rest on these channels only."""
 SECONDS = 120.0
 """s of the log that are used: the fit sees its first two thirds."""
 CANNOT = (
     "Not said: a sinkage exponent; the road does not give way.",
-    "Not tried, for want of a pose: bank, grade, side force, lever arm, heading offset, speed scale, gyro bias.",
-    "Not tried, for want of wheel speeds: locked differential, wheel-speed scale; slip takes no share of the grip here.",
+    "Not tried, for want of a pose: slopes and winds in a compass direction, places and scales of pose and speed sensors.",
+    "Not tried, for want of wheel speeds: differentials and the scale of those sensors; slip takes no share of the grip here.",
 )
 
 
@@ -57,5 +57,6 @@ def read_stanford(folder: Path) -> tuple[Recording, tuple[Check, ...]]:
 
 def run_stanford(drive: Recording, progress: Callable[[float], None] = lambda share: None) -> DartLog:
     """Friction and tread of the road under the car, and what is traced beside them; progress: called with the share done."""
-    known = {name: effect for name, effect in catalogue(CAR).items() if name in CANDIDATES}
-    return trace_drives(drive.name, [drive], candidate_model(CANDIDATES, CAR), known, progress)
+    names = candidate_names(CAR, MEASURED)
+    known = {name: effect for name, effect in catalogue(CAR).items() if name in names}
+    return trace_drives(drive.name, [drive], candidate_model(names, CAR), known, progress)

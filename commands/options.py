@@ -23,6 +23,9 @@ ColumnsOption = Annotated[
 ]
 NoiseOption = Annotated[str, typer.Option("--noise", help=f"Sensor noise added to the log: {', '.join(NOISES)}.")]
 SeedOption = Annotated[int, typer.Option("--seed", help="Seed of the noise.")]
+MethodOption = Annotated[
+    str, typer.Option("--method", help="Estimator: ukf (the paper's filter) or horizon (windows with free initial states).")
+]
 SkipOption = Annotated[
     float, typer.Option("--skip", help="Seconds left out at the beginning of a log (start-up).", min=0)
 ]

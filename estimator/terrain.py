@@ -13,16 +13,22 @@ from numpy.typing import NDArray
 from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.inputs import known_states, measured_inputs, measured_states, sensor_std
 from softsoil.estimator.predictor import substeps_for
+from softsoil.estimator.promote import promote_parameters, tie_parameters
 from softsoil.estimator.ukf import Counts, Innovation, UnscentedKalmanFilter
+from softsoil.estimator.verdict import Verdict
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.symbolic.model import Model, promote_parameters, tie_parameters
+from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
 
 SLOW_ROWS = 0.018
 """s: a log with rows farther apart is too slow to leave any measurement out."""
+
+
+NOISE_FREE = 0.2
+"""A log whose channels all carry less than this share of the filter's sensor floor has no noise to be consistent with."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +69,11 @@ class TerrainEstimate:
     """What the estimator says about one drive.
 
     t (N,): times of the updates (s); n_front, n_rear, n_front_std, n_rear_std (N,); states (N, 6): estimates;
-    nis (N,), dof (N,): consistency of each update; counts: measurements left out; step_us (K,): time of each
-    predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the final estimate.
+    nis (N,), dof (N,): consistency of each update, empty for a method without innovations; counts: measurements left out;
+    step_us (K,): time of each predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the
+    final estimate; changes: times at which the soil was taken to have changed (s); noise_free: whether the log carries far less
+    noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be used, None where
+    nobody judged.
     """
 
     t: Array
@@ -78,6 +87,9 @@ class TerrainEstimate:
     counts: Counts
     step_us: Array
     parameters: dict[str, float] = field(default_factory=dict)
+    changes: tuple[float, ...] = ()
+    noise_free: bool = False
+    verdict: Verdict | None = None
 
     @property
     def nis_inside_95(self) -> float:
@@ -152,6 +164,7 @@ def estimate_terrain(
         t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
         states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=ukf.counts, step_us=np.array(step_us),
         parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])},
+        noise_free=bool(np.all(sensor_std(log, np.zeros(len(STATE_CHANNELS))) < NOISE_FREE * np.array(tuning.sensor_floor))),
     )  # fmt: skip
 
 

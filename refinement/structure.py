@@ -11,15 +11,12 @@ from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_s
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Recording
 from softsoil.refinement.residual import WINDOW, drive_residual, rms, slope, split_by_axle
+from softsoil.refinement.rules import RULES
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-LARGEST_SHARE = 0.27
-"""Share of an axle's lateral force that a good model may leave unexplained over half-second windows, noise taken off."""
-STRONG = 0.5
-"""A correlation is worth naming from here on."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class Structure:
     @property
     def left(self) -> bool:
         """Whether more is left than a good model leaves."""
-        return any(share > LARGEST_SHARE for share in self.share.values())
+        return any(share > RULES.largest_share for share in self.share.values())
 
     @property
     def judged(self) -> bool:

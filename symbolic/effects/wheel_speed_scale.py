@@ -1,25 +1,24 @@
 """Wheel speeds of a wrong scale: another rolling radius or number of teeth than declared."""
 
-from __future__ import annotations
-
-from softsoil.symbolic.effect import Effect
+from softsoil.symbolic.effect import Correction, Effect, Layout, Signal, Vehicle
 from softsoil.symbolic.model import Quantities
-from softsoil.symbolic.signals import Layout, Signal
 
 CORNERS = ("fl", "fr", "rl", "rr")
 
 
-def wheel_speed_scale() -> Effect:
+def effect(vehicle: Vehicle) -> Effect:
     """omega measured = k omega of every wheel."""
     return Effect(
         name="wheel_speed_scale",
         doc="wheel-speed sensors with a wrong scale",
+        kind="sensor",
         reference="sensor model",
         parameters=Layout.of(Signal("wheel_speed_scale", "", "measured over true wheel speeds", 1.0, 0.7, 1.4, spread=0.05)),
         typical={"wheel_speed_scale": 1.05},
-        corrections={"inputs": _inputs},
-        confusable=("slip_sinkage",),
+        corrections={"inputs": Correction(_inputs, adds=tuple(f"spin_{corner}" for corner in CORNERS))},
+        signatures=("slip",),
         separates="rolling freely in neutral: there all wheels turn as the vehicle moves",
+        rests_on=("u", "omega_fl", "omega_fr", "omega_rl", "omega_rr"),
     )
 
 

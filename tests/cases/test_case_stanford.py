@@ -5,7 +5,8 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from softsoil.cases.stanford import CANDIDATES, read_stanford
+from softsoil.cases.dart import candidate_names
+from softsoil.cases.stanford import CAR, MEASURED, read_stanford
 from softsoil.commands.cli import app
 
 
@@ -32,7 +33,7 @@ def test_the_command_says_what_can_be_said_and_no_n(folder, tmp_path):
     content = json.loads((tmp_path / "stanford.json").read_text(encoding="utf-8"))
     log = content["log"]
     assert set(log["ground"][1]) == {"phi", "k"}
-    assert {entry["name"] for entry in log["ranking"]} == set(CANDIDATES)
+    assert {entry["name"] for entry in log["ranking"]} == set(candidate_names(CAR, MEASURED))
     assert log["before"]["rms"]["0.5"]["x"] is None and log["before"]["rms"]["0.5"]["v"] > 0
     assert not any(name.startswith("n_") or name == "n" for name in (*log["parameters"], *log["ground"][0]))
     assert "n =" not in result.output and "n_f" not in result.output
