@@ -92,15 +92,15 @@ class DartLog:
         }
 
 
-def candidate_names() -> tuple[str, ...]:
-    """Effects of the catalogue of KINDS that rest on measured channels only."""
-    return tuple(n for n, e in catalogue(CAR).items() if e.kind in KINDS and set(e.rests_on) <= MEASURED)
+def candidate_names(vehicle: Vehicle = CAR, measured: frozenset[str] = MEASURED) -> tuple[str, ...]:
+    """Effects of the vehicle's catalogue of KINDS that rest on `measured` channels only."""
+    return tuple(n for n, e in catalogue(vehicle).items() if e.kind in KINDS and set(e.rests_on) <= measured)
 
 
-def candidate_model(names: Sequence[str] | None = None) -> Model:
-    """The bicycle on hard ground with the candidates called `names` added, absent; default those of `candidate_names`."""
-    model = bicycle(CAR, FLOOR, "hard_ground")
-    known = catalogue(CAR)
+def candidate_model(names: Sequence[str] | None = None, vehicle: Vehicle = CAR) -> Model:
+    """The bicycle of a vehicle on hard ground with the candidates called `names` added, absent; default `candidate_names`."""
+    model = bicycle(vehicle, FLOOR, "hard_ground")
+    known = catalogue(vehicle)
     for name in candidate_names() if names is None else names:
         model = neutral(model, known[name])
     return model
@@ -115,15 +115,21 @@ def dart_bench(drives: Sequence[Recording], model: Model) -> Bench:
     held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
     sensor = np.max([sensor_std(r, np.array([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 1e-2])) for r in drives], axis=0)
     p = np.tile(model.p.nominal, (len(drives), 1))
-    bench = Bench(
-        model, p, windows, fitted, held, Weights(np.array([0.05, 0.05, 0.1, 0.1, 0.1, 0.5])), sensor, GROUND
-    )
+    bench = Bench(model, p, windows, fitted, held, Weights(np.array([0.05, 0.05, 0.1, 0.1, 0.1, 0.5])), sensor, GROUND)
     for _ in range(2):
         p = fit_ground(bench).p
         left = np.concatenate([s.residual(row)[part] for s, row, part in zip(windows, p, fitted, strict=True)])
-        sigma = np.maximum(np.sqrt(np.nanmean(left**2, axis=(0, 1))), RULES.least_sigma * sensor)
+        sigma = np.maximum(_rms(left.reshape(-1, left.shape[-1]), 1.0), RULES.least_sigma * sensor)
         bench = replace(bench, absent=p, weights=Weights(sigma))
     return bench
+
+
+def _rms(values: Array, unknown: float) -> Array:
+    """(n,) root mean square of the finite values (N, n); `unknown` for a channel without any."""
+    seen = np.isfinite(values)
+    count = seen.sum(axis=0)
+    mean = (np.where(seen, values, 0.0) ** 2).sum(axis=0) / np.maximum(count, 1)
+    return np.where(count > 0, np.sqrt(mean), unknown)
 
 
 def fit_ground(bench: Bench) -> Fit:
@@ -144,8 +150,21 @@ def trace_log(
     model: of `candidate_model`; progress: told the share of the first round; names: of the candidates, default all in the model.
     Raises ValueError as `read_dart` does.
     """
-    drives = read_dart(path)
     known = {name: effect for name, effect in catalogue(CAR).items() if name in (names or model.effects)}
+    return trace_drives("_".join(path.name.split("_")[:2]), read_dart(path), model, known, progress)
+
+
+def trace_drives(
+    name: str,
+    drives: Sequence[Recording],
+    model: Model,
+    known: dict[str, Effect],
+    progress: Callable[[float], None] = lambda share: None,
+) -> DartLog:
+    """The loop on the drives of one log on hard ground, called `name`; channels that are not measured count nowhere.
+
+    model: of `candidate_model`; known: the candidates; progress: told the share of the first round.
+    """
     bench = dart_bench(drives, model)
     first_ground, first_p = fit_ground(bench).named(), bench.absent
     ranking = first = _ranked(bench, known, progress)
@@ -165,7 +184,7 @@ def trace_log(
     last = fit(bench.shootings, bench.fitted, bench.weights, bench.accepted, _at(bench), bench.absent)
     found = last.named()
     return DartLog(
-        name=path.name.split("_")[0] + "_" + path.name.split("_")[1],
+        name=name,
         seconds=float(sum(len(d) * d.dt for d in drives)),
         ground=(first_ground, {f.name: found[f.name] for f in GROUND}),
         ranking=tuple(first),
@@ -240,6 +259,6 @@ def held_rms(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
         for shooting, held, row in zip(bench.shootings, bench.held, p, strict=True):
             windows = shooting.ahead(horizon)
             ends.append(windows.residual(row)[windows.rows >= shooting.rows[held[0]], -1])
-        rms = np.sqrt(np.nanmean(np.concatenate(ends) ** 2, axis=0))
+        rms = _rms(np.concatenate(ends), float("nan"))
         table[f"{horizon:g}"] = dict(zip(STATE_CHANNELS, map(float, rms), strict=True))
     return table

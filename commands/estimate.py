@@ -24,6 +24,7 @@ from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.estimator.verdict import Verdict
 from softsoil.figures.terrain import draw_estimate
+from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_n
 
 
@@ -56,7 +57,7 @@ def estimate(
     first = float(declared.soil.n) if n0 is None else n0
     with progress(clean.name) as told:
         found = estimate_log(noisy, built, first, method=method, start=skip, progress=told)
-    _say(found, noisy.notes)
+    _say(found, noisy)
     figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
     say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model)), figure])
 
@@ -85,7 +86,7 @@ def verdict_line(verdict: Verdict) -> str:
     return f"{verdict.word}: {verdict.reason}" + ("" if verdict.usable else "; do not use this n")
 
 
-def _say(found: TerrainEstimate, notes: tuple[str, ...]) -> None:
+def _say(found: TerrainEstimate, drive: Recording) -> None:
     if found.verdict is None:
         raise ValueError("estimate: expected an estimate with its verdict, found none")
     console.print(verdict_line(found.verdict), style="bold" if found.verdict.usable else "bold red", highlight=False)
@@ -102,7 +103,7 @@ def _say(found: TerrainEstimate, notes: tuple[str, ...]) -> None:
         )
     lines += [f"soil taken to have changed at {t:.1f} s" for t in found.changes]
     for reason, counts in (("not finite", found.counts.invalid), ("outside the gate", found.counts.gated)):
-        lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items()]
+        lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items() if drive.measured(name)]
     lines += [f"input held: {name} {count} times" for name, count in found.counts.held_inputs.items()]
-    for line in (*lines, *notes):
+    for line in (*lines, *drive.notes):
         console.print(line, highlight=False)

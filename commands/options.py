@@ -52,6 +52,6 @@ def open_drive(
     doubts = warnings(checks)
     for doubt in doubts:
         console.print(f"warning: {log.name}: {doubt}", style="yellow", highlight=False, markup=False, soft_wrap=True)
-    clean = completed(clean, geometry)
     clean = replace(clean, notes=(*clean.notes, *(f"warning: {doubt}" for doubt in doubts)))
-    return clean, add_noise(clean, noise, seed)
+    # Noise first: what is derived carries that of the sensors it is derived from.
+    return completed(clean, geometry), completed(add_noise(clean, noise, seed), geometry)

@@ -127,7 +127,7 @@ def table_8(entry: LogStudy) -> Table:
         for horizon in HORIZONS:
             guess, found = initial[horizon][name], estimated[horizon][name]
             mark = "green" if found < guess else ("red" if found > guess else "none")
-            cells += [f"[{mark}]{found:.3g}[/]", f"{guess:.3g}"]
+            cells += [f"[{mark}]{found:.3g}[/]", f"{guess:.3g}"] if np.isfinite(found) else ["-", "-"]
         table.add_row(f"{name} ({unit})", *cells)
     return table
 

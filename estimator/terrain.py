@@ -143,7 +143,7 @@ def estimate_terrain(
     soil = SoilChange(tuning, where, max(round(tuning.change_after / max(log.dt * every, own_step)), 1))
     kept: list[tuple[float, float, int, Array, Array]] = []
     # Of a log slower than the model's clock only its own samples are updates.
-    seen_rows = np.asarray(np.isfinite(measured).any(axis=1) | (log.dt >= own_step))
+    seen_rows: NDArray[np.bool_] = np.asarray(np.isfinite(measured).any(axis=1) | (log.dt >= own_step), dtype=bool)
     step_us = []
     for k in range(len(log) - 1):
         began = time.perf_counter()

@@ -153,7 +153,9 @@ def refine(
         for recording, one in zip(recordings, left, strict=True)
         if not one.judged
     )
-    verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
+    # Where axle forces are not judged, an n on its bound is what shows that something is left.
+    lacks = any(s.left for s in left) or (_on_bound(bench).any() and not all(s.judged for s in left))
+    verdict = "effect" if effects else ("unexplained" if lacks else "none")
     return Refinement(
         verdict=verdict,
         effects=effects,
@@ -182,6 +184,12 @@ def inseparable(selection: Selection) -> tuple[tuple[str, ...], ...]:
     accepted = {candidate.name for candidate in selection.accepted}
     groups = (tuple(name for name in group if name == group[0] or name not in accepted) for group in selection.groups)
     return tuple(group for group in groups if len(group) > 1)
+
+
+def _on_bound(bench: Bench) -> NDArray[np.bool_]:
+    """(D,) drives whose n ends on a bound with the declared model."""
+    n, value = bench.model.p[N_NAMES[0]], bench.absent[:, bench.model.p.index(N_NAMES[0])]
+    return (value <= n.lower + 1e-3) | (value >= n.upper - 1e-3)
 
 
 def _left(recordings: Sequence[Recording], bench: Bench, vehicle: Vehicle, start: float) -> tuple[Structure, ...]:
@@ -334,8 +342,8 @@ def _notes(recordings: Sequence[Recording], declaration: Declaration, bench: Ben
             notes.append(
                 f"{group[0]} fits best, but leaves more of the axle forces than a known effect would: not named"
             )
-    n = bench.model.p[N_NAMES[0]]
-    for shooting, value in zip(bench.shootings, bench.absent[:, bench.model.p.index(N_NAMES[0])], strict=True):
-        if not n.lower + 1e-3 < value < n.upper - 1e-3:
+    values = bench.absent[:, bench.model.p.index(N_NAMES[0])]
+    for shooting, value, stuck in zip(bench.shootings, values, _on_bound(bench), strict=True):
+        if stuck:
             notes.append(f"{shooting.drive.name}: with the declared model n ends at its bound, {value:.2f}")
     return tuple(notes)

@@ -26,7 +26,7 @@ def test_states_stand_at_their_own_samples_only():
     times = round(log.dt / fine.dt)
     assert times % 2 == 0 and fine.dt <= 0.0126
     assert np.array_equal(fine["v"][::times], log["v"]) and np.isfinite(fine["v"]).sum() == len(log)
-    assert np.isfinite(fine["steer"]).all() and np.array_equal(fine["steer"][::times], log["steer"])
+    assert np.isfinite(fine["steer"]).all() and np.allclose(fine["steer"][::times], log["steer"], atol=1e-12)
 
 
 def test_a_fast_log_is_left_as_it_is():
