@@ -34,6 +34,8 @@ from softsoil.symbolic.soil import SOIL_SIGNALS
 Array = NDArray[np.float64]
 END = 2.0
 """m before the end of the path: there a drive is finished."""
+UNSEEN = (1.0, 1.0, 0.1, 1.0, 0.5, 0.2)
+"""Standard deviations of a first x, y, psi, u, v, omega_z that was not measured and is taken for 0, SI units."""
 
 
 class Driver:
@@ -71,6 +73,8 @@ class Driver:
         self._begun: float | None = None
         self._waiting: tuple[int, tuple] | None = None
         self._halting, self._still, self.status = 0, 0, Status.BAD_STATE
+        self.verdict = NOT_JUDGED
+        """On the estimated n, of the last tick: what `judge` finds, else "not_judged"."""
         self._known = None if start is None else np.asarray(start, dtype=float)
 
     def set_n(self, n: float) -> None:
@@ -88,6 +92,7 @@ class Driver:
         else:
             self._estimate(measured)
         if self._begun is not None:
+            self.verdict = NOT_JUDGED if self.judge is None else self.judge(self.estimator)
             if self._ticks % self.settings.plan_every == 0:
                 self._solve(t)
                 solved = True
@@ -109,6 +114,7 @@ class Driver:
             needed = [STATE_CHANNELS.index(name) for name in ("x", "y", "psi", "u")]
             if not np.isfinite(first[needed]).all():
                 return
+            spread = np.where(np.isfinite(first), spread, UNSEEN)
             first = np.where(np.isfinite(first), first, 0.0)
         self._begun = t
         self.estimator.start(first, self.n0, self.learn, spread)
@@ -199,11 +205,6 @@ class Driver:
             self.n_used if known else self.n0, self.verdict, self.slip, self._z0() if known else self.ocp.z.nominal, solved,
             self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,
         )  # fmt: skip
-
-    @property
-    def verdict(self) -> str:
-        """On the estimated n: what `judge` finds, else "not_judged"."""
-        return NOT_JUDGED if self.judge is None or self._begun is None else self.judge(self.estimator)
 
     @property
     def n_used(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,7 +129,7 @@ class _Run:
         self.scenario, self.controller, self.sensors, self.ocp = scenario, controller, sensors, loop.ocp
         x, y, psi = scenario.path.at(np.zeros(1))[0]
         self.plant = Plant(scenario.soil, start=Start(x=x, y=y, psi=psi, u=scenario.speed))
-        solver = loop.solver if disturb is None else FailingSolver(loop.solver, disturb)
+        solver: Any = loop.solver if disturb is None else FailingSolver(loop.solver, disturb)
         self.driver = Driver(
             loop.ocp, scenario.path, scenario.speed, scenario.obstacles, self._n(0.0), controller == "n_estimated",
             settings=loop.settings, solver=solver, estimator=loop.estimator, start=[x, y, psi, scenario.speed, 0.0, 0.0],
@@ -177,17 +178,19 @@ class _Run:
         self.log.plans.append(command.plan_z[:, :2])
 
 
-class FailingSolver(Nmpc):
+class FailingSolver:
     """A solver whose solves are made to fail where `disturb` of their number says so: the state it is given is not finite.
 
-    solver: that solves the others, in the same memory.
+    solver: that solves the others, and answers everything else.
     """
 
     def __init__(self, solver: Nmpc, disturb: Callable[[int], bool]) -> None:
-        vars(self).update(vars(solver))
-        self._disturb, self._number = disturb, -1
+        self._solver, self._disturb, self._number = solver, disturb, -1
 
-    def make_step(self, z0) -> Array:
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._solver, name)
+
+    def make_step(self, z0: Array) -> Array:
         """As the solver's own, or failed; z0 (n_z,)."""
         self._number += 1
-        return super().make_step(np.full_like(z0, np.nan) if self._disturb(self._number) else z0)
+        return self._solver.make_step(np.full_like(z0, np.nan) if self._disturb(self._number) else z0)
