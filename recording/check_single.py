@@ -52,6 +52,7 @@ def single_checks(m: Motion) -> list[Check]:
                         found,
                         "no clipped extremes",
                         f"a wider range of the sensor for {name}",
+                        stuck > LIMITS.clipped,
                     )
                 )
     return checks

@@ -45,7 +45,8 @@ class Limits:
     reference (m): doubtful distance of the position from the front axle; clock (s): doubtful time offset;
     wheel (least, largest): rim speed over wheel-centre speed that slip can make; wheel_apart: doubtful ratio of a wheel to the
     median of all; steer_gain: (least, largest) front-axle course change over steering that is no contradiction;
-    frozen (s): longest stretch without a change while the vehicle moves; saturated: share of samples at one extreme.
+    frozen (s): longest stretch without a change while the vehicle moves; saturated, clipped: doubtful and contradictory
+    share of samples at one extreme.
     """
 
     scale: float = 0.05
@@ -63,6 +64,7 @@ class Limits:
     steer_gain: tuple[float, float] = (0.2, 2.5)
     frozen: float = 1.0
     saturated: float = 0.02
+    clipped: float = 0.1
 
 
 LIMITS = Limits()
