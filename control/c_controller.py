@@ -133,6 +133,8 @@ def _exported(kernel: str) -> str:
 def _source(kernels: list[str]) -> str:
     return (
         "/* The controller's equations, statement by statement, generated: never edited by hand. */\n"
+        "/* What a higher level does to text this long makes it slower and takes the compiler longer. */\n"
+        '#if defined(__GNUC__) && !defined(__clang__)\n#pragma GCC optimize("O2")\n#endif\n'
         '#include "softsoil_lanes.h"\n\n' + "\n".join(kernels)
     )
 
