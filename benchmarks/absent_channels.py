@@ -13,6 +13,7 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.recording.derive import completed
@@ -22,7 +23,6 @@ from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.refinement.refine import refine
 from softsoil.symbolic.catalogue import declared_model
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.soil import SOILS
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 

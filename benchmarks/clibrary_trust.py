@@ -65,7 +65,7 @@ def arm(folder: Path, scratch: Path, amount: int) -> None:
 
 def reference_declaration() -> str:
     """A refined.toml of the reference vehicle with its effects, on clay."""
-    from softsoil.symbolic.declaration import Declaration, declaration_toml
+    from softsoil.declaration.model_file import Declaration, declaration_toml
     from softsoil.symbolic.soil import CLAY
     from softsoil.symbolic.vehicle import load_vehicle
 

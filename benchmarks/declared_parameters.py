@@ -23,12 +23,12 @@ import numpy as np
 from joblib import Parallel, delayed
 from scipy.signal import savgol_filter
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.mpc_demo.blind_cases import draw_cases, drive_case
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import Fit, Free, fit
 from softsoil.refinement.trace import Bench, everything, free_n, make_bench
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.soil import load_soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 

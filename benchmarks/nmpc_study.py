@@ -12,10 +12,10 @@ from softsoil.commands.drive import loop_for
 from softsoil.commands.options_model import REFERENCE_VEHICLE
 from softsoil.commands.output import console
 from softsoil.control.c_controller import HESSIANS
+from softsoil.declaration.model_file import Declaration
 from softsoil.figures.closed_loop_study import draw_study, say_study
 from softsoil.mpc_demo.closed_loop import ClosedLoop
 from softsoil.mpc_demo.closed_loop_study import STUDY, Case, Run
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.vehicle import load_vehicle
 
 FIRST_SEED = 100

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import casadi as ca
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.catalogue import declared_model
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.vehicle import NUMBERS
 

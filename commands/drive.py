@@ -16,12 +16,12 @@ from softsoil.commands.output import console, output_folder, progress, say_writt
 from softsoil.control.declared import for_control
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.ocp import Ocp
+from softsoil.declaration.model_file import Declaration, load_declaration
 from softsoil.figures.drive import animate, draw_drive
 from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
 from softsoil.mpc_demo.scenarios import Scenario, scenarios
-from softsoil.symbolic.declaration import Declaration, load_declaration
 from softsoil.symbolic.vehicle import load_vehicle
 
 

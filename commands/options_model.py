@@ -15,7 +15,7 @@ from softsoil.symbolic.vehicle import Vehicle, load_vehicle, vehicle_from_table
 from softsoil.symbolic.wheel import law_names
 
 if TYPE_CHECKING:
-    from softsoil.symbolic.declaration import Declaration
+    from softsoil.declaration.model_file import Declaration
 
 VehicleOption = Annotated[
     Path | None,
@@ -54,7 +54,7 @@ def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | 
 
     Raises ValueError for a soil or vehicle beside a model, or for neither soil nor model.
     """
-    from softsoil.symbolic.declaration import Declaration, load_declaration
+    from softsoil.declaration.model_file import Declaration, load_declaration
 
     if model is not None:
         for option, value in (("--soil", soil), ("--vehicle", vehicle)):
@@ -69,7 +69,7 @@ def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | 
 def about_vehicle(vehicle: Path | None, model: Path | None = None) -> dict[str, str]:
     """Name and file of the vehicle that a result rests on, from the options that name it."""
     if model is not None:
-        from softsoil.symbolic.declaration import load_declaration
+        from softsoil.declaration.model_file import load_declaration
 
         return {"name": load_declaration(model).vehicle.name, "file": str(model)}
     path = vehicle_file(vehicle or REFERENCE_VEHICLE)

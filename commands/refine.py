@@ -21,13 +21,13 @@ from softsoil.commands.options_model import (
 )
 from softsoil.commands.output import OutputFolder, output_folder, progress, say_written, write_result
 from softsoil.commands.refine_summary import say
+from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.refine_report import write_report
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_soil
 from softsoil.refinement.refine import Refinement, refine
 from softsoil.refinement.words import falls_sentence, split_sentence, verdict_sentence
-from softsoil.symbolic.declaration import Declaration, declaration_toml
 
 
 def refine_command(

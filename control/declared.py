@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.declaration import Declaration
 
 
 def for_control(declared: Declaration) -> Declaration:

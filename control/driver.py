@@ -27,8 +27,8 @@ from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp
 from softsoil.control.path import Path
+from softsoil.declaration.model_file import Declaration
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]

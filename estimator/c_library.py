@@ -10,9 +10,9 @@ from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
 from softsoil.codegen.sampling import STEP
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.terrain import Tuning, terrain_model
 from softsoil.symbolic.catalogue import declared_model
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 

@@ -41,8 +41,8 @@ def our_driver():
     from softsoil.control.courses import double_lane_change
     from softsoil.control.driver import Driver
     from softsoil.control.driver_types import DriverSettings
+    from softsoil.declaration.model_file import Declaration
     from softsoil.files.package_data import REFERENCE_VEHICLE
-    from softsoil.symbolic.declaration import Declaration
     from softsoil.symbolic.soil import CLAY
     from softsoil.symbolic.vehicle import load_vehicle
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.figures.refine import draw_axles, draw_paths, draw_ranking
 from softsoil.figures.refine_views import DriveView, drive_views
 from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS
@@ -24,7 +25,6 @@ from softsoil.refinement.words import (
     with_error,
 )
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.declaration import Declaration
 
 STYLE = """
 :root { color-scheme: light; }

@@ -16,12 +16,12 @@ import numpy as np
 from softsoil.codegen.compiled import CompiledFunction, at_points
 from softsoil.codegen.discretize import discretize
 from softsoil.codegen.numpy_code import write_numpy
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.terrain import estimate_terrain, terrain_model
 from softsoil.estimator.ukf import UnscentedKalmanFilter
 from softsoil.estimator.unscented import UnscentedScaling, predict_function
 from softsoil.mpc_demo.bench_rows import Row, microseconds, seconds
 from softsoil.recording.drive import Recording
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.wheel import Contact, Wheel
 

@@ -17,8 +17,8 @@ from softsoil.control.nmpc_casadi import CasadiNmpc
 from softsoil.control.ocp import REFERENCE, Ocp, OcpSettings
 from softsoil.control.ocp_examples import Solver, closed_loop_cost, reference_along, straight_guess, tanh_bicycle
 from softsoil.control.plugs_do_mpc import do_mpc_controller
+from softsoil.declaration.model_file import Declaration
 from softsoil.mpc_demo.bench_rows import Row
-from softsoil.symbolic.declaration import Declaration
 
 STEPS = 200
 SPEED = 7.0

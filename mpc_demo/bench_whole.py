@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.horizons import START_UP
 from softsoil.mpc_demo.bench_rows import Row
 from softsoil.plant.manoeuvres import MANOEUVRES
@@ -13,7 +14,6 @@ from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
 from softsoil.refinement.refine import refine
-from softsoil.symbolic.declaration import Declaration
 
 SIMULATED, REPEATS = 10.0, 3
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.files.json_file import plain
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.mpc_demo.blind_cases import Case, drive_case
@@ -14,7 +15,6 @@ from softsoil.mpc_demo.sweep import run_sweep
 from softsoil.refinement.refine import Refinement, refine
 from softsoil.refinement.words import falls
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.soil import load_soil
 from softsoil.symbolic.vehicle import load_vehicle
 

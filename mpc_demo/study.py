@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import estimate
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay, Windows
 from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.recording.drive import Recording
-from softsoil.symbolic.declaration import Declaration
 
 Array = NDArray[np.float64]
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
@@ -24,7 +25,6 @@ from softsoil.refinement.selection import Selection, select, size
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.vehicle import Vehicle
 

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.consistency import whiteness_p
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.read import as_drive
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.symbolic.vehicle import Vehicle

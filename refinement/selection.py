@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.folds import cross_validated
 from softsoil.refinement.ranking import placed, rank
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.trace import Bench, Candidate, fit_base, held_cost, open_effects, reweighted
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import Effect
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
 from softsoil.refinement.rules import RULES
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import Effect, neutral
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Signal

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from softsoil.control.ocp import Ocp
     from softsoil.control.plugs_acados import to_acados
     from softsoil.control.plugs_do_mpc import to_do_mpc
+    from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
     from softsoil.estimator.c_library import generate
     from softsoil.estimator.estimate import estimate
     from softsoil.estimator.horizons import predict
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from softsoil.refinement.residual import residual
     from softsoil.symbolic.catalogue import catalogue
     from softsoil.symbolic.catalogue import declared_model as bicycle
-    from softsoil.symbolic.declaration import Declaration, declaration_toml, load_declaration
     from softsoil.symbolic.effect import Effect, add_effect
     from softsoil.symbolic.model import Model
     from softsoil.symbolic.signals import Layout, Signal
@@ -83,7 +83,7 @@ if not TYPE_CHECKING:
         "refinement.refine": ("refine",),
         "refinement.residual": ("residual",),
         "symbolic.catalogue": ("bicycle=declared_model", "catalogue"),
-        "symbolic.declaration": ("Declaration", "declaration_toml", "load_declaration"),
+        "declaration.model_file": ("Declaration", "declaration_toml", "load_declaration"),
         "symbolic.effect": ("Effect", "add_effect"),
         "symbolic.model": ("Model",),
         "symbolic.signals": ("Layout", "Signal"),

@@ -10,19 +10,20 @@ from types import MappingProxyType
 
 PROJECT = Path(__file__).resolve().parents[2]
 ORDER = (
-    "files", "recording", "symbolic", "codegen", "estimator", "plant", "control", "calibration", "refinement", "cases",
-    "mpc_demo", "figures", "commands",
+    "files", "recording", "symbolic", "declaration", "codegen", "estimator", "plant", "control", "calibration", "refinement",
+    "cases", "mpc_demo", "figures", "commands",
 )  # fmt: skip
 """Rooms from the ground up: a room imports from rooms below it only."""
 NOT_BELOW: Mapping[str, Set[str]] = MappingProxyType(
     {
         "recording": {"files"},
         "symbolic": {"files"},
-        "estimator": {"files", "recording", "symbolic", "codegen"},
+        "declaration": {"files", "symbolic"},
+        "estimator": {"files", "recording", "symbolic", "declaration", "codegen"},
         "plant": {"files", "recording", "symbolic.signals", "symbolic.soil"},
-        "control": {"files", "recording", "symbolic", "codegen", "estimator"},
-        "refinement": {"files", "recording", "symbolic", "codegen", "estimator"},
-        "cases": {"files", "recording", "symbolic", "codegen", "estimator", "calibration", "refinement"},
+        "control": {"files", "recording", "symbolic", "declaration", "codegen", "estimator"},
+        "refinement": {"files", "recording", "symbolic", "declaration", "codegen", "estimator"},
+        "cases": {"files", "recording", "symbolic", "declaration", "codegen", "estimator", "calibration", "refinement"},
     }
 )
 """Rooms that may import less than all below them: the plant shares no equation with the model, and neither what estimates nor

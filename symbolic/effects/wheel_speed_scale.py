@@ -16,7 +16,7 @@ def effect(vehicle: Vehicle) -> Effect:
         parameters=Layout.of(Signal("wheel_speed_scale", "", "measured over true wheel speeds", 1.0, 0.7, 1.4, spread=0.05)),
         typical={"wheel_speed_scale": 1.05},
         corrections={"inputs": Correction(_inputs, adds=tuple(f"spin_{corner}" for corner in CORNERS))},
-        signatures=("slip",),
+        signatures=("cornering slope",),
         separates="rolling freely in neutral: there all wheels turn as the vehicle moves",
         rests_on=("u", "omega_fl", "omega_fr", "omega_rl", "omega_rr"),
     )

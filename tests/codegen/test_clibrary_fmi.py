@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 from c_folders import declared, library
 from softsoil.codegen.sampling import STEP
 from softsoil.commands.cli import app
-from softsoil.symbolic.declaration import declaration_toml
+from softsoil.declaration.model_file import declaration_toml
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = pytest.mark.compiler

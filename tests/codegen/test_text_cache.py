@@ -4,7 +4,7 @@ from pathlib import Path
 
 from drives import reference_vehicle
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
-from softsoil.symbolic.declaration import Declaration, declaration_toml
+from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.symbolic.soil import CLAY
 
 

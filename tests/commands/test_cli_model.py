@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 
 from drives import CLAY_LOG, MULTI_LOG, PROJECT, reference_vehicle
 from softsoil.commands.cli import app
+from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.recording.drive import CHANNEL_UNITS
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.declaration import Declaration, declaration_toml
 from softsoil.symbolic.soil import CLAY
 
 runner = CliRunner()

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from drives import reference_vehicle
-from softsoil.symbolic.declaration import Declaration, declaration_toml
+from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.symbolic.soil import CLAY
 
 RUN = """

@@ -26,8 +26,8 @@ from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.ocp_examples import reference_along, straight_guess, tanh_bicycle
 from softsoil.control.path import Path
+from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.catalogue import declared_model
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
 

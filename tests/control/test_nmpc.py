@@ -17,7 +17,7 @@ from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.ocp_examples import closed_loop_cost, tanh_bicycle
-from softsoil.symbolic.declaration import Declaration
+from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.soil import CLAY
 
 OBSTACLES = np.array([[8.0, 2.2, 0.4]])

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import CLAY
 

@@ -84,6 +84,8 @@ def test_python_of_the_readme_prints_what_the_command_prints(tmp_path):
 def test_python_in_the_documents_imports_the_public_face_first():
     """Examples start from `import softsoil`; what they import from inside is what the face does not offer."""
     for document in DOCUMENTS:
+        if document.name == "add-an-effect.md":
+            continue  # its file becomes a part of the package, which knows its own rooms
         text = document.read_text(encoding="utf-8")
         for module, names in re.findall(r"^\s*from (softsoil\.[\w.]+) import ([\w, ]+)", text, re.M):
             public = {name.strip() for name in names.split(",")} & set(softsoil.__all__)

@@ -7,12 +7,12 @@ from typer.testing import CliRunner
 
 from softsoil.commands import blind as commands_blind
 from softsoil.commands.cli import app
+from softsoil.declaration.model_file import Declaration
 from softsoil.mpc_demo.blind_cases import BORDER, INSIDE, KINDS, OUTSIDE, draw_cases, drive_case
 from softsoil.mpc_demo.blind_test import as_the_catalogue_says, effect_of, plant_on, run_blind, score, totals
 from softsoil.mpc_demo.sweep import RESULTS
 from softsoil.plant.effects import Effects
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.declaration import Declaration
 
 FEW = ("steer_offset", "slope_aside", "gyro_drift")
 SECONDS = 26.0

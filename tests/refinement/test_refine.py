@@ -13,6 +13,7 @@ from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.cli import app
 from softsoil.commands.output import OutputFolder
 from softsoil.commands.refine import write_all
+from softsoil.declaration.model_file import Declaration, load_declaration
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.figures.refine_report import write_report
 from softsoil.plant.manoeuvres import MultiSine
@@ -28,7 +29,6 @@ from softsoil.refinement.selection import Selection, least_sigmas, least_whole, 
 from softsoil.refinement.trace import Candidate, everything, fit_base, gain_of, loosened, make_bench
 from softsoil.refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from softsoil.symbolic.catalogue import catalogue, declared_model
-from softsoil.symbolic.declaration import Declaration, load_declaration
 from softsoil.symbolic.soil import CLAY
 
 runner = CliRunner()

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from drives import MULTI_LOG, PROJECT, reference_vehicle
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator import shooting
 from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
 from softsoil.recording.read import read_drive
 from softsoil.refinement.rules import EVIDENCE, RULES
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.soil import CLAY
 
 

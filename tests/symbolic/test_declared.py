@@ -7,9 +7,9 @@ import pytest
 
 from drives import PROJECT, reference_vehicle
 from softsoil.codegen.idle import idle_numbers
+from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
 from softsoil.symbolic.bicycle import vehicle_law
 from softsoil.symbolic.catalogue import declared_model
-from softsoil.symbolic.declaration import Declaration, declaration_toml, load_declaration
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.signals import Layout, Signal
