@@ -100,7 +100,7 @@ def bicycle(
     """
     law = force_law(law) if isinstance(law, str) else law
     stages = (
-        Stage("inputs", _inputs),
+        Stage("inputs", lambda q: _inputs(q, vehicle, free)),
         Stage("vehicle", lambda q: _vehicle(vehicle, {name: q[name] for name in free.names})),
         Stage("loads", _loads),
         Stage("tracks", _tracks),
@@ -125,11 +125,12 @@ def soil_parameters(soil: Soil) -> Layout:
     return both + rest.with_nominal(**{name: values[name] for name in rest.names})
 
 
-def _inputs(q: Quantities) -> Quantities:
+def _inputs(q: Quantities, vehicle: Vehicle, free: Layout) -> Quantities:
+    offset, gain = (q[name] if name in free else getattr(vehicle, name) for name in ("steer_offset", "steer_gain"))
     spins = {f"spin_{corner}": q[f"omega_{corner}"] for corner in ("fl", "fr", "rl", "rr")}
     return {
-        "delta": q["steer"],
-        "delta_rate": q["steer_rate"],
+        "delta": gain * q["steer"] + offset,
+        "delta_rate": gain * q["steer_rate"],
         "du": q["a_x"],
         "specific_x": q["a_x"] - q["v"] * q["omega_z"],
         "gravity_x": 0.0,

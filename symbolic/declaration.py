@@ -68,6 +68,9 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
             lines.append(f"{f.name} = {_number(value)}")
     for name, values in declaration.vehicle.effects.items():
         lines += ["", f"[vehicle.effects.{name}]", *(f"{key} = {_number(value)}" for key, value in values.items())]
+    if declaration.vehicle.uncertainty:
+        lines += ["", "[vehicle.uncertainty]"]
+        lines += [f"{key} = {_number(value)}" for key, value in declaration.vehicle.uncertainty.items()]
     lines += ["", "[soil]", f"name = {_text(declaration.soil.name)}"]
     for signal in SOIL_SIGNALS:
         lines.append(f"{signal.name} = {_number(getattr(declaration.soil, signal.name))}{_comment(signal)}")

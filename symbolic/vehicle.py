@@ -13,7 +13,7 @@ from softsoil.symbolic.wheel import Wheel
 GRAVITY = 9.81
 """m/s^2"""
 
-_BOUNDS: dict[str, tuple[float, float, str]] = {
+BOUNDS: dict[str, tuple[float, float, str]] = {
     "mass": (0.1, 1e5, "kg"),
     "l_f": (0.01, 20.0, "m"),
     "l_r": (0.01, 20.0, "m"),
@@ -32,11 +32,14 @@ _BOUNDS: dict[str, tuple[float, float, str]] = {
     "toe": (-0.2, 0.2, "rad"),
     "toe_rear": (-0.2, 0.2, "rad"),
     "toe_rear_load": (-0.1, 0.1, "rad/N"),
+    "steer_offset": (-0.2, 0.2, "rad"),
+    "steer_gain": (0.5, 1.5, "1"),
     "max_steer": (0.01, 1.5, "rad"),
     "max_steer_rate": (0.01, 50.0, "rad/s"),
     "radius": (0.005, 5.0, "m"),
     "width": (0.005, 5.0, "m"),
 }
+"""Numbers of a vehicle: least and greatest value, unit."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +56,10 @@ class Vehicle:
     pitch_gain: how far it leans back on them per pitching moment (rad/(N m));
     ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); toe_rear: the same of the rear wheels (rad),
     toe_rear_load: and how it goes with their axle's load beyond that at rest (rad/N);
+    steer_offset (rad), steer_gain (1): the mean road-wheel angle is steer_offset + steer_gain times the recorded `steer`;
     max_steer (rad), max_steer_rate (rad/s);
-    radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters.
+    radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters; uncertainty: standard
+    deviations by name of numbers and of effects' parameters, in their units, as far as they are known.
     Raises ValueError for a number outside its physical bounds.
     """
 
@@ -79,12 +84,15 @@ class Vehicle:
     toe: float = 0.0
     toe_rear: float = 0.0
     toe_rear_load: float = 0.0
+    steer_offset: float = 0.0
+    steer_gain: float = 1.0
     max_steer: float = 0.5
     max_steer_rate: float = 1.0
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
+    uncertainty: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for key, (lower, upper, unit) in _BOUNDS.items():
+        for key, (lower, upper, unit) in BOUNDS.items():
             value = getattr(self, key)
             if not lower <= value <= upper:
                 raise ValueError(
@@ -128,7 +136,8 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
         if key not in known:
             raise ValueError(f"{where}: expected keys {', '.join(known)}; found {key!r}")
     values: dict[str, Any] = {"name": str(table.get("name", name)), "effects": _effects(table, where)}
-    for key, (_, _, unit) in _BOUNDS.items():
+    values["uncertainty"] = _uncertainty(table, values["effects"], where)
+    for key, (_, _, unit) in BOUNDS.items():
         if key not in table:
             if known[key].default is known["mass"].default:
                 raise ValueError(f"{where}: expected key {key!r} ({unit}), found none")
@@ -148,6 +157,21 @@ def _effects(table: dict[str, Any], where: str) -> dict[str, dict[str, float]]:
         name: {key: _number(value, f"{where}: effects.{name}.{key}") for key, value in values.items()}
         for name, values in effects.items()
     }
+
+
+def _uncertainty(table: dict[str, Any], effects: dict[str, dict[str, float]], where: str) -> dict[str, float]:
+    stds = table.get("uncertainty", {})
+    if not isinstance(stds, dict):
+        raise ValueError(f"{where}: expected a table [uncertainty] of standard deviations, found {stds!r}")
+    there = {*BOUNDS, *(key for values in effects.values() for key in values)}
+    numbers = {key: _number(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
+    for key, value in numbers.items():
+        if key not in there or not value > 0:
+            raise ValueError(
+                f"{where}: uncertainty.{key}: expected a positive standard deviation of a number of the vehicle or of a "
+                f"parameter of its effects, found {value:g}"
+            )
+    return numbers
 
 
 def _number(value: Any, where: str) -> float:

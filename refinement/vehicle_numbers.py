@@ -1,0 +1,174 @@
+"""Numbers that an identification fits: what each is, where it stands, what is known of it before any log, and why.
+
+Every prior is an argument about vehicles in general, scaled by what the owner measures; none comes from a log. A prior counts as
+one Gaussian observation beside thousands of samples: where logs see a number it decides nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from softsoil.refinement.known_vehicle import Known
+from softsoil.symbolic.signals import Layout, Signal
+from softsoil.symbolic.vehicle import BOUNDS, Vehicle
+
+Prior = Callable[[Known], tuple[float, float]]
+"""(expected value, standard deviation) of a number nobody has measured."""
+Measured = Callable[[Known, float], float]
+"""Standard deviation of a number that its owner has measured to have the value given."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number of a vehicle, or one parameter of an effect that every vehicle on soft soil has.
+
+    name; effect: the effect that it belongs to, "" for a number of the vehicle itself; unit; doc; lower, upper: bounds;
+    prior: expected value and standard deviation where it is not given; why: the argument for the prior; measured: standard
+    deviation where it is given; how: how one measures it; free: whether logs may move it.
+    """
+
+    name: str
+    effect: str
+    unit: str
+    doc: str
+    lower: float
+    upper: float
+    prior: Prior
+    why: str
+    measured: Measured
+    how: str
+    free: bool = True
+
+
+def _number(name, doc, prior, why, measured, how, free=True) -> Number:
+    lower, upper, unit = BOUNDS[name]
+    return Number(name, "", "" if unit == "1" else unit, doc, lower, upper, prior, why, measured, how, free)
+
+
+def _of(effect, name, unit, doc, lower, upper, prior, why, spread) -> Number:
+    return Number(name, effect, unit, doc, lower, upper, prior, why, _plain(spread), "drawings of the suspension")
+
+
+def _share(of: float) -> Measured:
+    return lambda k, value: of * abs(value)
+
+
+def _plain(std: float) -> Measured:
+    return lambda k, value: std
+
+
+NUMBERS: tuple[Number, ...] = (
+    _number("mass", "mass", lambda k: (k["mass"], 0.0), "", _share(0.005),
+            "scale; in lateral motion it acts as yaw inertia and n do, so that no log shows it", free=False),
+    _number("l_f", "centre of gravity to front axle", lambda k: (k["l_f"], 0.0), "", lambda k, v: 0.0015 * k.wheelbase,
+            "wheelbase by tape (3 mm), axle loads by scale (0.2 %)", free=False),
+    _number("l_r", "centre of gravity to rear axle", lambda k: (k["l_r"], 0.0), "", lambda k, v: 0.0015 * k.wheelbase,
+            "wheelbase by tape (3 mm), axle loads by scale (0.2 %)", free=False),
+    _number("yaw_inertia", "yaw inertia", lambda k: (0.85 * k.swing, 0.4 * k.swing),
+            "radius of gyration squared over l_f l_r is 0.7 to 1.1 on cars, less with a load in the middle, more at the ends",
+            _share(0.05), "drawings, or a pendulum"),
+    _number("track", "between the front wheels", lambda k: (k["track"], 0.0), "", _share(0.03),
+            "tape between the contacts; a suspension moves them by some centimetres"),
+    _number("track_rear", "between the rear wheels", lambda k: (k["track"], 0.04 * k["track"]),
+            "within some centimetres of the front track", _share(0.03),
+            "tape between the contacts; a suspension moves them by some centimetres"),
+    _number("radius", "radius of the wheels", lambda k: (k["radius"], 0.0), "", _plain(0.0005),
+            "tape around the wheel: 3 mm of the circumference"),
+    _number("width", "width of the wheels", lambda k: (k["width"], 0.0), "", _share(0.01), "tape", free=False),
+    _number("h_cg", "height of the centre of gravity", lambda k: (0.38 * k["track"], 0.08 * k["track"]),
+            "track over twice the height is 1.1 to 1.6 on road and off-road vehicles", _share(0.15),
+            "estimate; by scale with one axle lifted", free=False),
+    _number("scrub", "front wheels' centres outside the axes that they are steered about",
+            lambda k: (0.15 * k["radius"], 0.2 * k["radius"]),
+            "the axis meets the wheel between its middle plane and a third of a radius inside it", _plain(0.01), "tape"),
+    _number("toe", "front toe, left minus right", lambda k: (0.0, 0.015),
+            "workshops set it within 0.5 deg; suspensions move it by as much", _plain(0.003), "alignment bench"),
+    _number("toe_rear", "rear toe, left minus right", lambda k: (0.0, 0.02),
+            "as in front, and suspensions of the rear axle toe in under load", _plain(0.003), "alignment bench"),
+    _number("ackermann", "delta_left - delta_right over delta^2",
+            lambda k: (0.8 * k["track"] / k.wheelbase, 0.8 * k["track"] / k.wheelbase),
+            "track over wheelbase is Ackermann's geometry; steerings have a part of it, some have more", _plain(0.1),
+            "turn plates"),
+    _number("roll_gain", "roll of the body per lateral acceleration", lambda k: (0.007, 0.005),
+            "1 to 8 degrees per g", _share(0.2), "inclinometer in a steady turn"),
+    _number("roll_stiffness_front", "front share of the springs that resist roll", lambda k: (0.5, 0.12),
+            "0.35 to 0.65 on cars", _plain(0.05), "drawings"),
+    _number("roll_damping_front", "front share of the dampers that resist roll", lambda k: (0.5, 0.12),
+            "as the springs'", _plain(0.05), "drawings"),
+    _number("pull", "yaw moment that is always there",
+            lambda k: (0.0, 0.002 * 9.81 * k["mass"] * k["track"]),
+            "a drag of 0.4 % of the weight on one side", _plain(10.0), "hands off the wheel on a flat straight"),
+    _number("steer_offset", "steering angle where `steer` says 0", lambda k: (0.0, 0.006),
+            "a third of a degree at the road wheels", _plain(0.001), "turn plates"),
+    _number("steer_gain", "road-wheel angle per `steer`", lambda k: (1.0, 0.02),
+            "a steering ratio is known to some per cent", _plain(0.005), "turn plates"),
+    _of("load_transfer", "transfer_height", "m", "effective height of the lateral load transfer", 0.0, 2.0,
+        lambda k: (k.guess_h_cg, 0.2 * k.guess_h_cg), "the height of the centre of gravity, less what the roll centres carry",
+        0.05),
+    _of("load_transfer", "roll_sweep", "m", "sideways sweep of the rear contacts per roll of the body", -2.0, 2.0,
+        lambda k: (0.8 * k.guess_h_cg, 0.5 * k.guess_h_cg),
+        "h_cg for wheels upright to the body, 0 for a body that rolls about its contacts", 0.05),
+    _of("pressure_offset", "pressure_share", "", "share of the force law's centre of pressure", 0.0, 2.0,
+        lambda k: (1.0, 0.3), "1 by the balance of pitch", 0.05),
+    _of("multipass", "kappa", "", "share of the front wheels' ruts that the rear wheels meet", 0.0, 1.5,
+        lambda k: (0.95, 0.1), "1 for soil that stays as the front wheel left it", 0.05),
+    _of("wheel_lean", "lean_steer", "", "lean of the front wheels per steering angle", -0.5, 0.5,
+        lambda k: (-0.1, 0.08), "caster of 1 to 10 degrees", 0.02),
+    _of("wheel_lean", "lean_roll", "", "lean of the front wheels per roll of the body", -2.0, 2.0,
+        lambda k: (0.8, 0.3), "0.5 on short wishbones, 1 on trailing arms, 0 on rigid axles", 0.05),
+    _of("wheel_lean", "lean_rear", "", "lean of the rear wheels per roll of the body", -2.0, 2.0,
+        lambda k: (0.8, 0.3), "as in front", 0.05),
+    _of("wheel_lean", "steer_rear", "", "steering of the rear wheels per roll of the body", -2.0, 2.0,
+        lambda k: (0.0, 0.08), "roll steer of 0 to 10 %", 0.02),
+)  # fmt: skip
+"""In the order of a vehicle file."""
+FIXED: dict[str, dict[str, float]] = {
+    "aligning_moment": {"aligning_f": 1.0, "aligning_r": 1.0},
+    "load_transfer": {"roll_moment": 0.0, "shaft_share": 0.0},
+}
+"""What every model of an identification has beside its numbers: the soil's aligning moments act on the vehicle in full."""
+
+
+def by_name() -> dict[str, Number]:
+    """The numbers by name."""
+    return {number.name: number for number in NUMBERS}
+
+
+def expected(known: Known) -> dict[str, tuple[float, float]]:
+    """Name -> (value, standard deviation) before any log: as given with the error of measuring it, or the prior."""
+    table = {}
+    for number in NUMBERS:
+        given = known.value(number.name)
+        if given is None:
+            table[number.name] = number.prior(known)
+        else:
+            std = known.stated.get(number.name) or number.measured(known, given)
+            table[number.name] = (given, max(std, 1e-9))
+    return table
+
+
+def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | None = None) -> Vehicle:
+    """The vehicle with the given numbers and, where they are stated, their standard deviations.
+
+    values: number -> value; what is missing is as expected.
+    """
+    merged = {**{name: value for name, (value, _) in expected(known).items()}, **values}
+    effects = {name: dict(table) for name, table in FIXED.items()}
+    for name, table in known.other_effects(set(by_name())).items():
+        effects.setdefault(name, {}).update(table)
+    for number in NUMBERS:
+        if number.effect:
+            effects.setdefault(number.effect, {})[number.name] = merged[number.name]
+    own = {number.name: merged[number.name] for number in NUMBERS if not number.effect}
+    return Vehicle(name=known.name, effects=effects, uncertainty=stds or {}, **{**known.rest(set(own)), **own})
+
+
+def free_layout(known: Known) -> Layout:
+    """The vehicle's own numbers as parameters of a model, those that logs may not move among them: their cost is computed."""
+    expectation = expected(known)
+    return Layout(
+        tuple(
+            Signal(n.name, n.unit, n.doc, expectation[n.name][0], n.lower, n.upper) for n in NUMBERS if not n.effect
+        )
+    )
