@@ -64,7 +64,7 @@ class Bench:
     p: Array
 
     def only(self, chosen: Sequence[int]) -> Bench:
-        """The bench of some of the drives."""
+        """The bench of the `chosen` drives, by index."""
 
         def of(values: Sequence) -> tuple:
             return tuple(values[i] for i in chosen)
