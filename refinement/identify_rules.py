@@ -16,7 +16,7 @@ class Rules:
     one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after another.
     """
 
-    seen: float = 0.6
+    seen: float = 0.75
     contradicted: float = 4.0
     material: float = 0.003
     n_std: float = 0.08
