@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 .PHONY: demo test check lock clean
 
 demo: $(STAMP)
-	$(BIN)/softsoil study --vehicle vehicles/paper.toml --out runs/study-paper
+	$(BIN)/softsoil study --vehicle paper --out runs/study-paper
 	$(BIN)/softsoil study
 
 test: $(STAMP)
@@ -25,7 +25,7 @@ $(STAMP): pyproject.toml constraints.txt
 
 # Write the versions of the present environment as the new constraints.
 lock:
-	$(BIN)/python -m pip freeze --exclude-editable | grep -v '^softsoil' > constraints.txt
+	$(BIN)/python -m pip freeze --all --exclude-editable | grep -v -E '^(softsoil|pip)==' > constraints.txt
 
 clean:
 	rm -rf $(VENV) build *.egg-info runs

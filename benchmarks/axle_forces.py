@@ -1,25 +1,23 @@
-"""Axle forces of the declared vehicle on the reference drives: `python benchmarks/axle_forces.py ../shared/data/chrono_vehicle`.
+"""Axle forces of the declared vehicle on the reference drives: `python -m benchmarks.axle_forces ../shared/data/chrono_vehicle`.
 
 The model gets the true n of the drive's name and the recorded states and inputs; its forces are judged by the wheel forces
 of the simulator (`true_*`, which nothing that estimates reads): rms of the error over rms of the force, smoothed over 0.1 s.
 """
 
 import argparse
-import re
 from pathlib import Path
 
 import numpy as np
 from scipy.signal import savgol_filter
 
+from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.inputs import measured_inputs, measured_states
 from softsoil.estimator.predictor import Predictor
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import declared_model
-from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
 from softsoil.symbolic.vehicle import load_vehicle
 
-SOILS = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
 VEHICLES = Path(__file__).resolve().parents[1] / "vehicles"
 
 
@@ -29,13 +27,10 @@ def main() -> None:
     options = parser.parse_args()
     vehicles = {name: load_vehicle(VEHICLES / f"{name}.toml") for name in ("paper", "reference")}
     rows: dict[str, list[tuple[float, float]]] = {name: [] for name in vehicles}
-    for log in sorted(options.folder.glob("*.csv.gz")):
-        found = re.match(r"(paper|multi|steps)_(clay|sandyloam|sand)_n([\d.]+?)\.csv", log.name)
-        if not found:
-            continue
+    for log in nominal_logs(options.folder):
         told = []
         for name, vehicle in vehicles.items():
-            errors = axle_errors(log, vehicle, SOILS[found[2]].with_(n=float(found[3])))
+            errors = axle_errors(log, vehicle, true_soil(drive_name(log)))
             rows[name].append(errors)
             told.append(f"{name}: front {100 * errors[0]:5.1f} %, rear {100 * errors[1]:5.1f} %")
         print(f"{log.name:30s} " + " | ".join(told), flush=True)

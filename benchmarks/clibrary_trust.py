@@ -1,7 +1,7 @@
-"""What the C library must stand, at length: python benchmarks/clibrary_trust.py storm|fuzz|arm|generate [--amount N].
+"""What the C library must stand, at length: python -m benchmarks.clibrary_trust storm|fuzz|arm|generate [--amount N].
 
 storm: ten million steps of random driving with everything that can go wrong, under address and undefined sanitizers;
-fuzz: libFuzzer (clang) for ten minutes from the corpus in tests/clibrary_corpus; arm: the library on 32-bit ARM under
+fuzz: libFuzzer (clang) for ten minutes from the corpus in tests/codegen/clibrary_corpus; arm: the library on 32-bit ARM under
 emulation against this machine, and the instructions of a step; generate: `softsoil generate --model refined.toml` with an
 empty cache and again, in seconds, and its bytes (--model: another refined.toml than one made of the reference vehicle).
 """
@@ -16,19 +16,10 @@ import tempfile
 import time
 from pathlib import Path
 
+from benchmarks.judges.c_library import CORPUS, SANITIZERS, arm_instructions, arm_numbers, build
+
 PROJECT = Path(__file__).resolve().parents[1]
-HERE = Path(__file__).resolve().parent
-SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
-CORPUS = PROJECT / "tests" / "clibrary_corpus"
-ARM = ("arm-linux-gnueabihf-gcc", "-static", "-O2", "-mcpu=cortex-a9", "-mfpu=neon")
 STEPS, SECONDS = 10_000_000, 600
-
-
-def build(compiler: list[str], folder: Path, source: str, target: Path) -> Path:
-    """The program `source` of this folder with the library, at `target`; CalledProcessError where it does not build."""
-    sources = [str(HERE / source), *map(str, sorted((folder / "src").glob("*.c")))]
-    subprocess.run([*compiler, f"-I{folder / 'include'}", *sources, "-lm", "-o", str(target)], check=True)
-    return target
 
 
 def storm(folder: Path, scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
@@ -45,35 +36,6 @@ def fuzz(folder: Path, scratch: Path, seconds: int) -> None:
     found.mkdir()
     limits = [f"-max_total_time={seconds}", "-max_len=2000", "-print_final_stats=1"]
     subprocess.run([str(program), *limits, str(found), str(CORPUS)], check=True, cwd=scratch)
-
-
-def arm_numbers(folder: Path, scratch: Path) -> tuple[list[float], list[float]]:
-    """Numbers that clibrary_arm.c prints on this machine in the vector form, and on emulated 32-bit ARM."""
-    here = build(["gcc", "-O2", "-march=native"], folder, "clibrary_arm.c", scratch / "here")
-    there = build(list(ARM), folder, "clibrary_arm.c", scratch / "there")
-    printed = [
-        subprocess.run([*command, "200"], capture_output=True, text=True, check=True).stdout.split()
-        for command in ([str(here)], ["qemu-arm", str(there)])
-    ]
-    return tuple([float(word) for word in words] for words in printed)  # type: ignore[return-value]
-
-
-def arm_instructions(folder: Path, scratch: Path) -> float:
-    """ARM instructions of one prediction, update and model step (which makes the measurement).
-
-    Counted by single-stepping the emulator, as the difference of two runs.
-    """
-    there = build(list(ARM), folder, "clibrary_arm.c", scratch / "counted")
-    counts = []
-    for steps in ("2", "6"):
-        log = scratch / "trace"
-        # One line for each instruction: -singlestep makes translation blocks of one, nochain traces every pass.
-        command = ["qemu-arm", "-singlestep", "-d", "exec,nochain", "-D", str(log), str(there), steps]
-        subprocess.run(command, capture_output=True, check=True)
-        with log.open("rb") as lines:
-            counts.append(sum(line.startswith(b"Trace") for line in lines))
-        log.unlink()
-    return (counts[1] - counts[0]) / 4
 
 
 def arm(folder: Path, scratch: Path, amount: int) -> None:

@@ -1,4 +1,4 @@
-"""The declared effects against two constants in their place: `python benchmarks/constant_gain.py ../shared/data/chrono_vehicle`.
+"""The declared effects against two constants in their place: `python -m benchmarks.constant_gain ../shared/data/chrono_vehicle`.
 
 The shortcut that a rear axle in ruts invites: the paper's bicycle with its rear force times a constant, and a yaw moment
 -c M a_y. Gain, c and n are fitted to the first two thirds of each nominal drive, as n alone is for the declared vehicle; both are
@@ -8,11 +8,11 @@ judged by the mean squared error 2.5 s ahead over the last third, which no fit h
 from __future__ import annotations
 
 import argparse
-import re
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
@@ -21,10 +21,9 @@ from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.effect import Effect, add_effect
 from softsoil.symbolic.model import Model, Quantities
 from softsoil.symbolic.signals import Layout, Signal
-from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
+from softsoil.symbolic.soil import SOILS
 from softsoil.symbolic.vehicle import load_vehicle
 
-SOILS = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
 VEHICLE = Path(__file__).resolve().parents[1] / "vehicles" / "reference.toml"
 AHEAD = 2.5
 JUDGED = {"v": 4, "omega_z": 5}
@@ -76,11 +75,8 @@ def main() -> None:
     n = Free("n", N_NAMES, 0.1, 0.2, 1.6)
     both = [Free("rear_gain", ("rear_gain",), 0.3, 0.3, 4.0), Free("moment_arm", ("moment_arm",), 0.1, -0.5, 1.0), n]
     ratios = []
-    for log in sorted(parser.parse_args().folder.glob("*.csv.gz")):
-        told = re.match(r"(paper|multi|steps)_(clay|sandyloam|sand)_n([\d.]+?)\.csv", log.name)
-        if not told:
-            continue
-        soil = SOILS[told[2]]
+    for log in nominal_logs(parser.parse_args().folder):
+        soil = SOILS[true_soil(drive_name(log)).name]  # n is fitted from several guesses: the class's own is no truth
         guesses = soil.n + np.array([-0.25, -0.1, 0.05, 0.2])
         plain = add_effect(declared_model(vehicle, soil, effects={}), constants())
         shortcut, at = judged(log, plain, both, np.array([[g, 0.2, m] for g in (1.3, 2.0) for m in guesses]))

@@ -1,4 +1,4 @@
-"""Where drives put the declared numbers: `python benchmarks/declared_parameters.py ../shared/data/chrono_vehicle`.
+"""Where drives put the declared numbers: `python -m benchmarks.declared_parameters ../shared/data/chrono_vehicle`.
 
 Sensor channels of the multi-sine and step drives; `paper_*` drives are not in it. First how far ahead of the centre of gravity
 the front axle is, by the motion of its own point. Then the four numbers that nothing else says: the cost over wheel radius and
@@ -7,7 +7,7 @@ the costs has its least. Then, by soil and for several yaw inertias, where the d
 multipass, and with them those of the front wheels' lean. Last, and apart from it, what the simulator's own wheel loads
 (`true_fz_*`, a weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
 
-`python benchmarks/declared_parameters.py plant` does the same for vehicles/plant.toml, whose radius is known, on the clean
+`python -m benchmarks.declared_parameters plant` does the same for vehicles/plant.toml, whose radius is known, on the clean
 drives that the blind test draws for the seeds 11 to 14, once without wheel_lean, then with the shares of aligning_moment and
 pressure_offset in the last fit; the yaw inertia of the plant's bodies together is 1795 kg m^2, and what its suspensions'
 hardpoints do to the wheels stands in tests/symbolic/test_effects_lean.py.

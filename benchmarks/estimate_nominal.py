@@ -1,4 +1,4 @@
-"""n on the reference drives with the declared vehicle: `python benchmarks/estimate_nominal.py ../shared/data/chrono_vehicle`.
+"""n on the reference drives with the declared vehicle: `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle`.
 
 Each nominal drive (`paper_*`, `multi_*`, `steps_*`) gets sensor noise, n is estimated from first guesses off by +0.2 and
 -0.15 (one n for both axles), and the value at the end is held against the n in the drive's name. Nothing is fitted here.
@@ -10,18 +10,18 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import declared_model
-from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
+from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 GUESSES = (0.2, -0.15)
 BORDER = 90.0
 """m, world x where the soil of the `change_*` drives changes."""
-SOILS = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
 
 
 def main() -> None:
@@ -35,11 +35,9 @@ def main() -> None:
     options = parser.parse_args()
     vehicle = load_vehicle(options.vehicle)
     every: list[np.ndarray] = []
-    for log in sorted(options.folder.glob("*.csv.gz")):
-        found = re.match(r"(paper|multi|steps)_(clay|sandyloam|sand)_n([\d.]+?)\.csv", log.name)
-        if not found:
-            continue
-        n, model, clean = float(found[3]), declared_model(vehicle, SOILS[found[2]]), read_drive(log)
+    for log in nominal_logs(options.folder):
+        soil = true_soil(drive_name(log))
+        n, model, clean = float(soil.n), declared_model(vehicle, soil), read_drive(log)
         rows = []
         for guess in GUESSES:
             for seed in range(options.seeds):

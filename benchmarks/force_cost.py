@@ -1,4 +1,4 @@
-"""What a force costs, all in one run on one core: `python benchmarks/force_cost.py`.
+"""What a force costs, all in one run on one core: `python -m benchmarks.force_cost`.
 
 One call after the other in generated C for every law; many forces at once in vector registers (`codegen/lanes.py`), with one
 soil for all wheels and with a soil per wheel; and the soil contact model of the plant, per wheel and step. The paper

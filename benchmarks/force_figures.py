@@ -1,4 +1,4 @@
-"""The paper's Figs. 2-6 drawn again, on the plant's soil contact model: `python benchmarks/force_figures.py [FOLDER]`.
+"""The paper's Figs. 2-6 drawn again, on the plant's soil contact model: `python -m benchmarks.force_figures [FOLDER]`.
 
 Sand of Table 2, the inputs of Table 3 (2500 N, s = 0.2, 5.5 m/s), slip angle swept 20 deg at 1 Hz: the soil contact model
 (black) with the Bekker law (Fig. 2), with the paper's surrogate refitted and the turn-slip law (Fig. 3), and the effects
@@ -10,13 +10,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
-from softsoil.calibration.rig_sweep import wheel_run
+from softsoil.calibration.rig_judge import wheel_run
 from softsoil.calibration.single_wheel import law_for, predict
 from softsoil.plant.rig import Rig, RigRun, run_rig
 from softsoil.recording.rig import WheelRun
@@ -36,7 +35,7 @@ def rig_run(**changes: float) -> WheelRun:
     return wheel_run(point, t, series, rig)
 
 
-def draw(axis: plt.Axes, run: WheelRun, laws: tuple[str, ...], label: str, style: str = "k") -> None:
+def draw(axis: Axes, run: WheelRun, laws: tuple[str, ...], label: str, style: str = "k") -> None:
     """Lateral force against slip angle: measured, and by law."""
     alpha = np.degrees(np.arctan2(-run.v_y, run.v_x))
     axis.plot(alpha, run.smooth(run.lateral(run.f_x, run.f_y)), style, lw=2.2, label=label)
@@ -46,7 +45,9 @@ def draw(axis: plt.Axes, run: WheelRun, laws: tuple[str, ...], label: str, style
 
 
 def main(folder: Path) -> Path:
-    figure, axes = plt.subplots(2, 3, figsize=(14, 7.5))
+    figure = Figure(figsize=(14, 7.5))
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(2, 3)
     base = rig_run()
     draw(axes[0, 0], base, ("bekker",), "soil contact model")
     axes[0, 0].set_title("Fig. 2: Bekker law", fontsize=10)

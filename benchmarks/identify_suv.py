@@ -33,7 +33,7 @@ from softsoil.refinement.identify_result import JUDGED_STATES, Identification
 from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.refine import refine
-from softsoil.refinement.vehicle_numbers import vehicle_of
+from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.model import with_nominal
 from softsoil.symbolic.soil import Soil, load_soil
@@ -135,7 +135,7 @@ def _judge(vehicle: Vehicle, paths: list[Path]) -> None:
             errors["filter"].append(n / n_true - 1)
             line.append(f"{100 * errors['filter'][-1]:+.1f}")
         mse = []
-        for numbers in (_file_vehicle(), _known_vehicle(), vehicle):
+        for numbers in (declared_vehicle(KNOWN), _known_vehicle(), vehicle):
             n = _n_by_windows(numbers, noisy, soil)
             built = with_nominal(Declaration(numbers, soil).build(), n_f=n, n_r=n)
             mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
@@ -155,11 +155,6 @@ def _judge(vehicle: Vehicle, paths: list[Path]) -> None:
         f"mse at {HORIZON} s, geometric mean: {plain:.1f} times smaller than with the known file as it stands (no effects), "
         f"{expected:.1f} times than with everything else as expected of any vehicle"
     )
-
-
-def _file_vehicle() -> Vehicle:
-    """The vehicle as the known file declares it: a guess of the yaw inertia, which has no default, and no effects."""
-    return Vehicle(name=KNOWN.name, yaw_inertia=_known_vehicle().yaw_inertia, **KNOWN.numbers)
 
 
 def _known_vehicle() -> Vehicle:

@@ -1,4 +1,4 @@
-"""Closed loop over seeds, soils, speeds and first guesses: `python benchmarks/nmpc_study.py --seeds 10` (about 30 minutes).
+"""Closed loop over seeds, soils, speeds and first guesses: `python -m benchmarks.nmpc_study --seeds 10` (about 30 minutes).
 
 Every drive is kept as a line of OUT/runs.jsonl as it ends: a study that was stopped goes on where it stood. Seeds start
 at 100; the estimator's numbers in the loop were chosen on seeds 0 to 2 at other speeds.

@@ -1,4 +1,4 @@
-"""n on drives of the own bicycle with Table-5 noise, 20 seeds and two soils: `python benchmarks/own_bicycle.py`."""
+"""n on drives of the own bicycle with Table-5 noise, 20 seeds and two soils: `python -m benchmarks.own_bicycle`."""
 
 from pathlib import Path
 

@@ -1,6 +1,6 @@
 """Why a payload comes out too heavy: the model's axle forces on drives of the plant with a load and without, in ruts and without.
 
-`python benchmarks/payload_forces.py`: nothing is fitted. The declared model of vehicles/plant.toml with the true n and the true
+`python -m benchmarks.payload_forces`: nothing is fitted. The declared model of vehicles/plant.toml with the true n and the true
 payload runs along the recorded states; its forces and loads over the true ones are printed for each axle, what the rear wheels
 bear against each other (left minus right, N), and what the rear suspension does meanwhile, which the bicycle does not have: the
 wheels' toe (left minus right, mrad) and their common steering per lateral acceleration (mrad per m/s^2).

@@ -12,6 +12,8 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from scipy.ndimage import uniform_filter1d
 
 from softsoil.plant.rig import Rig, RigRun, run_rig
@@ -45,12 +47,9 @@ def main() -> None:
 
 def draw(table: dict[str, list[float]], path: Path) -> None:
     """Error against spacing, both logarithmic."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axis = plt.subplots(figsize=(5, 3.5))
+    figure = Figure(figsize=(5, 3.5))
+    FigureCanvasAgg(figure)
+    axis = figure.subplots()
     for name, errors in table.items():
         axis.loglog(SPACINGS, 100 * np.array(errors), "o-", label=name.replace("_", " "))
     axis.loglog(SPACINGS, 100 * np.array(SPACINGS), "k:", lw=0.8, label="first order")

@@ -14,109 +14,17 @@ the log's.
 from __future__ import annotations
 
 import argparse
-import re
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
-from numpy.typing import NDArray
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
-from softsoil.plant.effects import Effects
-from softsoil.plant.machine import PlantVehicle, load_plant_vehicle
-from softsoil.plant.replay import replay
-from softsoil.plant.soil_field import SoilField
+from benchmarks.judges.drive_windows import axle_force, compare, window, windows, with_the_others_steering
+from softsoil.plant.machine import load_plant_vehicle
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
-
-Array = NDArray[np.float64]
-
-WINDOW = 15.0
-SETTLE = 2.0
-"""The logs' first two seconds hold the start-up transient (s)."""
-PRESCRIBED = 1e6
-"""Natural frequency of a servo that is there within a step (rad/s)."""
-HALF_TRACK = 0.616
-MASS = 1378.33
-CLASSES = {"clay": CLAY, "sandyloam": SANDY_LOAM, "sand": SAND}
-EFFECTS = {
-    "effect_backlash": (SANDY_LOAM, Effects(steer_backlash=0.0528)),
-    "effect_bank": (SANDY_LOAM, Effects(bank=0.0873)),
-    "effect_locked_axles": (SANDY_LOAM, Effects(locked_front=True, locked_rear=True)),
-    "effect_payload": (CLAY, Effects(payload=300.0, payload_at=(-2.4, 0.0, 0.9))),
-    "effect_steer_lag": (SANDY_LOAM, Effects(steer_lag=0.2)),
-    "effect_steer_offset": (CLAY, Effects(steer_offset=0.0353)),
-    "effect_wind": (SANDY_LOAM, Effects(wind=(0.0, 900.0))),
-    "effect_yaw_moment": (CLAY, Effects(yaw_moment=700.0)),
-}
-"""What the data's README says of the effect drives."""
-
-
-def conditions(name: str) -> tuple[Soil | SoilField, Effects]:
-    """Soil and effects of a drive, from its name."""
-    if name in EFFECTS:
-        return EFFECTS[name]
-    if name == "change_clay_n0.50_to_0.75":
-        return SoilField.change_at(CLAY.with_(n=0.5), CLAY.with_(n=0.75), 90.0), Effects()
-    match = re.fullmatch(r"\w+?_(clay|sandyloam|sand)_n([\d.]+)", name)
-    if not match:
-        raise ValueError(f"drive: expected a name such as multi_clay_n0.50, found {name!r}")
-    return CLASSES[match[1]].with_(n=float(match[2])), Effects()
-
-
-def compare(ours: Recording, log: Recording) -> dict[str, float]:
-    """Figures of one window."""
-    found: dict[str, float] = {}
-    for name in ("omega_z", "v", "u"):
-        found[name] = _rms(ours[name] - log[name]) / _rms(log[name])
-    for axle in "fr":
-        a, b = (_axle(r, axle) for r in (ours, log))
-        found[f"corr_{axle}"] = float(np.corrcoef(a, b)[0, 1])
-        found[f"gain_{axle}"] = float(a @ b / (b @ b))
-    found["ratio"] = _rear_over_front(ours) / _rear_over_front(log)
-    found["c"], found["c_log"] = yaw_moment_arm(ours), yaw_moment_arm(log)
-    return found
-
-
-def yaw_moment_arm(drive: Recording) -> float:
-    """c (m) of M_z = -c sum(F_y), least squares: longitudinal forces times half the track."""
-    moment = sum(HALF_TRACK * (drive.truth[f"true_fx_{a}r"] - drive.truth[f"true_fx_{a}l"]) for a in "fr")
-    side = _axle(drive, "f") + _axle(drive, "r")
-    return float(-np.linalg.lstsq(np.stack([side, np.ones_like(side)], axis=1), moment, rcond=None)[0][0])
-
-
-def _axle(drive: Recording, axle: str) -> Array:
-    return drive.truth[f"true_fy_{axle}l"] + drive.truth[f"true_fy_{axle}r"]
-
-
-def _rear_over_front(drive: Recording) -> float:
-    return _rms(_axle(drive, "r")) / _rms(_axle(drive, "f"))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
-def windows(log: Recording) -> list[float]:
-    """Starts of the windows: after the transient, then every 15 s that fit, the last one flush with the end."""
-    starts = list(np.arange(SETTLE, log.t[-1] - WINDOW, WINDOW))
-    last = float(np.floor(log.t[-1] - WINDOW))
-    return [*starts, last] if last - starts[-1] > 0.5 * WINDOW else starts
-
-
-def with_the_others_steering() -> PlantVehicle:
-    """The plant's vehicle with the other's steering: its angle is prescribed, its idler arm breaks Newton's third law."""
-    vehicle = load_plant_vehicle()
-    machine = vehicle.machine._replace(idler_error=1.0, servo=np.array([PRESCRIBED, *vehicle.machine.servo[1:]]))
-    return replace(vehicle, machine=machine)
-
-
-def window(log: Recording, begin: float, **options: Any) -> tuple[Recording, Recording]:
-    """The plant and the log over one window, on the soil and with the effects of its name; options: of `replay`."""
-    soil, effects = conditions(log.name)
-    return replay(log, soil, begin, begin + WINDOW, effects=effects, **options)
 
 
 def main() -> None:
@@ -159,16 +67,13 @@ def main() -> None:
 
 def draw(ours: Recording, log: Recording, path: Path) -> None:
     """Yaw rate, lateral velocity, speed and rear lateral force of both."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(2, 2, figsize=(9, 5), sharex=True)
+    figure = Figure(figsize=(9, 5))
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(2, 2, sharex=True)
     rows = [("yaw rate, rad/s", "omega_z"), ("lateral velocity, m/s", "v"), ("speed, m/s", "u"), ("rear F_y, N", "")]
     for axis, (label, name) in zip(axes.flat, rows, strict=True):
         for drive, style, who in ((log, "C0", "independent simulator"), (ours, "C1", "plant")):
-            axis.plot(drive.t, drive[name] if name else _axle(drive, "r"), style, lw=0.9, label=who)
+            axis.plot(drive.t, drive[name] if name else axle_force(drive, "r"), style, lw=0.9, label=who)
         axis.set_title(label, fontsize=9)
         axis.grid(alpha=0.3)
     axes[0, 0].legend(fontsize=8, loc="lower left")

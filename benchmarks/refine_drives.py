@@ -1,6 +1,6 @@
 """The tracing judged on the independent simulator's drives: what it names on each, against what was put in.
 
-Run: python benchmarks/refine_drives.py [--data ../shared/data] [NAME ...]
+Run: python -m benchmarks.refine_drives [--data ../shared/data] [NAME ...]
 The model is the reference vehicle with its declared effects; nothing in it was fitted to the effect_* drives. The tracing reads
 sensor channels only; what is in each drive is used here, to score.
 """

@@ -1,6 +1,6 @@
 """A wheel that follows in a rut, as a rear wheel does: the force law against the plant's soil.
 
-`python benchmarks/second_pass.py`: two wheels of the rig's size pass one after the other over the same soil in a straight line,
+`python -m benchmarks.second_pass`: two wheels of the rig's size pass one after the other over the same soil in a straight line,
 each under its own constant load, slip angle and slip; nothing is fitted. Lateral and longitudinal force and sinkage of the second
 are printed three ways: the soil contact model; the law as the model has it, told the first wheel's sinkage and exit path; and the
 same equations integrated finely: contact from the rut's floor on, which the elastic soil has raised by sigma/K, a path that the

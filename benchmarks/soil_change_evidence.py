@@ -1,6 +1,6 @@
 """How sure a change of soil looks where there is none, and where there is one, on drives of the plant.
 
-`python benchmarks/soil_change_evidence.py clean|outside|soil_change SEED [SEED ...]`: the blind test's drives of that kind, or
+`python -m benchmarks.soil_change_evidence clean|outside|soil_change SEED [SEED ...]`: the blind test's drives of that kind, or
 with that effect. For each, the best place of a change, its size by all windows, the standard errors that it stands from absence
 (against `PLACE_SIGMAS` of `refinement/selection.py`) and its held-out gain. The true change is printed and not used.
 """

@@ -1,17 +1,15 @@
-"""A calibration as a study: fit, judge on other runs, leave soils out, write coefficients, table and figures."""
+"""A calibration as a study: fit, judge on other runs, leave soils out; coefficients as TOML, table as text."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from softsoil.calibration.refit_dallas import refit
 from softsoil.calibration.single_wheel import law_for, quantiles, run_errors
 from softsoil.calibration.turn_slip_fit import FACTORS, Calibrated, calibrate, with_soil
-from softsoil.calibration.wheel_report import draw_force_against_slip, percent
+from softsoil.calibration.wheel_report import percent
 from softsoil.recording.rig import WheelRun
 from softsoil.symbolic.laws.dallas_refit import DallasRefit, tables_to_toml
 from softsoil.symbolic.laws.turn_slip import TurnSlip
@@ -23,22 +21,24 @@ UNITS = {"entry_time": "s"}
 
 @dataclass(frozen=True)
 class Study:
-    """Result of a calibration: `found`, the report (what calibrate.json holds) and the paths written."""
+    """Result of a calibration: `found`, the report (what calibrate.json holds), the coefficients as TOML by file name, and
+    the calibrated law with the judging runs as it sees them.
+    """
 
     found: Calibrated
     report: dict[str, Any]
-    written: list[Path]
+    coefficients: dict[str, str]
+    calibrated: tuple[ForceLaw, Sequence[WheelRun]]
 
 
 def run_study(
     fit_on: Sequence[WheelRun],
     judge_on: Sequence[WheelRun],
-    out: Path,
     names: Sequence[str] = FACTORS,
     refit_paper: bool = False,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Study:
-    """Fit on some runs, judge on others, and write calibrate.json, calibrated.toml, force.png (and dallas_refit.toml).
+    """Fit on some runs, judge on others; coefficients: calibrated.toml (and dallas_refit.toml).
 
     names: what to fit, of turn_slip_fit.FACTORS or soil parameters; refit_paper: repeat the paper's curve fitting
     as well. Raises ValueError where the runs fit no parameter.
@@ -48,11 +48,11 @@ def run_study(
         "turn_slip": (law_for("turn_slip", judge_on), judge_on),
         "turn_slip_calibrated": (calibrated_law(judge_on, found), with_soil(judge_on, found)),
     }
-    written = []
+    coefficients = {}
     if refit_paper:
         tables = refit(fit_on, progress)
         laws = {"dallas_refit": (DallasRefit(tables), judge_on), **laws}
-        written.append(_write(out / "dallas_refit.toml", tables_to_toml(tables, _heading(fit_on))))
+        coefficients["dallas_refit.toml"] = tables_to_toml(tables, _heading(fit_on))
     report: dict[str, Any] = {
         "parameters": parameters(found),
         "not_identified": list(found.not_identified),
@@ -63,10 +63,8 @@ def run_study(
         "mean_load": {name: judged(law, runs, "mean") for name, (law, runs) in laws.items()},
         "left_out": leave_out(fit_on, judge_on, found, names, progress),
     }
-    written.append(_write(out / "calibrated.toml", to_toml(found, fit_on)))
-    written.append(_write(out / "calibrate.json", json.dumps(report, indent=1)))
-    written.append(draw_force_against_slip(judge_on, out / "force.png", extra=laws["turn_slip_calibrated"]))
-    return Study(found, report, written)
+    coefficients["calibrated.toml"] = to_toml(found, fit_on)
+    return Study(found, report, coefficients, laws["turn_slip_calibrated"])
 
 
 def calibrated_law(runs: Sequence[WheelRun], found: Calibrated) -> TurnSlipCalibrated:
@@ -149,9 +147,3 @@ def study_text(study: Study) -> str:
 def _heading(runs: Sequence[WheelRun]) -> str:
     groups = ", ".join(dict.fromkeys(run.group for run in runs))
     return f"Fitted on {len(runs)} single-wheel runs ({groups}) by softsoil calibrate."
-
-
-def _write(path: Path, text: str) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-    return path

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 
 from softsoil.calibration.single_wheel import WORTH_COMPILING, law_for, soil_column
 from softsoil.codegen.compiled import compile_function
+from softsoil.estimator.sandwich import cluster_covariance
 from softsoil.recording.rig import MOTION, SOIL_KEYS, WheelRun
 from softsoil.symbolic.laws.turn_slip import Factors, TurnSlip
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
@@ -205,12 +206,10 @@ def _residual(
 
 def _robust_std(blocks: Sequence[tuple[Array, Array]], free: NDArray[np.bool_]) -> Array:
     """Standard errors from the sandwich estimator with runs as clusters; NaN for parameters that are not free."""
-    bread = np.linalg.pinv(sum(j[:, free].T @ j[:, free] for _, j in blocks))
+    hessian = np.sum([j[:, free].T @ j[:, free] for _, j in blocks], axis=0)
     scores = [j[:, free].T @ r for r, j in blocks]
     if len(blocks) == 1:
         scores = [j[i, free] * r[i] for r, j in blocks for i in range(len(r))]
-    count = len(scores)
-    meat = sum(np.outer(score, score) for score in scores) * count / max(count - int(free.sum()), 1)
     std = np.full(len(free), np.nan)
-    std[free] = np.sqrt(np.diag(bread @ meat @ bread))
+    std[free] = np.sqrt(np.diag(cluster_covariance(hessian, scores, rcond=1e-15)))
     return std

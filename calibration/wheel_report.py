@@ -1,4 +1,4 @@
-"""The report on single-wheel data: every law's error and cost, by soil and slip range, as numbers, table and figures."""
+"""The report on single-wheel data: every law's error and cost, by soil and slip range, as numbers and table."""
 
 from __future__ import annotations
 
@@ -6,30 +6,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-import numpy as np
-
 from softsoil.calibration.single_wheel import (
     LAWS,
     RunError,
     by_soil_and_slip,
     call_cost,
     law_for,
-    predict,
     quantiles,
     run_errors,
 )
 from softsoil.recording.rig import RIG_RADIUS, WheelRun, read_rigs
 from softsoil.recording.wheel_table import read_wheel, read_wheel_table
 from softsoil.symbolic.soil import load_soil
-from softsoil.symbolic.wheel import ForceLaw
-
-COLOURS = {"bekker": "C0", "dallas": "C1", "dallas_refit": "C2", "turn_slip": "C3", "turn_slip_calibrated": "C4"}
-SHOWN = 6
-"""Runs drawn in the figure of force against slip angle."""
 
 
 def read_wheel_runs(
@@ -121,68 +109,3 @@ def table_text(report: dict[str, Any]) -> str:
         ]
         lines.append(f"| {soil} | {slip[0]:g} to {slip[1]:g} | {count} | {' | '.join(cells)} |")
     return "\n".join(lines)
-
-
-def draw_force_against_slip(
-    runs: Sequence[WheelRun],
-    path: Path,
-    laws: Sequence[str] = ("bekker", "dallas_refit", "turn_slip_calibrated"),
-    extra: tuple[ForceLaw, Sequence[WheelRun]] | None = None,
-) -> Path:
-    """Lateral force against slip angle, measured and by law, on runs spread over the data (the paper's Figs. 2, 3).
-
-    extra: a law of its own with the runs as it sees them, drawn in place of the packaged law of its name.
-    """
-    picked = np.linspace(0, len(runs) - 1, min(SHOWN, len(runs))).astype(int)
-    chosen = [runs[i] for i in picked]
-    names = [name for name in laws if applies(name, chosen)]
-    outs = {name: predict(law_for(name, chosen), chosen) for name in names}
-    if extra is not None:
-        outs[extra[0].name] = predict(extra[0], [extra[1][i] for i in picked])
-    columns = min(3, len(chosen))
-    rows = -(-len(chosen) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(4.6 * columns, 3.4 * rows), squeeze=False)
-    for k, (run, axis) in enumerate(zip(chosen, axes.flat, strict=False)):
-        alpha = np.degrees(np.arctan2(-run.v_y, np.maximum(run.v_x, 1e-9)))
-        style = "-" if run.dt is not None else "."
-        axis.plot(alpha, run.smooth(run.lateral(run.f_x, run.f_y)), "k" + style, lw=2, ms=4, label="measured")
-        for name in outs:
-            force = run.smooth(run.lateral(outs[name][k][0], outs[name][k][1]))
-            axis.plot(alpha, force, style, color=COLOURS[name], lw=1, ms=4, label=name)
-        axis.set_title(
-            f"{run.group}, n {run.soil['n']:.2f}, s {run.slip:.2f}, load {run.load.mean():.0f} N", fontsize=9
-        )
-        axis.grid(alpha=0.3)
-        axis.set_xlabel("slip angle (deg)")
-        axis.set_ylabel("lateral force (N)")
-    for axis in list(axes.flat)[len(chosen) :]:
-        axis.set_axis_off()
-    axes.flat[0].legend(fontsize=7)
-    return _save(figure, path)
-
-
-def draw_errors(report: dict[str, Any], path: Path) -> Path:
-    """Error by law as bars (median) with the 95th percentile, and the cost of a call beside it."""
-    names = [name for name, values in report["laws"].items() if values["median"] is not None]
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6))
-    for k, name in enumerate(names):
-        values = report["laws"][name]
-        left.bar(k, 100 * values["median"], color=COLOURS[name])
-        left.plot([k, k], [100 * values["median"], 100 * values["p95"]], "k-")
-        left.plot(k, 100 * values["p95"], "k_", ms=12)
-        right.bar(k, report["cost_us"][name], color=COLOURS[name])
-    for axis, label in ((left, "lateral force error over peak (%)"), (right, "cost of a call in C (us)")):
-        axis.set_yscale("log")
-        axis.set_xticks(range(len(names)), names, rotation=20, fontsize=8)
-        axis.set_ylabel(label)
-        axis.grid(axis="y", alpha=0.3)
-    left.set_title("median, and 95th percentile over the runs", fontsize=9)
-    return _save(figure, path)
-
-
-def _save(figure: Any, path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
-    return path

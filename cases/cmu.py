@@ -27,7 +27,7 @@ from softsoil.cases.cmu_data import (
 )
 from softsoil.cases.ploughing_fit import (
     PARAMETERS,
-    Candidate,
+    Hypothesis,
     Judged,
     Ploughs,
     at_bound,
@@ -42,20 +42,18 @@ Array = NDArray[np.float64]
 
 DENSITY = 1330.0
 """kg/m^3, the laboratory's."""
-PHI, SHEAR_MODULUS = np.deg2rad(29.0), 0.01
-"""rad, the laboratory's angle of repose; m, the usual value for dry sand."""
 BASES = ("bekker", "turn_slip")
 REFINED = "side_wall_digging"
 _WEIGHT = {"unit_weight": DENSITY * GRAVITY}
 CANDIDATES = (
-    Candidate("as_declared", "the law with laboratory and literature values", {}),
-    Candidate("friction", "another friction angle", {}, (), ("phi",)),
-    Candidate("shear_modulus", "another shear modulus", {}, (), ("k",)),
-    Candidate("wider_contact", "heaped soil widens the contact", {}, (), ("width",)),
-    Candidate("digging", "sinkage grows with sliding", {}, ("shear", "push")),
-    Candidate("side_wall", "passive pressure on the side wall", _WEIGHT, (), ("heap",)),
-    Candidate("side_wall_bare", "side wall without a heap, and digging", _WEIGHT, ("shear", "push")),
-    Candidate(REFINED, "side wall with its heap, and digging", _WEIGHT, ("shear", "push"), ("heap",)),
+    Hypothesis("as_declared", "the law with laboratory and literature values", {}),
+    Hypothesis("friction", "another friction angle", {}, (), ("phi",)),
+    Hypothesis("shear_modulus", "another shear modulus", {}, (), ("k",)),
+    Hypothesis("wider_contact", "heaped soil widens the contact", {}, (), ("width",)),
+    Hypothesis("digging", "sinkage grows with sliding", {}, ("shear", "push")),
+    Hypothesis("side_wall", "passive pressure on the side wall", _WEIGHT, (), ("heap",)),
+    Hypothesis("side_wall_bare", "side wall without a heap, and digging", _WEIGHT, ("shear", "push")),
+    Hypothesis(REFINED, "side wall with its heap, and digging", _WEIGHT, ("shear", "push"), ("heap",)),
 )
 """What is tried; phi, the density and the wall's friction are never fitted together with the wall."""
 
@@ -142,7 +140,7 @@ def run_cmu(
     judge: Path | None = None,
     grouser: float = 0.0,
     bases: Sequence[str] = BASES,
-    candidates: Sequence[Candidate] = CANDIDATES,
+    candidates: Sequence[Hypothesis] = CANDIDATES,
     progress: Callable[[float], None] = lambda share: None,
 ) -> CmuCase:
     """The case study on a folder with SINKAGE_FILE and WHEEL_FILE.

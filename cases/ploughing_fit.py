@@ -38,8 +38,8 @@ STARTS = {"heap": 0.5, "shear": 0.5, "push": 2.0, "unit_weight": 13e3}
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """A physical effect that the law may lack.
+class Hypothesis:
+    """A physical effect that a force law may lack on a single wheel, with the parameters that are fitted for it.
 
     name; doc; fixed: parameters with the values that the laboratory or the literature give; to_sinkage, to_force: parameters
     fitted to the measured sinkage, then to the measured side force. Nothing else is adapted.
@@ -81,7 +81,7 @@ class Ploughs:
         return np.array(self.function(self.wheel.run.motion(), np.array(theta)[:, None]))
 
 
-def fit_candidate(model: Ploughs, candidate: Candidate, rows: Mask) -> dict[str, float]:
+def fit_candidate(model: Ploughs, candidate: Hypothesis, rows: Mask) -> dict[str, float]:
     """All parameters of a candidate, fitted on the rows chosen: first those of the sinkage, then those of the force."""
     run, values = model.wheel.run, dict(candidate.fixed)
     if candidate.to_sinkage:
@@ -118,7 +118,7 @@ class Judged:
     held_sinkage (N,): likewise, by angle.
     """
 
-    candidate: Candidate
+    candidate: Hypothesis
     values: Mapping[str, float]
     std: Mapping[str, float]
     fitted: Array
@@ -126,7 +126,7 @@ class Judged:
     held_sinkage: Array
 
 
-def judge_candidate(model: Ploughs, candidate: Candidate) -> Judged:
+def judge_candidate(model: Ploughs, candidate: Hypothesis) -> Judged:
     """Fit on all rows, and on all but one slip angle (and all but one repeat) for the rows of that angle (repeat)."""
     wheel = model.wheel
     free = (*candidate.to_sinkage, *candidate.to_force)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import shutil
 import subprocess
@@ -19,26 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.c_source import write_c
 from softsoil.codegen.lanes import write_lanes
-from softsoil.files.cache import cache_folder
+from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fPIC")
+PATIENCE = 2.0
+"""s: a compilation that takes longer is announced, once per process."""
 NATIVE = "-march=native"
 """Left out where a compiler does not know it."""
-
-
-def _writable_cache() -> Path:
-    """The cache folder, made if need be; a folder of this process alone where it cannot be written."""
-    folder = cache_folder()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return Path(_own_folder().name)
-    return folder if os.access(folder, os.W_OK) else Path(_own_folder().name)
-
-
-@lru_cache(maxsize=1)
-def _own_folder() -> tempfile.TemporaryDirectory[str]:
-    return tempfile.TemporaryDirectory(prefix="softsoil_")
 
 
 @lru_cache(maxsize=1)
@@ -92,20 +80,27 @@ def compile_function(function: ca.Function, parts: Sequence[str] = ()) -> ca.Fun
     return function if library is None else ca.external(function.name(), str(library))
 
 
-def at_points(function: ca.Function, count: int) -> tuple[ca.Function, tuple[str, ...]]:
+def at_points(function: ca.Function, count: int, repeats: int = 1) -> tuple[ca.Function, tuple[str, ...]]:
     """The function at many points, [X (n, count), u, p] -> [Y (m, count)], and the C sources that it needs when called in C.
 
-    function: [x, u, p] -> [y], vectors. Several points at once in vector registers (`softsoil.codegen.lanes`) where the
-    compiler has them, else CasADi's map, one after the other.
+    function: [x, u, p] -> [y], vectors; repeats: times that it is applied, y in the place of x (a loop in C). Several points
+    at once in vector registers (`softsoil.codegen.lanes`) where the compiler has them, else CasADi's map, one after the other.
     """
     compiler = find_compiler()
     name = f"{function.name()}_points"
     if compiler is not None:
-        source = write_lanes(function if function.is_a("SXFunction") else function.expand(), count, name)
+        source = write_lanes(function if function.is_a("SXFunction") else function.expand(), count, name, repeats)
         library = _library(compiler, name, (source,), warn=False)
         if library is not None:
             return ca.external(name, str(library)), (source,)
-    return function.map(count), ()
+    mapped = function.map(count)
+    if repeats == 1:
+        return mapped, ()
+    args = [ca.MX.sym(mapped.name_in(i), *mapped.size_in(i)) for i in range(mapped.n_in())]
+    result = args[0]
+    for _ in range(repeats):
+        result = mapped(result, *args[1:])
+    return ca.Function(name, args, [result]), ()
 
 
 def build_library(name: str, sources: Sequence[str]) -> Path | None:
@@ -119,7 +114,7 @@ def _library(compiler: str, name: str, sources: Sequence[str], warn: bool = True
 
     Each source is compiled once and its object kept, so that a part that several libraries share costs once.
     """
-    folder = _writable_cache()
+    folder = writable_cache()
     library = folder / f"{name}_{_key(compiler, *sources)}.so"
     if library.is_file():
         return library
@@ -144,8 +139,8 @@ def _object(compiler: str, source: str, folder: Path) -> Path:
     """The object file of one source, from the cache or compiled into it; OSError where the compiler refuses."""
     path = folder / f"{_key(compiler, source)}.o"
     if not path.is_file():
-        with tempfile.TemporaryDirectory(dir=folder) as scratch:
-            file = Path(scratch) / "part.c"
+        with scratch_folder(folder) as scratch:
+            file = scratch / "part.c"
             file.write_text(source, encoding="utf-8")
             try:
                 _compile([compiler, *FLAGS, "-c", str(file)], path)
@@ -156,12 +151,31 @@ def _object(compiler: str, source: str, folder: Path) -> Path:
 
 def _compile(command: Sequence[str], target: Path) -> None:
     """Run the compiler into a scratch name, then move: another process never sees half a file. OSError with its reason."""
-    with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
-        built = Path(scratch) / target.name
-        run = subprocess.run([*command, "-o", str(built)], capture_output=True, text=True, check=False)
-        if run.returncode != 0:
-            raise OSError((run.stderr.strip().splitlines() or ["no message"])[0])
+    with scratch_folder(target.parent) as scratch:
+        built = scratch / target.name
+        code, said = _watched([*command, "-o", str(built)])
+        if code != 0:
+            raise OSError((said.strip().splitlines() or ["no message"])[0])
         built.replace(target)
+
+
+def _watched(command: Sequence[str]) -> tuple[int, str]:
+    """Exit code and error output of a compiler; one line to the log where it takes longer than PATIENCE."""
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            _, said = process.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            _say_compiling()
+            _, said = process.communicate()
+        except BaseException:
+            process.kill()
+            raise
+    return process.returncode, said
+
+
+@lru_cache(maxsize=1)
+def _say_compiling() -> None:
+    logging.getLogger("softsoil").warning("compiling the model, once; kept in the cache")
 
 
 class CompiledFunction:

@@ -25,11 +25,12 @@ DIGITS = 17
 """Significant digits of constants: all there are, since this C is compiled where it is written."""
 
 
-def write_lanes(function: ca.Function, count: int, name: str) -> str:
+def write_lanes(function: ca.Function, count: int, name: str, repeats: int = 1) -> str:
     """C source of `name`: [X (n, count), shared inputs ...] -> [Y (m, count), ...], CasADi's calling convention.
 
     function: SX, dense; its first input is a point (n,), the others (u, p ...) are the same for all points, each output is
-    a vector (m,). Raises ValueError for a name that is no C identifier, matrices, sparse results or an operation without C.
+    a vector (m,); repeats: times that it is applied, its one output (n,) in the place of the point. Raises ValueError for
+    a name that is no C identifier, matrices, sparse results or an operation without C.
     """
     check_c_name(name)
     ins = [function.size_in(i) for i in range(function.n_in())]
@@ -37,17 +38,19 @@ def write_lanes(function: ca.Function, count: int, name: str) -> str:
     dense = all(function.sparsity_out(i).is_dense() for i in range(function.n_out()))
     if count < 1 or not dense or any(columns != 1 for _, columns in ins + outs):
         raise ValueError(f"lanes: expected dense vectors and at least one point, found {function} at {count} points")
+    if repeats < 1 or (repeats > 1 and (len(outs) != 1 or outs[0] != ins[0])):
+        raise ValueError(f"lanes: expected one output in the shape of the point to apply {function} {repeats} times")
     side = 2 if count > LANES and occupancy(instructions(function)) < NARROW else 1
     kernel = write_kernel(function, f"{name}_group", (True, *[False] * (len(ins) - 1)), side, DIGITS)
     header = (files("softsoil.codegen.c_library") / "templates" / "softsoil_lanes.h.in").read_text(encoding="utf-8")
     shapes = [_shapes(name, "in", [(ins[0][0], count), *ins[1:]])]
     shapes += [_shapes(name, "out", [(rows, count) for rows, _ in outs])]
     return "\n".join(
-        [header, kernel, _driver(name, count, side, ins[0][0], len(ins), [rows for rows, _ in outs]), *shapes]
+        [header, kernel, _driver(name, count, repeats, side, ins[0][0], len(ins), [rows for rows, _ in outs]), *shapes]
     )
 
 
-def _driver(name: str, count: int, side: int, n_x: int, n_in: int, rows: Sequence[int]) -> str:
+def _driver(name: str, count: int, repeats: int, side: int, n_x: int, n_in: int, rows: Sequence[int]) -> str:
     """The loop over groups of points; lanes without a point of their own repeat the last one."""
     shared = "".join(f", arg[{i}]" for i in range(1, n_in))
     results = "".join(f", r{i}" for i in range(len(rows)))
@@ -58,6 +61,10 @@ def _driver(name: str, count: int, side: int, n_x: int, n_in: int, rows: Sequenc
         f"        res[{o}][(k + l) * {m} + j] = lane[l / SOFTSOIL_LANES * {m} + j][l % SOFTSOIL_LANES];"
         for o, m in enumerate(rows)
     )
+    call = f"{name}_group(x{shared}{results});"
+    if repeats > 1:
+        again = f"for (int i = 0; i < {side * n_x}; ++i) x[i] = r0[i];"
+        call = f"for (int step = 0; step < {repeats}; ++step) {{\n      {call}\n      {again}\n    }}"
     return f"""int {name}(const double **arg, double **res, long long *iw, double *w, int mem) {{
   enum {{ COUNT = {count}, WIDTH = {side} * SOFTSOIL_LANES }};
   (void)iw; (void)w; (void)mem;
@@ -70,7 +77,7 @@ def _driver(name: str, count: int, side: int, n_x: int, n_in: int, rows: Sequenc
       for (int j = 0; j < {n_x}; ++j) lane[l / SOFTSOIL_LANES * {n_x} + j][l % SOFTSOIL_LANES] = from[j];
     }}
     for (int i = 0; i < {side * n_x}; ++i) x[i] = ssv_load(lane[i]);
-    {name}_group(x{shared}{results});
+    {call}
     {stores}
   }}
   return 0;

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 
-from softsoil.files.cache import cache_folder
+from softsoil.files.cache import cache_folder, scratch_folder
 
 WRITERS = (
     ("symbolic", "**/*"), ("codegen", "**/*"), ("estimator", "*"), ("commands", "*generate*"), ("commands", "options_model*"),
@@ -51,9 +50,9 @@ def kept_texts(asked: bytes) -> dict[str, str] | None:
 def keep(path: Path, text: str) -> None:
     """Write a file of the cache so that another process never sees half of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    scratch = path.with_suffix(f".{os.getpid()}")
-    scratch.write_text(text, encoding="utf-8")
-    scratch.replace(path)
+    with scratch_folder(path.parent) as scratch:
+        (scratch / path.name).write_text(text, encoding="utf-8")
+        (scratch / path.name).replace(path)
 
 
 def _place(asked: bytes) -> Path:

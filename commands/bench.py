@@ -12,9 +12,8 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.options import open_drive
-from softsoil.commands.options_model import LawOption, OutOption, SoilOption, VehicleOption, declaration
-from softsoil.commands.output import console, output_folder, say_written
-from softsoil.files.json_file import write_json
+from softsoil.commands.options_model import LawOption, OutOption, SoilOption, VehicleOption, about_vehicle, declaration
+from softsoil.commands.output import console, output_folder, say_written, write_result
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.bench_c_library import c_library_rows
 from softsoil.mpc_demo.bench_filter import filter_rows
@@ -53,7 +52,7 @@ def bench(
         table.add_row(*_cells(row))
     console.print(table)
     content = {"machine": machine(), "rows": [row.as_json() for row in found]}
-    say_written([write_json(folder / "bench.json", content)])
+    say_written([write_result(folder / "bench.json", content, about_vehicle(vehicle))])
 
 
 SUBJECTS = ("filter", "nmpc", "c_library", "whole")

@@ -9,8 +9,10 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from softsoil.commands.output import console, output_folder, progress, say_written
-from softsoil.files.json_file import write_json
+from softsoil.commands.invocation import current
+from softsoil.commands.options_model import about_vehicle
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.mpc_demo.blind_cases import DURATION, Case, draw_cases
 from softsoil.mpc_demo.blind_test import run_blind, totals
 from softsoil.mpc_demo.sweep import RESULTS
@@ -32,9 +34,10 @@ def blind_test(
     Example: softsoil blind-test --drives 40 --seed 0
     """
     folder = output_folder(out, "blind-test")
+    current().resumes = folder.path / RESULTS
     cases = draw_cases(drives, seed, duration)
     with progress(f"{drives} drives of the plant") as told:
-        results, failures = run_blind(cases, folder, workers, lambda i, result: _tell(cases[i], result, drives, told))
+        results, failures = run_blind(cases, folder.path, workers, lambda i, result: _tell(cases[i], result, drives, told))
     console.print(result_table(cases, results))
     for index, reason in failures.items():
         console.print(f"drive {index} failed: {reason}", highlight=False)
@@ -43,7 +46,7 @@ def blind_test(
         console.print(f"{kind}: {entry['right']} of {entry['drives']} right", highlight=False)
     rows = [{"case": case, "result": result} for case, result in zip(cases, results, strict=True)]
     content = {"totals": counts, "drives": rows, "failures": {str(i): reason for i, reason in failures.items()}}
-    say_written([write_json(folder / "blind.json", content), folder / RESULTS])
+    say_written([write_result(folder / "blind.json", content, about_vehicle(PLANT_VEHICLE)), folder / RESULTS])
 
 
 def _tell(case: Case, result: dict[str, Any] | None, drives: int, told: Callable[[float], None]) -> None:

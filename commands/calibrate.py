@@ -11,16 +11,22 @@ import typer
 from softsoil.calibration.calibration_study import run_study, study_text
 from softsoil.calibration.turn_slip_fit import FACTORS
 from softsoil.calibration.wheel_report import read_wheel_runs
+from softsoil.commands.options_model import OutOption
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.figures.single_wheel import draw_force_against_slip
 from softsoil.recording.rig import WheelRun
 from softsoil.recording.wheel_table import hold_out
 
 REFERENCE = Path("../shared/data/chrono_rig")
-"""Runs of the reference rig, where they are."""
+"""Runs of the reference rig, where the shared data stand beside the working folder."""
 
 
 def calibrate(
     data: Annotated[
-        list[Path] | None, typer.Argument(help="Single-wheel runs: npz archives, a folder of them, or tables.")
+        list[Path] | None, typer.Argument(
+            help="Single-wheel runs: npz archives, a folder of them, or tables (default: the shared runs, where they are).",
+            show_default=False,
+        )
     ] = None,
     judge: Annotated[list[Path] | None, typer.Option(help="Runs to judge on; default: some of the data.")] = None,
     columns: Annotated[Path | None, typer.Option(help="TOML that maps the table's columns and units.")] = None,
@@ -30,7 +36,7 @@ def calibrate(
     paper: Annotated[
         bool, typer.Option("--paper", help="Repeat the paper's curve fitting too (dallas_refit).")
     ] = False,
-    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("runs/calibrate"),
+    out: OutOption = None,
 ) -> None:
     """Fit the force law on single-wheel runs and judge it on others.
 
@@ -40,13 +46,32 @@ def calibrate(
     third run (or row of a steady table) held out. Example with a test rig's table:
     softsoil calibrate rig.csv --columns columns.toml --wheel wheel.toml --soil soil.toml --fit path,k,phi
     """
-    fit_on, judge_on = split(data or [REFERENCE], judge, columns, wheel, soil)
+    folder = output_folder(out, "calibrate")
+    fit_on, judge_on = split(data or _reference(), judge, columns, wheel, soil)
     names = [name.strip() for name in fit.split(",") if name.strip()]
-    typer.echo(f"fitting {', '.join(names)} on {len(fit_on)} runs, judging on {len(judge_on)}")
-    study = run_study(fit_on, judge_on, out, names, refit_paper=paper, progress=typer.echo)
-    typer.echo(study_text(study))
-    for path in study.written:
-        typer.echo(str(path))
+    with progress(f"fitting {', '.join(names)} on {len(fit_on)} runs, judging on {len(judge_on)}"):
+        study = run_study(fit_on, judge_on, names, refit_paper=paper, progress=_say)
+    _say(study_text(study))
+    written = [write_result(folder / "calibrate.json", study.report)]
+    for name, text in study.coefficients.items():
+        written.append(folder / name)
+        written[-1].write_text(text, encoding="utf-8")
+    figure = draw_force_against_slip(judge_on, folder / "force.png", extra=study.calibrated)
+    say_written([*written, figure])
+
+
+def _say(text: str) -> None:
+    console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def _reference() -> list[Path]:
+    """The shared runs; ValueError that says what a user gives instead where they are not there."""
+    if not REFERENCE.is_dir():
+        raise ValueError(
+            "DATA: expected single-wheel runs (npz archives, a folder of them, or tables with --columns, --wheel and --soil), "
+            "found none named on the command line"
+        )
+    return [REFERENCE]
 
 
 def split(

@@ -12,20 +12,24 @@ from rich.table import Table
 from softsoil.cases.cmu import REFINED, CmuCase, run_cmu
 from softsoil.cases.dart import HORIZONS, DartLog, candidate_model, trace_log, transferred
 from softsoil.cases.ploughing_fit import rms
-from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.case import draw_cmu, draw_dart
-from softsoil.files.json_file import write_json
 from softsoil.symbolic.model import Model
 
 REAL = Path("../shared/data/real")
-"""Measured data, where they are."""
+"""Measured data, where the shared data stand beside the working folder."""
 case_app = typer.Typer(help="Case studies on measured data.", no_args_is_help=True, add_completion=False)
 
 
 @case_app.command()
 def cmu(
-    data: Annotated[Path, typer.Option(help="Folder with the sinkage tests and wheel_smooth.csv.")] = REAL
-    / "cmu_single_wheel_sand",
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder with the sinkage tests and wheel_smooth.csv (default: the shared data, where they are).",
+            show_default=False,
+        ),
+    ] = None,
     judge: Annotated[
         Path | None, typer.Option(help="Table of a second wheel, judged with nothing fitted on it.")
     ] = None,
@@ -39,6 +43,7 @@ def cmu(
     A second wheel: softsoil case cmu --judge wheel_grousered.csv --grouser 0.005
     """
     folder = output_folder(out, "case_cmu")
+    data = _measured(data, "cmu_single_wheel_sand")
     if not 0.0 <= grouser < 0.05:
         raise ValueError(f"--grouser: expected a height in [0, 0.05) m, found {grouser:g}")
     with progress("fitting candidates, one slip angle left out at a time") as told:
@@ -58,8 +63,17 @@ def cmu(
         console.print(
             f"{law} refined: {share:.0f} % of the best baseline's error ({base}, {before:.2f} N) on angles left out"
         )
-    written = [write_json(folder / "cmu.json", found.as_json()), draw_cmu(found, "turn_slip", folder / "cmu.png")]
+    written = [write_result(folder / "cmu.json", found.as_json()), draw_cmu(found, "turn_slip", folder / "cmu.png")]
     say_written(written)
+
+
+def _measured(data: Path | None, name: str) -> Path:
+    """The folder of measurements: as given, or of the shared data; ValueError where there is none."""
+    folder = data or REAL / name
+    if not folder.is_dir():
+        found = f"none at {folder}" if data else "none given, and no shared data beside the working folder"
+        raise ValueError(f"--data: expected the folder of the measurements {name}, found {found}")
+    return folder
 
 
 def _say_bearing(found: CmuCase) -> None:
@@ -105,7 +119,12 @@ def _per_angle(found: CmuCase) -> Table:
 
 @case_app.command()
 def dart(
-    data: Annotated[Path, typer.Option(help="Folder with the car's logs (csv.gz).")] = REAL / "tudelft_dart_1to10",
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder with the car's logs (csv.gz) (default: the shared data, where they are).", show_default=False
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder to write to.")] = None,
 ) -> None:
     """A 1:10 car on hard floor: what the model lacks between the steering command and the motion, log by log.
@@ -113,6 +132,7 @@ def dart(
     Example: softsoil case dart --data ../shared/data/real/tudelft_dart_1to10
     """
     folder = output_folder(out, "case_dart")
+    data = _measured(data, "tudelft_dart_1to10")
     paths = sorted(data.glob("*.csv.gz"))
     if not paths:
         raise ValueError(f"--data: expected the car's logs (*.csv.gz), found none in {data}")
@@ -124,7 +144,7 @@ def dart(
     carried = _carried_over(paths, logs, model)
     console.print(_errors(logs))
     written = [
-        write_json(folder / "dart.json", {"logs": [log.as_json() for log in logs], "carried_over": carried}),
+        write_result(folder / "dart.json", {"logs": [log.as_json() for log in logs], "carried_over": carried}),
         draw_dart(logs, folder / "dart.png"),
     ]
     say_written(written)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from importlib.metadata import version
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
@@ -16,6 +17,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "study": ("softsoil.commands.study", "study"),
         "estimate": ("softsoil.commands.estimate", "estimate"),
         "residual": ("softsoil.commands.residual", "residual"),
+        "identify": ("softsoil.commands.identify", "identify_command"),
         "refine": ("softsoil.commands.refine", "refine_command"),
         "generate": ("softsoil.commands.generate", "generate"),
         "drive": ("softsoil.commands.drive", "drive"),
@@ -56,6 +58,16 @@ app = typer.Typer(
 )
 
 
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"softsoil {version('softsoil')}")
+        raise typer.Exit
+
+
 @app.callback()
-def softsoil() -> None:
+def softsoil(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
     """Vehicles on deformable soil: terrain estimated, states predicted, models refined from logs."""

@@ -11,13 +11,12 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.options import SeedOption
-from softsoil.commands.options_model import LawOption, ModelOption, OutOption, VehicleOption
-from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.commands.options_model import LawOption, ModelOption, OutOption, VehicleOption, about_vehicle
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.control.declared import for_control
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.ocp import Ocp
 from softsoil.figures.drive import animate, draw_drive
-from softsoil.files.json_file import write_json
 from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
@@ -79,7 +78,7 @@ def drive(
             shown = next((log for log in mine if log.controller == "n_estimated"), mine[0])
             paths.append(animate(course, shown, folder / f"{course.name}.gif"))
     _say(logs)
-    say_written([write_json(folder / "drive.json", as_json(logs)), *paths])
+    say_written([write_result(folder / "drive.json", as_json(logs), about_vehicle(vehicle, model)), *paths])
 
 
 def _courses(asked: Sequence[str]) -> list[Scenario]:

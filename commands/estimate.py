@@ -9,12 +9,20 @@ import numpy as np
 import typer
 
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
-from softsoil.commands.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
-from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.commands.options_model import (
+    LawOption,
+    ModelOption,
+    OutOption,
+    SoilOption,
+    VehicleOption,
+    about_vehicle,
+    declaration,
+)
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
-from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
+from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.figures.terrain import draw_estimate
-from softsoil.files.json_file import write_json
 from softsoil.recording.log_names import named_n
 
 
@@ -39,16 +47,16 @@ def estimate(
 
     Example: softsoil estimate data/multi_clay_n0.50.parquet --soil clay --n0 0.7
     """
+    folder = output_folder(out, "estimate")
     declared = declaration(vehicle, soil, law, model)
     clean, noisy = open_drive(log, columns, noise, seed)
-    folder = output_folder(out, "estimate")
     built = declared.build()
     first = float(declared.soil.n) if n0 is None else n0
     with progress(clean.name) as told:
-        found = estimate_terrain(noisy, built, first, tied=bool(built.effects), start=skip, progress=told)
+        found = estimate_log(noisy, built, first, start=skip, progress=told)
     _say(found, noisy.notes)
     figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
-    say_written([write_json(folder / "estimate.json", as_json(found)), figure])
+    say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model)), figure])
 
 
 def as_json(found: TerrainEstimate) -> dict:

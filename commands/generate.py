@@ -20,7 +20,7 @@ from softsoil.commands.options_model import (
     declaration,
 )
 from softsoil.commands.output import output_folder, say_written
-from softsoil.files.package_data import REFERENCE_VEHICLE
+from softsoil.files.package_data import REFERENCE_VEHICLE, vehicle_file
 from softsoil.symbolic.sampling import STEP
 from softsoil.symbolic.soil import SOILS
 
@@ -52,10 +52,10 @@ def generate(
 
         return c_library_texts(declaration(vehicle, soil, law, model), dt, fmi)
 
+    written = output_folder(folder or out, "generate").path
     ground = Path(soil) if soil is not None and soil not in SOILS else soil
-    said = (vehicle or REFERENCE_VEHICLE, ground, law, model, dt, fmi)
+    said = (vehicle_file(vehicle or REFERENCE_VEHICLE), ground, law, model, dt, fmi)
     texts = texts_from_cache(asked_for(*said), make)
-    written = output_folder(folder or out, "generate")
     paths = write_library(written, texts)
     if not fmi:
         remember(sys.argv[1:], said, written)

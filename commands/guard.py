@@ -1,16 +1,23 @@
-"""Exit codes and one-line errors, in one place for all commands: 0 done, 2 bad input, 1 a failure of the program's own."""
+"""Exit codes, one-line errors and warnings, in one place for all commands: 0 done, 2 bad input, 1 an internal failure."""
 
 from __future__ import annotations
 
 import os
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
+from softsoil.commands.invocation import Invocation, invoked
+
 BAD_INPUT = 2
 OWN_FAILURE = 1
+SHOWN = (UserWarning, RuntimeWarning)
+"""Warnings that concern a user; deprecations are the developers' own."""
 
 
 class Guarded(TyperGroup):
@@ -20,18 +27,28 @@ class Guarded(TyperGroup):
     With SOFTSOIL_DEBUG set, the traceback is shown instead.
     """
 
-    def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
-        """Run; exit with the code of the outcome (`standalone_mode`), or return it."""
-        code = self._run(args, extra)
+    def main(self, args: Any = None, *more: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+        """Run on the arguments `args` (default: the process's); exit with the code of the outcome (`standalone_mode`),
+        or return it."""
+        arguments = list(sys.argv[1:] if args is None else args)
+        with invoked(arguments) as invocation, plain_warnings():
+            code = self._run(arguments, more, extra, invocation)
         if standalone_mode:
             sys.exit(code)
         return code
 
-    def _run(self, args: tuple[Any, ...], extra: dict[str, Any]) -> int:
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; an interruption ends as an abort, which typer would otherwise turn into a bare exit code."""
         try:
-            result = super().main(*args, **{**extra, "standalone_mode": False})
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise typer.Abort from None
+
+    def _run(self, arguments: list[str], more: tuple[Any, ...], extra: dict[str, Any], invocation: Invocation) -> int:
+        try:
+            result = super().main(arguments, *more, **{**extra, "standalone_mode": False})
         except typer.Abort:
-            return _fail("stopped by the user", OWN_FAILURE)
+            return _fail(f"stopped by the user; {invocation.left_behind()}", OWN_FAILURE)
         except (ValueError, OSError) as error:
             return _bad_input(error)
         except Exception as error:
@@ -42,6 +59,22 @@ class Guarded(TyperGroup):
             _show_traceback()
             return _fail(f"a failure of the program's own: {type(error).__name__}: {error}", OWN_FAILURE)
         return result if isinstance(result, int) else 0
+
+
+@contextmanager
+def plain_warnings() -> Iterator[None]:
+    """Warnings inside the block as one plain line each, once, without file names and code."""
+    said: set[str] = set()
+
+    def show(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+        text = " ".join(str(message).split())
+        if issubclass(category, SHOWN) and text not in said:
+            said.add(text)
+            typer.echo(f"warning: {text}", err=True)
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show
+        yield
 
 
 def _bad_input(error: Exception, words: str | None = None) -> int:

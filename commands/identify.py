@@ -8,13 +8,12 @@ from typing import Annotated
 import typer
 
 from softsoil.commands.identify_summary import say
+from softsoil.commands.invocation import software
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
 from softsoil.commands.options_model import OutOption
-from softsoil.commands.output import output_folder, progress, say_written
+from softsoil.commands.output import output_folder, progress, say_written, write_result
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.identify_report import write_report
-from softsoil.files.json_file import write_json
-from softsoil.files.software import software
 from softsoil.recording.log_names import named_soil
 from softsoil.refinement.identify import identify
 from softsoil.refinement.identify_toml import vehicle_toml
@@ -50,17 +49,18 @@ def identify_command(
     Example: softsoil identify lock.csv multi.csv other.csv --vehicle known.toml --soil clay --soil sandy_loam --soil clay
     """
     paths, judged = _judged(logs, judge)
+    folder = output_folder(out, "identify")
     known = load_known(vehicle)
     drives = [open_drive(path, columns, noise, seed + 10 * i)[1] for i, path in enumerate(paths)]
     soils = _soils(soil, [drive.name for drive in drives], len(logs))
-    folder = output_folder(out, "identify")
     with progress(", ".join(drive.name for drive in drives)) as told:
         found = identify(drives, soils, known, judged, start=skip, progress=told)
     say(found)
     toml = folder / "vehicle.toml"
     toml.write_text(vehicle_toml(found), encoding="utf-8")
-    content = {**found.as_json(), "software": software("identify")}
-    say_written([write_json(folder / "identify.json", content), toml, write_report(found, folder / "report.html")])
+    about = {"name": known.name, "file": str(vehicle)}
+    report = write_report(found, folder / "report.html", {"software": software(), "vehicle": about})
+    say_written([write_result(folder / "identify.json", found.as_json(), about), toml, report])
 
 
 def _judged(logs: list[Path], judge: Path | None) -> tuple[list[Path], int]:
@@ -84,7 +84,7 @@ def _soils(given: list[str] | None, names: list[str], logs: int) -> list[Soil]:
         named = [named_soil(name) for name in names]
         for name, soil in zip(names, named, strict=True):
             if soil is None:
-                raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file, one for all or one per log; {name} names none")
+                raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file; {name} names none")
         return [load_soil(str(soil)) for soil in named]
     if len(given) == 1:
         return [load_soil(given[0])] * len(names)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from softsoil.files.package_data import REFERENCE_VEHICLE
+from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
 from softsoil.symbolic.soil import SOILS, load_soil
 from softsoil.symbolic.vehicle import load_vehicle
 from softsoil.symbolic.wheel import law_names
@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from softsoil.symbolic.declaration import Declaration
 
 VehicleOption = Annotated[
-    Path | None, typer.Option("--vehicle", help="Vehicle TOML (default: the reference vehicle).", show_default=False)
+    Path | None,
+    typer.Option(
+        "--vehicle", help=f"{', '.join(VEHICLE_NAMES)} (default: reference), or a vehicle TOML.", show_default=False
+    ),
 ]
 SoilOption = Annotated[
     str | None,
@@ -49,3 +52,13 @@ def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | 
     if soil is None:
         raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model), found none")
     return Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), load_soil(soil), law)
+
+
+def about_vehicle(vehicle: Path | None, model: Path | None = None) -> dict[str, str]:
+    """Name and file of the vehicle that a result rests on, from the options that name it."""
+    if model is not None:
+        from softsoil.symbolic.declaration import load_declaration
+
+        return {"name": load_declaration(model).vehicle.name, "file": str(model)}
+    path = vehicle_file(vehicle or REFERENCE_VEHICLE)
+    return {"name": load_vehicle(path).name, "file": source_name(path)}

@@ -1,28 +1,81 @@
-"""What every command writes: JSON with finite numbers, under one folder, and the list of paths at the end."""
+"""What every command writes: results with their provenance, under one folder, and the list of paths at the end."""
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from softsoil.commands.invocation import current, software
+from softsoil.files.json_file import write_json
+
 RUNS = Path("runs")
-WIDTH_IN_A_FILE = 110
+WIDTH_IN_A_FILE = 1000
+"""Columns where there is no terminal: tables are as wide as their content, never cut off."""
 console = Console(width=None if sys.stdout.isatty() else WIDTH_IN_A_FILE)
 """Where tables and progress go."""
 
 
-def output_folder(out: Path | None, command: str) -> Path:
-    """The folder that a command writes in, made if need be: `out`, or runs/<command>. ValueError where it is a file."""
+@dataclass(frozen=True)
+class OutputFolder(os.PathLike[str]):
+    """A folder that a command writes in, made when the first file in it is named: a run that fails leaves none behind."""
+
+    path: Path
+
+    def __truediv__(self, name: str) -> Path:
+        self.path.mkdir(parents=True, exist_ok=True)
+        return self.path / name
+
+    def __fspath__(self) -> str:
+        return str(self.path)
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+
+def output_folder(out: Path | None, command: str) -> OutputFolder:
+    """The folder that a command writes in: `out`, or runs/<command>; checked before any work, made with its first file.
+
+    Raises ValueError where it is a file or cannot be written.
+    """
     folder = out if out is not None else RUNS / command
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"--out: expected a folder, found a file at {folder}")
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    _check_writable(folder)
+    current().folder = folder
+    return OutputFolder(folder)
+
+
+def _check_writable(folder: Path) -> None:
+    """Make the folder and a file in it, and take away what was made: what a system allows is known by trying alone."""
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ValueError(f"--out: expected a folder that can be written, found {folder}: {reason}") from None
+    finally:
+        for path in made:
+            with suppress(OSError):  # not there, or no longer empty
+                path.rmdir()
+
+
+def write_result(path: Path, content: Mapping[str, Any], vehicle: Mapping[str, str] | None = None) -> Path:
+    """Write the JSON of a command with its provenance: software (version, command line) and vehicle (name, file).
+
+    content: the result; vehicle: null in the file where the command has none. Returns the path.
+    """
+    return write_json(path, {"software": software(), "vehicle": vehicle, **content})
 
 
 def say_written(paths: Sequence[Path]) -> None:
@@ -34,7 +87,7 @@ def say_written(paths: Sequence[Path]) -> None:
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar that goes away when done (one line where there is no terminal); yields what is told the share, 0 to 1."""
+    """A progress bar that disappears when done (one line where there is no terminal); yields its setter, shares 0 to 1."""
     if not console.is_terminal:
         console.print(f"{label} ...", highlight=False)
         yield lambda share: None

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from softsoil.commands.invocation import software
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
-from softsoil.commands.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
-from softsoil.commands.output import output_folder, progress, say_written
+from softsoil.commands.options_model import (
+    LawOption,
+    ModelOption,
+    OutOption,
+    SoilOption,
+    VehicleOption,
+    about_vehicle,
+    declaration,
+)
+from softsoil.commands.output import OutputFolder, output_folder, progress, say_written, write_result
 from softsoil.commands.refine_summary import say
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.refine_report import write_report
-from softsoil.files.json_file import write_json
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_soil
 from softsoil.refinement.refine import Refinement, refine
@@ -45,21 +54,24 @@ def refine_command(
 
     Example: softsoil refine data/multi_clay_n0.50.parquet --soil clay
     """
+    folder = output_folder(out, "refine")
     drives = [open_drive(path, columns, noise, seed + i)[1] for i, path in enumerate(data)]
     declared = declaration(vehicle, soil or (None if model else named_soil(drives[0].name)), law, model)
     if plain:
         declared = Declaration(declared.vehicle.with_(effects={}), declared.soil, declared.law)
-    folder = output_folder(out, "refine")
     with progress(", ".join(drive.name for drive in drives)) as told:
         found = refine(drives, declared, start=skip, workers=workers, progress=told)
     say(found)
-    report = write_report(declared, found, skip, folder / "report.html")
-    say_written([*write_all(drives, found, folder), report])
+    about = about_vehicle(vehicle, model)
+    report = write_report(declared, found, skip, folder / "report.html", {"software": software(), "vehicle": about})
+    say_written([*write_all(drives, found, folder, about), report])
 
 
-def write_all(drives: list[Recording], found: Refinement, folder: Path) -> list[Path]:
-    """refine.json and refined.toml in `folder`; returns their paths."""
+def write_all(drives: list[Recording], found: Refinement, folder: OutputFolder, vehicle: Mapping[str, str]) -> list[Path]:
+    """refine.json and refined.toml in `folder`, with name and file of the vehicle; returns their paths."""
+    made = software()
     notes = (
+        f"softsoil {made['version']}: {' '.join(made['command'].split())}",  # one line, whatever was typed
         f"Refined on {', '.join(drive.name for drive in drives)}.",
         verdict_sentence(found),
         split_sentence(found),
@@ -67,4 +79,4 @@ def write_all(drives: list[Recording], found: Refinement, folder: Path) -> list[
     )
     toml = folder / "refined.toml"
     toml.write_text(declaration_toml(found.declaration, tuple(note for note in notes if note)), encoding="utf-8")
-    return [write_json(folder / "refine.json", found.as_json()), toml]
+    return [write_result(folder / "refine.json", found.as_json(), vehicle), toml]

@@ -9,14 +9,22 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
-from softsoil.commands.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
-from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.commands.options_model import (
+    LawOption,
+    ModelOption,
+    OutOption,
+    SoilOption,
+    VehicleOption,
+    about_vehicle,
+    declaration,
+)
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.residual_wheel import is_wheel_data, report_on_wheel_data
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.residual import draw_residual
-from softsoil.files.json_file import write_json
 from softsoil.recording.log_names import named_soil
-from softsoil.refinement.residual import WINDOW, DriveResidual, drive_residual
+from softsoil.refinement.residual import WINDOW, DriveResidual
+from softsoil.refinement.residual import residual as drive_residual
 
 
 def residual(
@@ -45,21 +53,19 @@ def residual(
 
     Example: softsoil residual data/multi_clay_n0.50.parquet --soil clay
     """
+    folder = output_folder(out, "residual")
     if is_wheel_data(data, wheel):
-        report_on_wheel_data(data, columns, wheel, soil, output_folder(out, "residual"))
+        report_on_wheel_data(data, columns, wheel, soil, folder)
         return
     clean, noisy = open_drive(data, columns, noise, seed)
     declared = declaration(vehicle, soil or (None if model else named_soil(clean.name)), law, model)
-    folder = output_folder(out, "residual")
-    built = declared.build()
-    p = built.p.pack() if n is None else built.p.pack(n_f=n, n_r=n)
     with progress(clean.name):
-        found = drive_residual(noisy, built, declared.vehicle, p, skip)
+        found = drive_residual(noisy, declared, n, start=skip)
     console.print(channel_table(found))
     console.print(horizon_table(found))
-    figure = draw_residual(clean.name, built.name, found, folder / "residual.png")
+    figure = draw_residual(clean.name, declared.build().name, found, folder / "residual.png")
     content = {"channels": found.channels, "axles": found.axles, "mse": found.mse}
-    say_written([write_json(folder / "residual.json", content), figure])
+    say_written([write_result(folder / "residual.json", content, about_vehicle(vehicle, model)), figure])
 
 
 def channel_table(found: DriveResidual) -> Table:

@@ -4,15 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from softsoil.calibration.wheel_report import (
-    draw_errors,
-    draw_force_against_slip,
-    read_wheel_runs,
-    table_text,
-    wheel_residual,
-)
-from softsoil.commands.output import console, say_written
-from softsoil.files.json_file import write_json
+from softsoil.calibration.wheel_report import read_wheel_runs, table_text, wheel_residual
+from softsoil.commands.output import OutputFolder, console, say_written, write_result
+from softsoil.figures.single_wheel import draw_errors, draw_force_against_slip
 
 
 def is_wheel_data(data: Path, wheel: Path | None) -> bool:
@@ -20,7 +14,7 @@ def is_wheel_data(data: Path, wheel: Path | None) -> bool:
     return data.suffix == ".npz" or wheel is not None or (data.is_dir() and any(data.glob("*.npz")))
 
 
-def report_on_wheel_data(data: Path, columns: Path | None, wheel: Path | None, soil: str | None, folder: Path) -> None:
+def report_on_wheel_data(data: Path, columns: Path | None, wheel: Path | None, soil: str | None, folder: OutputFolder) -> None:
     """Judge all laws on single-wheel data; prints the table and writes residual.json, force.png and errors.png.
 
     data: npz archive, folder of them, or table; columns, wheel: TOML; soil: class or TOML, for tables; folder: to write
@@ -35,7 +29,7 @@ def report_on_wheel_data(data: Path, columns: Path | None, wheel: Path | None, s
     console.print(table_text(report), highlight=False, markup=False, soft_wrap=True)
     say_written(
         [
-            write_json(folder / "residual.json", report),
+            write_result(folder / "residual.json", report),
             draw_force_against_slip(runs, folder / "force.png"),
             draw_errors(report, folder / "errors.png"),
         ]

@@ -10,11 +10,18 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
-from softsoil.commands.options_model import LawOption, ModelOption, OutOption, SoilOption, VehicleOption, declaration
-from softsoil.commands.output import console, output_folder, progress, say_written
+from softsoil.commands.options_model import (
+    LawOption,
+    ModelOption,
+    OutOption,
+    SoilOption,
+    VehicleOption,
+    about_vehicle,
+    declaration,
+)
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.figures.terrain import SQUARED, draw_study
-from softsoil.files.json_file import write_json
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.study import LATERAL, LogStudy, gains, study_log
 from softsoil.recording.drive import STATE_CHANNELS
@@ -69,7 +76,8 @@ def study(
         console.print(table_8(entry))
     _say_gain(studies)
     _say_conditions(studies, noise, seed, skip)
-    say_written([write_json(folder / "study.json", {"logs": [entry.as_json() for entry in studies]}), *paths])
+    content = {"logs": [entry.as_json() for entry in studies]}
+    say_written([write_result(folder / "study.json", content, about_vehicle(vehicle, model)), *paths])
 
 
 def _soil_of(log: Path, name: str) -> str:

@@ -8,9 +8,9 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from softsoil.calibration.rig_sweep import LAWS, draw_points, judge_point, summary
-from softsoil.commands.output import console, output_folder, progress, say_written
-from softsoil.files.json_file import write_json
+from softsoil.calibration.rig_judge import LAWS, draw_points, judge_point, summary
+from softsoil.commands.invocation import current
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.mpc_demo.sweep import RESULTS, run_sweep
 
 
@@ -34,9 +34,10 @@ def sweep(
     On a cluster: softsoil sweep --runs 100000 --scheduler tcp://10.0.0.1:8786
     """
     folder = output_folder(out, "sweep")
+    current().resumes = folder.path / RESULTS
     points = draw_points(runs, seed, any_soil, spacing, step)
     with progress(f"{runs} runs of the rig") as tell:
-        done = run_sweep(judge_point, points, folder, workers, scheduler, lambda k, total: tell(k / total))
+        done = run_sweep(judge_point, points, folder.path, workers, scheduler, lambda k, total: tell(k / total))
     results = [result for result in done.results if result is not None]
     if not results:
         raise RuntimeError(f"all {len(points)} runs failed, the first: {next(iter(done.failures.values()))}")
@@ -57,4 +58,4 @@ def sweep(
     for law in LAWS:
         error = laws[law]
         console.print(f"{law}: rms over peak {100 * error['median']:.2f} / {100 * error['p95']:.2f} %", highlight=False)
-    say_written([write_json(folder / "sweep.json", content), folder / RESULTS])
+    say_written([write_result(folder / "sweep.json", content), folder / RESULTS])

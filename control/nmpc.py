@@ -34,6 +34,14 @@ class Nmpc:
 
     mode: "rti" or "converged"; most: greatest number of iterations of the latter; tolerance: largest change of any
     variable at which it stops. Raises ValueError for another mode.
+
+    Example:
+        >>> import softsoil
+        >>> vehicle = softsoil.load_vehicle("paper")
+        >>> ocp = softsoil.Ocp(softsoil.bicycle(vehicle, softsoil.load_soil("clay")), vehicle)
+        >>> solver = softsoil.Nmpc(ocp)
+        >>> solver.w.shape == (ocp.settings.steps, 2)
+        True
     """
 
     def __init__(self, ocp: Ocp, mode: str = "rti", most: int = 15, tolerance: float = 3e-3) -> None:

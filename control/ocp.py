@@ -101,6 +101,13 @@ class Ocp:
 
     model: bicycle with its effects; vehicle: the same as the model's (limits, wheel geometry); settings.
     z, w, r, s: layouts of states, inputs, stage parameters and shared parameters.
+
+    Example:
+        >>> import softsoil
+        >>> vehicle = softsoil.load_vehicle("reference")
+        >>> ocp = softsoil.Ocp(softsoil.bicycle(vehicle, softsoil.load_soil("clay")), vehicle)
+        >>> ocp.w.names
+        ('steer_rate', 'a_x')
     """
 
     def __init__(self, model: Model, vehicle: Vehicle, settings: OcpSettings | None = None) -> None:

@@ -17,6 +17,12 @@ def to_acados(source: Ocp | Model, name: str = "softsoil") -> Any:
 
     source: an Ocp (states z, inputs w) or a Model (its states and external inputs); p holds the shared parameters and then,
     per stage, what the model's histories provide. Raises ValueError for a name that is no C identifier.
+
+    Example:
+        >>> import softsoil
+        >>> model = softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay"))
+        >>> softsoil.to_acados(model).x_labels
+        ['x', 'y', 'psi', 'u', 'v', 'omega_z']
     """
     check_c_name(name)
     if isinstance(source, Ocp):

@@ -18,6 +18,12 @@ def to_do_mpc(source: Ocp | Model) -> Any:
     as time-varying parameters) or a Model (its states and external inputs; what histories provide as time-varying
     parameters). Parameters are do-mpc parameters under their names, so that n can be set at run time.
     Raises ValueError where do-mpc is not installed.
+
+    Example:
+        >>> import softsoil
+        >>> model = softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay"))
+        >>> softsoil.to_do_mpc(model).x.keys()
+        ['x', 'y', 'psi', 'u', 'v', 'omega_z']
     """
     do_mpc = _do_mpc()
     model = do_mpc.model.Model("continuous", "SX")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 
+from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
 from softsoil.estimator.terrain import Tuning, terrain_model
@@ -60,3 +62,25 @@ def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) 
         "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
     return library_files(parts, filter_numbers(parts.model), dt, about, fmi)
+
+
+def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi: bool = False) -> list[Path]:
+    """Write a declared model and its terrain filter as a C library; returns the paths of its files.
+
+    declaration: vehicle with its effects, soil and force law; folder: made if need be; dt: nominal step (s);
+    fmi: also an FMI 3.0 co-simulation unit. Raises ValueError for a step that is not in (0, 0.1] s.
+
+    Example:
+        >>> import softsoil, tempfile
+        >>> declaration = softsoil.Declaration(softsoil.load_vehicle("paper"), softsoil.load_soil("clay"))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     names = [path.name for path in softsoil.generate(declaration, folder)]
+        >>> "softsoil.h" in names
+        True
+    """
+    paths = write_library(folder, c_library_texts(declaration, dt, fmi))
+    if fmi:
+        from softsoil.codegen.c_library.pack_fmu import pack_fmu
+
+        paths.append(pack_fmu(Path(folder)))
+    return paths

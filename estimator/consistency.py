@@ -1,4 +1,4 @@
-"""Is the filter as sure as it should be: NIS, NEES and whiteness of innovations."""
+"""Is the filter as sure as it should be: NIS and whiteness of innovations."""
 
 from __future__ import annotations
 
@@ -7,12 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc, chdtri
 
 Array = NDArray[np.float64]
-
-
-def nees(error: ArrayLike, covariance: ArrayLike) -> float:
-    """Normalised estimation error squared e' P^-1 e of error (n,) under covariance (n, n)."""
-    e = np.asarray(error, dtype=float)
-    return float(e @ np.linalg.solve(np.asarray(covariance, dtype=float), e))
 
 
 def inside_band(values: ArrayLike, dof: ArrayLike, level: float = 0.95) -> float:

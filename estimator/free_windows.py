@@ -97,7 +97,11 @@ class FreeWindows:
             raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {len(self.rows)}")
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded, self._inputs = drive.measured[take], drive.inputs[take]
-        self._along = np.column_stack([drive.smooth, np.tile(compiled.extra, (len(drive.t), 1))])
+        self.reset()
+
+    def reset(self) -> None:
+        """Let histories run along the smoothed record again."""
+        self._along = np.column_stack([self.drive.smooth, np.tile(self.compiled.extra, (len(self.drive.t), 1))])
 
     @property
     def first(self) -> Array:

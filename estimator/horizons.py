@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,7 @@ from softsoil.estimator.inputs import measured_inputs, measured_states
 from softsoil.estimator.predictor import Predictor, substeps_for
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.read import as_drive
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
@@ -57,6 +59,35 @@ class Windows:
         count = known.sum(axis=(0, 1))
         total = np.where(known, squares, 0.0).sum(axis=(0, 1))
         return {name: float(total[i] / count[i]) if count[i] else float("nan") for i, name in enumerate(STATE_CHANNELS)}
+
+
+def predict(
+    log: Recording | str | Path,
+    model: Model,
+    n: float | tuple[float, float] | None = None,
+    horizon: float = 2.5,
+    *,
+    start: float = START_UP,
+) -> Windows:
+    """States predicted over windows of a log from its recorded states (paper, Table 8).
+
+    log: a drive or its file; model: with its declared effects; n: sinkage exponent, or (front, rear), default the soil's;
+    horizon (s); start: seconds left out at the beginning. `mse` of the result has the mean squared error of each state.
+    Raises ValueError for reversing, or inputs that the log cannot give.
+
+    Example:
+        >>> import softsoil
+        >>> model = softsoil.bicycle(softsoil.load_vehicle("reference"), softsoil.load_soil("clay"))
+        >>> log = softsoil.example_logs()[0]
+        >>> right, wrong = (softsoil.predict(log, model, n).mse["omega_z"] for n in (0.5, 0.7))
+        >>> right < wrong
+        True
+    """
+    p = model.p.nominal
+    if n is not None:
+        n_f, n_r = n if isinstance(n, tuple) else (n, n)
+        p = model.p.pack(n_f=n_f, n_r=n_r)
+    return Replay(as_drive(log), model, start).windows(p, horizon)
 
 
 class Replay:

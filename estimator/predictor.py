@@ -109,8 +109,3 @@ class Predictor:
             if k + 1 < len(x):
                 memory[k + 1] = self._advance(x[k], full[k], p, memory[k])
         return memory, full
-
-
-def predict_horizon(model: Model, x0: ArrayLike, u_future: ArrayLike, p: ArrayLike, dt: float) -> Array:
-    """(N + 1, n_x) states from x0 (n_x,) under inputs u_future (N, n_u) held over steps of dt (s), parameters p (n_p,)."""
-    return Predictor(model, dt).rollout(x0, u_future, p)

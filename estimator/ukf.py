@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -76,7 +75,7 @@ class UnscentedKalmanFilter:
         self.p = model.p.nominal if p is None else _vector(p, len(model.p), "p")
         self.gate = gate
         self.counts = Counts()
-        self._compile(discretize(model, dt, method, substeps), scaling, compiled)
+        self._compile(method, substeps, scaling, compiled)
         self._predict.inputs[4][...] = _covariance(q, n_x, "q", definite=False)
         self._update.inputs[6][...] = _covariance(r, n_y, "r", definite=True)
         self._update.inputs[7][...] = min(gate, 1e150)
@@ -85,10 +84,12 @@ class UnscentedKalmanFilter:
         self.P = _covariance(p0, n_x, "p0", definite=False)
         self._started = not model.memories
 
-    def _compile(self, step: ca.Function, scaling: UnscentedScaling, compiled: bool) -> None:
+    def _compile(self, method: str, substeps: int, scaling: UnscentedScaling, compiled: bool) -> None:
         """The steps as C on shared arrays: prediction goes from the first pair (x, P) to the second, the update back."""
         model = self.model
-        many, parts = at_points(step, 2 * len(model.x) + 1) if compiled else (None, ())
+        step = discretize(model, self.dt, method, substeps)
+        substep = discretize(model, self.dt / substeps, method)
+        many, parts = at_points(substep, 2 * len(model.x) + 1, substeps) if compiled else (None, ())
         self._predict = CompiledFunction(predict_function(step, model.x, scaling, many), compiled, parts)
         self._update = CompiledFunction(update_function(model.measurement(), model.x, model.y, scaling), compiled)
         self._pairs = (self._predict.inputs[:2], self._predict.outputs[:2])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import FreeWindows, Linear
 from softsoil.estimator.parameters import Free
+from softsoil.estimator.sandwich import cluster_covariance
 
 Array = NDArray[np.float64]
 
@@ -261,11 +262,9 @@ class _Problem:
         hessian, _, scores, hessians = self.normal(value, parts)
         scale = self.scale
         known = np.diag((self.prior(value)[1] * scale) ** 2)
-        inverse = np.linalg.pinv(hessian * np.outer(scale, scale), rcond=1e-12)
         centred = (scores - scores.mean(axis=0)) * scale
-        count = len(scores)
-        scatter = centred.T @ centred * count / max(count - len(value), 1) + known
-        covariance = inverse @ scatter @ inverse * np.outer(scale, scale)
+        scaled = hessian * np.outer(scale, scale)
+        covariance = cluster_covariance(scaled, centred, known, rcond=1e-12) * np.outer(scale, scale)
         full = self.full(value)
         residuals = [windows.residual(row, states) for windows, row, states in zip(self.drives, full, x0, strict=True)]
         costs = np.concatenate([window_costs(z) for z in residuals])

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-from matplotlib import pyplot as plt
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
@@ -17,9 +17,14 @@ from softsoil.plant.machine import PlantVehicle, load_plant_vehicle
 from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
 
-matplotlib.use("Agg")
-
 Array = NDArray[np.float64]
+
+
+def _figure(width: float, height: float) -> Figure:
+    """An empty figure (inches) that no window system and no global state knows."""
+    figure = Figure(figsize=(width, height))
+    FigureCanvasAgg(figure)
+    return figure
 
 
 def ruts(plant: Plant, axis: Axes) -> PathCollection:
@@ -49,7 +54,8 @@ def _turn(points: Array, angle: float) -> Array:
 
 def picture(recording: Recording, plant: Plant, path: str | Path) -> Path:
     """Write a PNG: the track with its ruts, and steering, speed, lateral velocity and yaw rate over time."""
-    figure, axes = plt.subplot_mosaic([["map", "map"], ["steer", "u"], ["v", "omega_z"]], figsize=(10, 7))
+    figure = _figure(10, 7)
+    axes = figure.subplot_mosaic([["map", "map"], ["steer", "u"], ["v", "omega_z"]])
     points = ruts(plant, axes["map"])
     axes["map"].plot(recording["x"], recording["y"], "C0", lw=0.8, label="front axle")
     for shape in outline(plant.vehicle, *(float(recording[k][-1]) for k in ("x", "y", "psi", "steer"))):
@@ -64,7 +70,6 @@ def picture(recording: Recording, plant: Plant, path: str | Path) -> Path:
         axes[name].grid(alpha=0.3)
     figure.tight_layout()
     figure.savefig(path, dpi=70)
-    plt.close(figure)
     return Path(path)
 
 
@@ -86,7 +91,8 @@ def animation(
     vehicle = vehicle or load_plant_vehicle()
     stride = max(1, round(1.0 / frames_per_second / recording.dt))
     rows = np.arange(0, len(recording), stride)
-    figure, axis = plt.subplots(figsize=(6, 4))
+    figure = _figure(6, 4)
+    axis = figure.subplots()
     tracks, depth = _wheel_tracks(recording, vehicle)
     axis.set_aspect("equal")
     points = axis.scatter([], [], c=[], s=6, cmap="copper_r", vmin=0, vmax=100 * float(np.nanmax(depth)))
@@ -109,7 +115,6 @@ def animation(
 
     film = FuncAnimation(figure, show, frames=[int(r) for r in rows], blit=False)  # type: ignore[arg-type]
     film.save(str(path), writer=PillowWriter(fps=frames_per_second), dpi=60)
-    plt.close(figure)
     return Path(path)
 
 

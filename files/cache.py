@@ -1,12 +1,72 @@
-"""Where what is made once is kept for the next run."""
+"""Disk cache of compiled functions and generated texts."""
 
 from __future__ import annotations
 
 import os
+import platform
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
+
+SCRATCH = "scratch_"
+ABANDONED = 86400.0
+"""s: a scratch folder older than this belongs to no process, on whichever machine it was made."""
 
 
 def cache_folder() -> Path:
-    """Where what is made once is kept: $SOFTSOIL_CACHE, else the user's cache folder."""
+    """Folder of the cache: $SOFTSOIL_CACHE, else `softsoil` in the user's cache folder."""
     chosen = os.environ.get("SOFTSOIL_CACHE")
     return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "softsoil"
+
+
+def writable_cache() -> Path:
+    """The cache folder, made if need be; a folder of this process alone where it cannot be written."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return Path(_own_folder().name)
+    return folder if os.access(folder, os.W_OK) else Path(_own_folder().name)
+
+
+@lru_cache(maxsize=1)
+def _own_folder() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="softsoil_")
+
+
+@contextmanager
+def scratch_folder(cache: Path) -> Iterator[Path]:
+    """A folder inside the folder `cache` to build in, removed afterwards; what killed processes left there is removed first.
+
+    A finished file is moved from it into the cache, so that no other process sees half of one.
+    """
+    _remove_abandoned(cache)
+    with tempfile.TemporaryDirectory(dir=cache, prefix=f"{SCRATCH}{platform.node()}_{os.getpid()}_") as name:
+        yield Path(name)
+
+
+def _remove_abandoned(cache: Path) -> None:
+    for path in cache.glob(f"{SCRATCH}*"):
+        try:
+            if not _alive(path.name) or time.time() - path.stat().st_mtime > ABANDONED:
+                shutil.rmtree(path, ignore_errors=True)
+        except OSError:  # another process removed it
+            continue
+
+
+def _alive(name: str) -> bool:
+    """Whether the process that made the scratch folder `name` may still run: on another machine nobody can say."""
+    node, number = name.removeprefix(SCRATCH).rsplit("_", 2)[:2] if name.count("_") >= 3 else ("", "")
+    if node != platform.node() or not number.isdigit() or os.name == "nt":
+        return True
+    try:
+        os.kill(int(number), 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True

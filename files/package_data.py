@@ -7,12 +7,31 @@ from pathlib import Path
 
 VEHICLES = Path(str(files("softsoil"))) / "vehicles"
 LOGS = Path(str(files("softsoil"))) / "data"
+VEHICLE_NAMES = ("reference", "paper", "plant")
+"""Built-in vehicles: of the reference logs, the same in the paper's structure, the simulated one as its model declares it."""
 REFERENCE_VEHICLE = VEHICLES / "reference.toml"
 """The vehicle that a command takes where none is named."""
 PLANT_VEHICLE = VEHICLES / "plant.toml"
 """The simulated vehicle as its model declares it."""
 
 
+def vehicle_file(source: str | Path) -> Path:
+    """Path of a vehicle's TOML: of the package for a built-in name, else `source` itself."""
+    return VEHICLES / f"{source}.toml" if str(source) in VEHICLE_NAMES else Path(source)
+
+
+def source_name(path: str | Path) -> str:
+    """How a file is named in results: relative to the package for its own data, else as given."""
+    path = Path(path)
+    return f"softsoil/vehicles/{path.name}" if path.parent == VEHICLES else str(path)
+
+
 def example_logs() -> list[Path]:
-    """Drives that come with the package, in order of their names."""
+    """Drives that come with the package, in order of their names.
+
+    Example:
+        >>> import softsoil
+        >>> [log.name for log in softsoil.example_logs()][0]
+        'multi_clay_n0.50.parquet'
+    """
     return sorted(path for path in LOGS.iterdir() if path.name.endswith((".csv.gz", ".parquet")))

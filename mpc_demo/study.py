@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.estimator.estimate import estimate
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay, Windows
-from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
+from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.declaration import Declaration
 
@@ -84,14 +85,13 @@ def study_log(
     """
     model = declared.build()
     first = n0 if n0 is not None else (n_true + GUESS_OFF if n_true is not None else float(declared.soil.n))
-    tied = bool(model.effects)
-    estimate = estimate_terrain(noisy, model, first, tied=tied, start=start, progress=progress)
+    found = estimate(noisy, model, first, start=start, progress=progress)
     replay = Replay(clean, model, start)
     before = model.p.pack(n_f=first, n_r=first)
-    after = model.p.pack(n_f=estimate.parameters["n_f"], n_r=estimate.parameters["n_r"])
+    after = model.p.pack(n_f=found.parameters["n_f"], n_r=found.parameters["n_r"])
     initial = {horizon: replay.windows(before, horizon) for horizon in HORIZONS}
     estimated = {horizon: replay.windows(after, horizon) for horizon in HORIZONS}
-    return LogStudy(clean.name, declared.soil.name, n_true, first, estimate, initial, estimated, clean)
+    return LogStudy(clean.name, declared.soil.name, n_true, first, found, initial, estimated, clean)
 
 
 def gains(studies: Sequence[LogStudy], horizon: float) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.files.package_data import VEHICLES
+from softsoil.files.toml_file import read_toml
 from softsoil.plant.kinematics import fit_polynomials, solve_axle
 
 Array = NDArray[np.float64]
@@ -90,10 +90,7 @@ def load_plant_vehicle(path: Path = REFERENCE) -> PlantVehicle:
 
     Raises ValueError naming the file and the missing section or key.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: expected a vehicle in TOML, found: {error}") from None
+    table = read_toml(Path(path), "vehicle of the plant")
     for section in _SECTIONS:
         if section not in table:
             raise ValueError(f"{path}: expected a section [{section}], found {', '.join(table)}")

@@ -30,7 +30,7 @@ CONDITIONS = np.dtype(
     ]
 )
 """What a run was told, as in the shared runs."""
-RANGES = {"load": (1000.0, 4000.0), "slip": (-0.9, 0.9), "speed": (2.5, 8.5), "n": (0.4, 1.3)}
+TABLE_4 = {"load": (1000.0, 4000.0), "slip": (-0.9, 0.9), "speed": (2.5, 8.5), "n": (0.4, 1.3)}
 """Table 4 of the paper: N, 1, m/s, 1."""
 AMPLITUDES, FREQUENCIES = (12.0, 22.0), (0.35, 1.5)
 """Yaw amplitude (deg) and frequency (Hz) are drawn from these."""
@@ -44,7 +44,7 @@ def draw(soil: Soil, runs: int, seed: int) -> NDArray[np.void]:
     """(runs,) CONDITIONS drawn uniformly from Table 4 for one soil class."""
     rng = np.random.default_rng([seed, *soil.name.encode()])
     rows = np.zeros(runs, CONDITIONS)
-    for name, (low, high) in {**RANGES, "amplitude_deg": AMPLITUDES, "frequency": FREQUENCIES}.items():
+    for name, (low, high) in {**TABLE_4, "amplitude_deg": AMPLITUDES, "frequency": FREQUENCIES}.items():
         rows[name] = rng.uniform(low, high, runs)
     for name in ("k_phi", "k_c", "c", "phi", "k"):
         rows[name] = soil.parameters()[name]

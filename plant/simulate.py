@@ -40,6 +40,12 @@ def simulate(
     origin; vehicle: default the reference vehicle; sample: s, a multiple of the plant's step; plant: drive on with
     this one (its soil, effects and vehicle hold; the others are ignored). Raises ValueError for an unknown manoeuvre
     or duration <= 0.
+
+    Example:
+        >>> import softsoil
+        >>> drive = softsoil.simulate("multi", softsoil.load_soil("clay"), duration=0.6, seed=1)
+        >>> len(drive), "true_fz_fl" in drive.truth
+        (50, True)
     """
     if not duration > 0:
         raise ValueError(f"simulate: expected a duration > 0 s, found {duration}")

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import difflib
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+
+from softsoil.files.toml_file import read_toml
 
 UNITS: Mapping[str, tuple[str, float]] = MappingProxyType(
     {
@@ -35,17 +36,13 @@ class Source:
 
 
 def load_columns(path: str | Path, units: Mapping[str, str]) -> dict[str, Source]:
-    """Column map from TOML: `u = {column = "speed_kmh", unit = "km/h"}` or `u = "speed"`; optional `sign = -1`, `offset`.
+    """Column map from TOML: `u = {column = "speed_kmh", unit = "km/h"}` or `u = "speed"`; optional `sign` (1 or -1),
+    `factor` (beside the unit's own), `offset` (SI).
 
     units: channel -> SI unit that it has in the project. Raises ValueError naming file, key, expected and found.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"column map: expected a TOML file, found {'a folder' if path.is_dir() else 'none'} at {path}")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    table = read_toml(path, "column map")
     table = table.get("columns", table)
     return {channel: _source(path, channel, entry, units) for channel, entry in table.items()}
 
@@ -60,15 +57,20 @@ def _source(path: Path, channel: str, entry: object, units: Mapping[str, str]) -
     if not isinstance(entry, dict) or not isinstance(entry.get("column"), str):
         raise ValueError(f'{path}: {channel}: expected {{column = "name", unit = "unit"}}, found {entry!r}')
     for key in entry:
-        if key not in ("column", "unit", "sign", "offset"):
-            raise ValueError(f"{path}: {channel}: expected keys column, unit, sign, offset; found {key!r}")
-    for key in ("sign", "offset"):
-        value = entry.get(key, 0)
+        if key not in ("column", "unit", "sign", "factor", "offset"):
+            raise ValueError(f"{path}: {channel}: expected keys column, unit, sign, factor, offset; found {key!r}")
+    for key in ("sign", "factor", "offset"):
+        value = entry.get(key, 1)
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"{path}: {channel}: expected a number for {key}, found {value!r}")
+        if not math.isfinite(value) or (key == "factor" and value == 0):
+            raise ValueError(f"{path}: {channel}: expected a finite number other than 0 for {key}, found {value!r}")
+    if entry.get("sign", 1) not in (1, -1):
+        raise ValueError(f"{path}: {channel}: expected sign of 1 or -1 (a scale is `factor`), found {entry['sign']!r}")
     unit = entry.get("unit", units[channel])
     si, factor = UNITS.get(unit, (None, 0.0)) if isinstance(unit, str) else (None, 0.0)
     if si != units[channel]:
         known = ", ".join(name for name, (to, _) in UNITS.items() if to == units[channel])
         raise ValueError(f"{path}: {channel}: expected a unit of {known}; found {unit!r}")
-    return Source(entry["column"], factor * float(entry.get("sign", 1)), float(entry.get("offset", 0.0)))
+    factor *= float(entry.get("factor", 1)) * float(entry.get("sign", 1))
+    return Source(entry["column"], factor, float(entry.get("offset", 0.0)))

@@ -46,6 +46,12 @@ class Recording:
     truth: clean `true_*` columns, for evaluation only (nothing that estimates or traces may touch it);
     notes: what the reader did to the data (gaps, outliers), one sentence each; meta: free text facts such as the soil.
     Raises ValueError where lengths differ or `t` does not increase.
+
+    Example:
+        >>> import numpy, softsoil
+        >>> drive = softsoil.Recording("still", {"t": numpy.arange(3.0), "u": numpy.zeros(3)})
+        >>> len(drive), drive.dt
+        (3, 1.0)
     """
 
     name: str

@@ -26,6 +26,12 @@ def read_drive(
     columns: channel -> source, for channels whose column has another name or unit; required: channels that must be there.
     `true_*` columns go into `truth`. Missing values stay NaN and are noted, as are gaps in time.
     Raises ValueError naming file, column, row, what was expected and what was found.
+
+    Example:
+        >>> import softsoil
+        >>> drive = softsoil.read_drive(softsoil.example_logs()[0])
+        >>> drive.name, round(drive.dt, 3)
+        ('multi_clay_n0.50', 0.012)
     """
     path = Path(path)
     table = read_table(path)
@@ -42,8 +48,22 @@ def read_drive(
     return Recording(_stem(path), channels, truth, tuple(notes), {"path": str(path)})
 
 
+def as_drive(log: Recording | str | Path) -> Recording:
+    """The drive itself, or read from its file with the default columns."""
+    return log if isinstance(log, Recording) else read_drive(log)
+
+
 def write_drive(recording: Recording, path: str | Path) -> Path:
-    """Write a drive as CSV, CSV.gz or Parquet with the default column names; returns the path."""
+    """Write a drive as CSV, CSV.gz or Parquet with the default column names; returns the path.
+
+    Example:
+        >>> import softsoil, tempfile
+        >>> drive = softsoil.read_drive(softsoil.example_logs()[0]).between(0.0, 1.0)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = softsoil.write_drive(drive, f"{folder}/short.csv")
+        ...     len(softsoil.read_drive(path)) == len(drive)
+        True
+    """
     path = Path(path)
     table = pd.DataFrame({**recording.channels, **recording.truth})
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.files.toml_file import read_toml
 from softsoil.recording.columns import Source, load_columns
 from softsoil.recording.rig import SMOOTHING, SOIL_KEYS, WheelRun, moving_mean
 from softsoil.recording.table import numbers, read_table
@@ -38,12 +38,7 @@ STEEPEST = 1.6
 def read_wheel(path: str | Path) -> dict[str, float]:
     """radius, width (m) and contact_step (s, 0 unless given) from a TOML; ValueError naming key, expected and found."""
     path = Path(path)
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"{path}: expected a wheel (TOML), found: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    table = read_toml(path, "wheel")
     table = table.get("wheel", table)
     found = {"contact_step": 0.0}
     for key in ("radius", "width", "contact_step"):

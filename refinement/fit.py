@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from softsoil.estimator.parameters import Free
+from softsoil.estimator.sandwich import cluster_covariance
 from softsoil.estimator.shooting import Shooting
 
 Array = NDArray[np.float64]
@@ -195,8 +196,5 @@ class _Problem:
         hessian = np.einsum("wmk,wml->kl", weighted, jacobian) * np.outer(self.scale, self.scale) + known
         per_window = np.einsum("wmk,wm->wk", weighted, z) * self.scale
         per_window = per_window - per_window.mean(axis=0)
-        inverse = np.linalg.pinv(hessian, rcond=1e-10)
-        count = len(per_window)
-        scatter = per_window.T @ per_window * count / max(count - len(self.free), 1) + residual.shape[1] * known
-        cov = inverse @ scatter @ inverse
+        cov = cluster_covariance(hessian, per_window, residual.shape[1] * known)
         return self.scale * np.sqrt(np.maximum(np.diag(cov), 0.0))

@@ -12,7 +12,7 @@ from softsoil.estimator.window_fit import WindowFit
 from softsoil.recording.drive import Recording
 from softsoil.refinement.geometry_check import front_axle
 from softsoil.refinement.identify_asks import Excitation, asks, excitation
-from softsoil.refinement.identify_bench import Bench, fit_numbers, free_numbers, make_bench
+from softsoil.refinement.identify_bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.refinement.identify_errors import Errors, departures, errors_of, n_costs
 from softsoil.refinement.identify_judge import judge
 from softsoil.refinement.identify_result import Contradiction, Found, Identification
@@ -49,7 +49,7 @@ def identify(
     fitted = bench.only([i for i in range(len(recordings)) if i != last])
     state = _fit(fitted, rules, progress)
     had = excitation(fitted.recordings, start)
-    judgement = judge(bench.only([last]), {}, state.values)
+    judgement = judge(bench.only([last]), state.values, rules.model_error_n)
     progress(0.97)
     numbers = _numbers(fitted, state)
     stds = {name: found.std for name, found in numbers.items()}
@@ -102,7 +102,7 @@ def _fit(bench: Bench, rules: Rules, progress: Callable[[float], None]) -> _Stat
     contradictions = _by_motion(bench, rules)
     doubted = [c.name for c in contradictions]
     values: Values = _moved(bench, contradictions)
-    n: list[float] | None = None
+    n = first_n(bench, values)
     for _ in range(rules.rounds):
         fit = fit_numbers(bench, free_numbers(bench, names, doubted), values, n)
         progress(0.5)
@@ -122,17 +122,19 @@ def _fit(bench: Bench, rules: Rules, progress: Callable[[float], None]) -> _Stat
         values, n = {**values, **_values(last)}, _n(last)
     progress(0.9)
     every = fit_numbers(bench, free_numbers(bench, [number.name for number in NUMBERS], doubted), values, n, 0)
-    # Standard errors are those with every number free: fixing one does not make it known.
-    stds = {**{name: s for name, (_, s) in before.items()}, **std}
-    for c in contradictions:
-        stds[c.name] = c.std
+    # Standard errors are those with every number free: fixing one does not make it known. What the model misses is in them.
+    stds = {name: s for name, (_, s) in before.items()}
+    stds |= {name: s if name in doubted else min(rules.model_error * s, before[name][1]) for name, s in std.items()}
+    stds |= {c.name: c.std for c in contradictions}
     states = {name: _state(bench.known, name, kept) for name in by_name()}
     for c in contradictions:
         states[c.name] = "identified"
     index = [errors.names.index(f"n_{i}") for i in range(len(bench.windows))]
-    n_std = tuple(float(np.sqrt(errors.covariance[i, i])) for i in index)
+    n_std = tuple(
+        float(np.hypot(np.sqrt(errors.covariance[i, i]), rules.model_error_n * one)) for i, one in zip(index, n, strict=True)
+    )
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}
-    return _State(all_values, stds, states, tuple(_n(every)), n_std, n_costs(every, stds), tuple(contradictions), errors)
+    return _State(all_values, stds, states, tuple(n), n_std, n_costs(every, stds), tuple(contradictions), errors)
 
 
 def _state(known: Known, name: str, kept: Sequence[str]) -> str:

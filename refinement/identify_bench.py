@@ -49,7 +49,7 @@ class Bench:
     """What all fits of an identification share.
 
     known; vehicle: with every number as expected; model: its numbers as parameters; names of the drives; recordings; soils;
-    drives; windows, balances: one per drive; p (D, n_p): parameters of each drive, numbers as expected.
+    drives; windows, balances: one per drive, or no balances; p (D, n_p): parameters of each drive, numbers as expected.
     """
 
     known: Known
@@ -67,7 +67,7 @@ class Bench:
         """The bench of the `chosen` drives, by index."""
 
         def of(values: Sequence) -> tuple:
-            return tuple(values[i] for i in chosen)
+            return tuple(values[i] for i in chosen) if values else ()
 
         return Bench(
             self.known, self.vehicle, self.model, of(self.names), of(self.recordings), of(self.soils), of(self.drives),
@@ -134,18 +134,13 @@ def free_numbers(bench: Bench, names: Sequence[str], doubted: Sequence[str] = ()
 
 
 def fit_numbers(
-    bench: Bench,
-    free: Sequence[Free],
-    values: Mapping[str, float],
-    n: Sequence[float] | None = None,
-    iterations: int = ITERATIONS,
+    bench: Bench, free: Sequence[Free], values: Mapping[str, float], n: Sequence[float], iterations: int = ITERATIONS
 ) -> WindowFit:
     """The free numbers, and n of each drive, that predict the windows and balance the wheels best.
 
-    values: where numbers start, and where those that are not free stand; n: first guesses, default fitted drive by drive;
-    iterations: at most, 0 for derivatives at the start.
+    values: where numbers start, and where those that are not free stand; n: first guesses; iterations: at most, 0 for
+    derivatives at the start.
     """
-    n = first_n(bench, values) if n is None else n
     p = bench.parameters(values, n)
     start = np.array([*(values.get(f.name, bench.p[0, bench.model.p.index(f.name)]) for f in free), *n])
     return fit_windows(bench.windows, [*free, *free_n(bench)], start, p, bench.balances, iterations)

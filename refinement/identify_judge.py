@@ -8,14 +8,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.free_windows import FreeWindows
+from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.horizons import HORIZONS
+from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import Drive
 from softsoil.estimator.window_fit import fit_windows
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.identify_bench import FASTEST, HORIZON, Bench, first_n, free_n
+from softsoil.refinement.identify_bench import FASTEST, HORIZON, SUBSTEPS, Bench, first_n, free_n
 from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.identify_result import Judged
+from softsoil.refinement.vehicle_numbers import declared_vehicle
+from softsoil.symbolic.catalogue import declared_model
 
 Array = NDArray[np.float64]
 
@@ -25,21 +28,36 @@ FEWEST_PATHS = 2
 """Windows of a horizon that are judged at least."""
 
 
-def judge(bench: Bench, before: Mapping[str, float], after: Mapping[str, float]) -> Judged:
-    """The bench's one drive judged with two sets of numbers, n fitted anew to its first part with each."""
+def judge(bench: Bench, after: Mapping[str, float], model_error: float) -> Judged:
+    """The bench's one drive predicted with the vehicle as its owner's file declares it, with the numbers as expected before the
+    logs, and with the identified ones, `after`; n fitted anew to its first part with each.
+
+    model_error: of n, as a share, beside its sampling error.
+    """
     drive, windows = bench.drives[0], bench.windows[0]
+    declared = _declared(bench)
     row = drive.first + int(FIT_SHARE * (len(drive.t) - drive.first))
-    first = FreeWindows(windows.compiled, _until(drive, row), HORIZON, windows.sigma, FASTEST)
-    part = replace(bench, windows=(first,))
-    table, n, rms = [], [], []
-    for values in (before, after):
+    results = []
+    for one, values in ((declared, {}), (bench, {}), (bench, after)):
+        compiled = one.windows[0].compiled
+        first = FreeWindows(compiled, _until(drive, row), HORIZON, windows.sigma, FASTEST)
+        part = replace(one, windows=(first,))
         guess = first_n(part, values)
-        p = bench.parameters(values, guess)
-        fit = fit_windows(part.windows, free_n(part), np.array(guess), p)
-        n.append((float(fit.value[0]), errors_of(fit).std["n_0"]))
-        rms.append(float(np.sqrt(fit.cost)))
-        table.append(_errors(windows, drive, fit.p[0], row))
-    return Judged(bench.names[0], n[0], n[1], table[0], table[1], rms[0], rms[1])
+        fit = fit_windows(part.windows, free_n(part), np.array(guess), one.parameters(values, guess))
+        std = float(np.hypot(errors_of(fit).std["n_0"], model_error * fit.value[0]))
+        results.append((_errors(compiled, drive, fit.p[0], row), (float(fit.value[0]), std), float(np.sqrt(fit.cost))))
+    (table_0, n_0, rms_0), (guessed, _, _), (table_1, n_1, rms_1) = results
+    return Judged(bench.names[0], n_0, n_1, table_0, guessed, table_1, rms_0, rms_1)
+
+
+def _declared(bench: Bench) -> Bench:
+    """The bench with the model of the vehicle as its owner's file declares it."""
+    vehicle = declared_vehicle(bench.known)
+    model = declared_model(vehicle, bench.soils[0])
+    windows = bench.windows[0]
+    compiled = WindowModel(model, bench.drives[0].dt, SUBSTEPS * substeps_for(bench.drives[0].dt))
+    mine = FreeWindows(compiled, bench.drives[0], HORIZON, windows.sigma, FASTEST)
+    return replace(bench, vehicle=vehicle, model=model, windows=(mine,), balances=(), p=model.p.nominal[None])
 
 
 def _until(drive: Drive, row: int) -> Drive:
@@ -48,13 +66,13 @@ def _until(drive: Drive, row: int) -> Drive:
     )
 
 
-def _errors(windows: FreeWindows, drive: Drive, p: Array, row: int) -> dict[str, dict[str, float]]:
+def _errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict[str, dict[str, float]]:
     """Horizon -> state -> mean squared error over windows after `row` that start at the recorded states."""
     table = {}
     for horizon in HORIZONS:
         means = np.full(len(STATE_CHANNELS), np.nan)
         if (len(drive.t) - row - 1) * drive.dt >= FEWEST_PATHS * horizon:
-            long = FreeWindows(windows.compiled, replace(drive, first=row), horizon, np.ones(len(STATE_CHANNELS)))
+            long = FreeWindows(compiled, replace(drive, first=row), horizon, np.ones(len(STATE_CHANNELS)))
             error = long.residual(p, long.first).reshape(len(long.rows), -1, len(STATE_CHANNELS))[:, 1:]
             seen = np.isfinite(long.recorded[:, 1:])
             means = (error**2).sum(axis=(0, 1)) / np.maximum(seen.sum(axis=(0, 1)), 1)

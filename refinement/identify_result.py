@@ -30,21 +30,26 @@ class Found:
 
 @dataclass(frozen=True)
 class Judged:
-    """Predictions of the log left out: its name; n and standard error with the numbers before and after the identification;
-    before, after: horizon -> state -> mean squared error; rms_before, rms_after: of whole windows over what noise and a right
-    model leave (1)."""
+    """Predictions of the log left out: its name; n and standard error with the vehicle as its owner's file declares it and with
+    the identified numbers; before, expected, after: horizon -> state -> mean squared error with the declared vehicle, with the
+    numbers expected of any such vehicle, and with the identified ones; rms_before, rms_after: of whole windows over what noise
+    and a right model leave (1)."""
 
     log: str
     n_before: tuple[float, float]
     n_after: tuple[float, float]
     before: Mapping[str, Mapping[str, float]]
+    expected: Mapping[str, Mapping[str, float]]
     after: Mapping[str, Mapping[str, float]]
     rms_before: float
     rms_after: float
 
-    def ratio(self, horizon: str = "2.5") -> float | None:
-        """How many times smaller the mean squared error got, geometric mean over v, omega_z, psi and y; None without windows."""
-        before, after = self.before.get(horizon, {}), self.after.get(horizon, {})
+    def ratio(self, horizon: str = "2.5", expected: bool = False) -> float | None:
+        """How many times smaller the mean squared error got, geometric mean over v, omega_z, psi and y; None without windows.
+
+        horizon (s), as in the tables; expected: against the expected numbers in the place of the declared vehicle.
+        """
+        before, after = (self.expected if expected else self.before).get(horizon, {}), self.after.get(horizon, {})
         ratios = [before[s] / after[s] for s in JUDGED_STATES if before.get(s, 0.0) > 0.0 and after.get(s, 0.0) > 0.0]
         if len(ratios) < len(JUDGED_STATES) or not all(map(math.isfinite, ratios)):
             return None
@@ -105,12 +110,12 @@ class Identification:
             "n": {log: {"value": value, "std": std} for log, (value, std) in self.n.items()},
             "judged_on": self.judged.log,
             "before": {"mse": self.judged.before, "n": self.judged.n_before[0], "rms": self.judged.rms_before},
+            "expected": {"mse": self.judged.expected},
             "after": {"mse": self.judged.after, "n": self.judged.n_after[0], "rms": self.judged.rms_after},
             "asks": list(self.asks),
             "contradictions": [vars(c) for c in self.contradictions],
             "notes": list(self.notes),
             "seconds": self.seconds,
-            "vehicle": {"name": self.vehicle.name, "file": self.known.file},
         }
 
 

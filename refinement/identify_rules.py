@@ -13,7 +13,9 @@ class Rules:
     contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted; material: the
     least departure of a given number that matters, as a share of its value; n_std: largest standard error of n, as a share of it;
     inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error that
-    one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after another.
+    one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after another;
+    model_error: standard deviations of numbers over their sampling errors, since what the force law misses moves them too: on the
+    second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_n: the same of n, as a share.
     """
 
     seen: float = 0.75
@@ -24,6 +26,8 @@ class Rules:
     correlation: float = 0.95
     load_share: float = 2.0
     rounds: int = 3
+    model_error: float = 4.0
+    model_error_n: float = 0.025
 
 
 RULES = Rules()

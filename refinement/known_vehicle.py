@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from softsoil.files.toml_file import read_toml
+from softsoil.files.toml_file import finite_number, read_toml
 from softsoil.symbolic.vehicle import BOUNDS, Vehicle
 
 NEEDED = ("mass", "l_f", "l_r", "track", "radius", "width")
@@ -93,7 +92,9 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     for key in table:
         if key not in keys:
             raise ValueError(f"{where}: expected keys {', '.join(sorted(keys))}; found {key!r}")
-    numbers = {key: _finite(value, f"{where}: key {key!r}") for key, value in table.items() if key in BOUNDS or key in LOADS}
+    numbers = {
+        key: finite_number(value, f"{where}: key {key!r}") for key, value in table.items() if key in BOUNDS or key in LOADS
+    }
     if all(key in numbers for key in LOADS):
         front, rear, wheelbase = numbers["load_front"], numbers["load_rear"], numbers["wheelbase"]
         if not (front > 0 and rear > 0):
@@ -111,10 +112,11 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
         if not lower <= value <= upper:
             raise ValueError(f"{where}: expected {key} in [{lower:g}, {upper:g}] {unit}, found {value:g}")
     effects = {
-        str(effect): {str(k): _finite(v, f"{where}: effects.{effect}.{k}") for k, v in _table(values, where).items()}
+        str(effect): {str(k): finite_number(v, f"{where}: effects.{effect}.{k}") for k, v in _table(values, where).items()}
         for effect, values in _table(table.get("effects", {}), where).items()
     }
-    stated = {str(k): _finite(v, f"{where}: uncertainty.{k}") for k, v in _table(table.get("uncertainty", {}), where).items()}
+    stds = _table(table.get("uncertainty", {}), where)
+    stated = {str(key): finite_number(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
     return Known(str(table.get("name", name)), numbers, effects, stated, where)
 
 
@@ -122,9 +124,3 @@ def _table(value: Any, where: str) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise ValueError(f"{where}: expected a table of numbers, found {value!r}")
     return value
-
-
-def _finite(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"{where}: expected a finite number, found {value!r}")
-    return float(value)

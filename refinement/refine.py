@@ -6,15 +6,17 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.horizons import HORIZONS
+from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.estimator.shooting import Shooting
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
+from softsoil.recording.read import as_drive
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import N_NAMES, Fit
 from softsoil.refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
@@ -98,24 +100,31 @@ class Refinement:
 
 
 def refine(
-    recordings: Sequence[Recording],
+    logs: Sequence[Recording | str | Path],
     declaration: Declaration,
     *,
-    start: float = 2.0,
+    start: float = START_UP,
     workers: int = 2,
     candidates: Sequence[str] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Refinement:
-    """Find what the declared model lacks on one or more drives of one soil class, from sensor channels only.
+    """What the declared model lacks on one or more drives of one soil class, from sensor channels only.
 
     The first two thirds of each drive are fitted, the rest judges, then what was found is fitted to the whole; of a drive with
-    standstills, its longest stretch forwards. start: seconds left out at the beginning of each;
+    standstills, its longest stretch forwards. logs: drives or their files; start: seconds left out at the beginning of each;
     candidates: names of the effects that are tried, default all that are not declared, without those that a measurement
     excludes;
     workers: effects tried at once. Raises ValueError for drives that cannot be used.
+
+    Example:
+        >>> import softsoil
+        >>> declaration = softsoil.Declaration(softsoil.load_vehicle("reference"), softsoil.load_soil("clay"))
+        >>> found = softsoil.refine(softsoil.example_logs()[:1], declaration, candidates=["steering_offset"])
+        >>> found.verdict in ("effect", "none", "unexplained")
+        True
     """
     began = time.perf_counter()
-    recordings = [forward_part(recording) for recording in recordings]
+    recordings = [forward_part(as_drive(log)) for log in logs]
     bench = make_bench(recordings, declaration, start, names=_possible(recordings, declaration, candidates))
     repeated = all(one_wave(recording) for recording in recordings)
     selection = select(loosened(bench, declaration), declaration, workers, progress, repeated)

@@ -11,6 +11,7 @@ dF_f = (M l_r e_v + I e_r)/L, dF_r = (M l_f e_v - I e_r)/L.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from softsoil.estimator.consistency import whiteness_p
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.read import as_drive
+from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -56,6 +60,31 @@ class DriveResidual:
     def axles(self) -> dict[str, dict[str, float]]:
         """Axle -> rms of the unexplained lateral force (N)."""
         return {"front": {"rms": rms(self.force_f)}, "rear": {"rms": rms(self.force_r)}}
+
+
+def residual(
+    log: Recording | str | Path, declaration: Declaration, n: float | None = None, *, start: float = START_UP
+) -> DriveResidual:
+    """What a declared model leaves unexplained in a log, per channel, axle and horizon.
+
+    log: a drive or its file; n: sinkage exponent of both axles, default the soil's; start: seconds left out at the beginning.
+    Raises ValueError for an n outside its bounds, reversing, or a log with no whole window after the start-up.
+
+    Example:
+        >>> import softsoil
+        >>> vehicle, soil = softsoil.load_vehicle("reference"), softsoil.load_soil("clay")
+        >>> log = softsoil.example_logs()[0]
+        >>> full = softsoil.residual(log, softsoil.Declaration(vehicle, soil))
+        >>> paper = softsoil.residual(log, softsoil.Declaration(softsoil.load_vehicle("paper"), soil))
+        >>> full.axles["rear"]["rms"] < paper.axles["rear"]["rms"]
+        True
+    """
+    signal = SOIL_SIGNALS["n"]
+    if n is not None and not signal.lower <= n <= signal.upper:
+        raise ValueError(f"n: expected a sinkage exponent in [{signal.lower:g}, {signal.upper:g}], found {n:g}")
+    model = declaration.build()
+    p = model.p.pack() if n is None else model.p.pack(n_f=n, n_r=n)
+    return drive_residual(as_drive(log), model, declaration.vehicle, p, start)
 
 
 def drive_residual(

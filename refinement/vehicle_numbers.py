@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from softsoil.refinement.known_vehicle import Known
 from softsoil.symbolic.signals import Layout, Signal
@@ -162,6 +163,13 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
             effects.setdefault(number.effect, {})[number.name] = merged[number.name]
     own = {number.name: merged[number.name] for number in NUMBERS if not number.effect}
     return Vehicle(name=known.name, effects=effects, uncertainty=stds or {}, **{**known.rest(set(own)), **own})
+
+
+def declared_vehicle(known: Known) -> Vehicle:
+    """The vehicle that the known numbers declare by themselves: defaults of a vehicle file for the rest, no effects but those
+    declared; yaw inertia and height of the centre of gravity, which have no default, as expected."""
+    numbers: dict[str, Any] = {name: expected(known)[name][0] for name in ("yaw_inertia", "h_cg")} | known.numbers
+    return Vehicle(name=known.name, effects=known.effects, **numbers)
 
 
 def free_layout(known: Known) -> Layout:

@@ -30,7 +30,9 @@ from softsoil.symbolic.wheel import ForceLaw
 
 
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
-    """Every known effect by name, sized for the vehicle."""
+    """Every known effect by name, sized for the vehicle.
+    Example: "payload_mass" in softsoil.catalogue(softsoil.load_vehicle("paper"))["payload"].parameters.names
+    """
     effects = (
         multipass(vehicle.wheelbase), load_transfer(), wheel_lean(), aligning_moment(), pressure_offset(), rate_damping(),
         bulldozing(), slip_sinkage(), motion_resistance(), steering_lag(), steering_delay(), steering_offset(), steering_gain(),
@@ -47,10 +49,12 @@ def declared_model(
     effects: Mapping[str, Mapping[str, float]] | None = None,
     free: Layout = Layout(),  # noqa: B008
 ) -> Model:
-    """The bicycle with the vehicle's declared effects (or the given ones) at their declared parameters.
+    """The bicycle model of a vehicle on a soil, with the vehicle's declared effects (or the given ones).
 
+    effects: name -> parameters, in place of the vehicle's own; {} gives the paper's structure.
     free: numbers of the vehicle that become parameters of the model.
     Raises ValueError for an effect that the catalogue lacks, KeyError for a parameter that the effect lacks.
+    Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).x.names[:3] == ("x", "y", "psi")
     """
     known = catalogue(vehicle)
     model = bicycle(vehicle, soil, law, free)

@@ -17,7 +17,9 @@ from softsoil.symbolic.wheel import law_names
 
 @dataclass(frozen=True)
 class Declaration:
-    """vehicle (with its declared effects), soil and name of the force law: what a model is made of."""
+    """vehicle (with its declared effects), soil and name of the force law: what a model is made of.
+    Example: softsoil.load_declaration("refined.toml").with_n(0.9).build().p["n_f"].nominal == 0.9
+    """
 
     vehicle: Vehicle
     soil: Soil
@@ -45,6 +47,7 @@ def load_declaration(path: str | Path) -> Declaration:
     """A declaration from a TOML file with tables [vehicle] (and [vehicle.effects.<name>]), [soil] and `law`.
 
     Raises ValueError naming the file, the key, what was expected and what was found.
+    Example: softsoil.load_declaration("refined.toml").law in ("bekker", "turn_slip")
     """
     path = Path(path)
     table = read_toml(path, "model")
@@ -59,7 +62,9 @@ def load_declaration(path: str | Path) -> Declaration:
 
 
 def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> str:
-    """The declaration as TOML text, `notes` as comments on top; `load_declaration` reads it back."""
+    """The declaration as TOML text, `notes` as comments on top; `load_declaration` reads it back.
+    Example: "[soil]" in softsoil.declaration_toml(softsoil.load_declaration("refined.toml"))
+    """
     lines = [f"# {note}" for note in notes] + [f'law = "{declaration.law}"', "", "[vehicle]"]
     lines.append(f"name = {_text(declaration.vehicle.name)}")
     for f in fields(Vehicle):

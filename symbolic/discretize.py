@@ -12,6 +12,8 @@ METHODS = ("euler", "rk4")
 def discretize(model: Model, dt: float, method: str = "euler", substeps: int = 1) -> ca.Function:
     """One step x+ = F(x, u, p) with the input held, as a CasADi function [x, u, p] -> [x_next].
 
+    More than one substep are calls of one function, so that the C code grows by a line per substep, not by the model.
+
     dt: step (s, > 0); method: "euler" (paper, below eq. (y_update)) or "rk4"; substeps: steps inside dt.
     Raises ValueError for another method, a step that is not positive, or fewer than one substep.
     """
@@ -22,10 +24,17 @@ def discretize(model: Model, dt: float, method: str = "euler", substeps: int = 1
     ode = model.ode()
     x, u, p = model.symbols()
     h = dt / substeps
+    end = _euler(ode, x, u, p, h) if method == "euler" else _rk4(ode, x, u, p, h)
+    step = ca.Function("step", [x, u, p], [ca.cse(end)], ["x", "u", "p"], ["x_next"])
+    return step if substeps == 1 else _repeated(step, substeps)
+
+
+def _repeated(step: ca.Function, count: int) -> ca.Function:
+    x, u, p = (ca.MX.sym(step.name_in(i), step.size1_in(i)) for i in range(3))
     end = x
-    for _ in range(substeps):
-        end = _euler(ode, end, u, p, h) if method == "euler" else _rk4(ode, end, u, p, h)
-    return ca.Function("step", [x, u, p], [ca.cse(end)], ["x", "u", "p"], ["x_next"])
+    for _ in range(count):
+        end = step(end, u, p)
+    return ca.Function("step", [x, u, p], [end], ["x", "u", "p"], ["x_next"])
 
 
 def _euler(ode: ca.Function, x: ca.SX, u: ca.SX, p: ca.SX, h: float) -> ca.SX:
@@ -88,10 +97,14 @@ def start_memory(model: Model) -> ca.Function:
 def step_with_memory(model: Model, dt: float, method: str = "euler", substeps: int = 1) -> ca.Function:
     """CasADi function [x, m, u_external, p] -> [x_next, m_next]: one step, histories rolled forward with it."""
     step, read, advance = discretize(model, dt, method, substeps), read_memory(model), advance_memory(model, dt)
-    x, _, p = model.symbols()
-    m, external = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u_external", len(model.external))
-    u = read(x, external, p, m)
     names = ["x", "m", "u_external", "p"], ["x_next", "m_next"]
+    sizes = (len(model.x), len(model.cells), len(model.external), len(model.p))
+    if substeps > 1:
+        state, cells, inputs, values = (ca.MX.sym(name, size) for name, size in zip(names[0], sizes, strict=True))
+        full = read(state, inputs, values, cells)
+        following = [step(state, full, values), advance(state, full, values, cells)]
+        return ca.Function("rollout_step", [state, cells, inputs, values], following, *names)
+    x, m, external, p = (ca.SX.sym(name, size) for name, size in zip(names[0], sizes, strict=True))
+    u = read(x, external, p, m)
     # Step and histories share the whole chain: without common subexpressions it would be computed twice.
-    following = ca.cse([step(x, u, p), advance(x, u, p, m)])
-    return ca.Function("rollout_step", [x, m, external, p], following, *names)
+    return ca.Function("rollout_step", [x, m, external, p], ca.cse([step(x, u, p), advance(x, u, p, m)]), *names)

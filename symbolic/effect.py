@@ -21,6 +21,7 @@ class Effect:
     memories: histories kept beside the states; effects whose memories have one name share it;
     confusable: effects with a like signature; separates: the manoeuvre that tells them apart;
     drawn: parameters of the vehicle's own build (its geometry, its shafts): once declared, no fit of another effect moves them.
+    Example: softsoil.catalogue(softsoil.load_vehicle("paper"))["grade"].parameters["grade"].unit == "rad"
     """
 
     name: str
@@ -52,6 +53,7 @@ def add_effect(model: Model, effect: Effect, values: Mapping[str, float] | None 
 
     values: parameter values to declare as nominal, default the typical ones. Effects compose in any order.
     Raises ValueError for an effect added twice, KeyError for a parameter that it does not have.
+    Example: "grade" in softsoil.add_effect(model, softsoil.catalogue(vehicle)["grade"], {"grade": 0.05}).effects
     """
     if effect.name in model.effects:
         raise ValueError(f"model {model.name}: effect {effect.name!r} is there already")

@@ -53,6 +53,7 @@ class Model:
 
     x, u, p, y: layouts of states, inputs, parameters, outputs; stages: the derivation in order; memories: histories whose
     provided signals are the last entries of u. Raises ValueError where one name stands for two quantities.
+    Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).ode().name_in() == ["x", "u", "p"]
     """
 
     name: str

@@ -23,6 +23,7 @@ class Signal:
     nominal: default value; lower, upper: bounds (lower <= nominal <= upper); spread: how far from nominal it plausibly lies (one
     standard deviation), infinite where nothing is known.
     Raises ValueError for a name that is no identifier, bounds that exclude the nominal value or a spread that is not positive.
+    Example: softsoil.Signal("mass", "kg", "mass of the load", nominal=50.0, lower=0.0).upper == float("inf")
     """
 
     name: str
@@ -50,6 +51,7 @@ class Layout(Sequence[Signal]):
     """An ordered vector of signals with distinct names.
 
     Raises ValueError where two signals share a name.
+    Example: softsoil.Layout.of(softsoil.Signal("u", "m/s", "speed", 5.0)).pack(u=6.0)[0] == 6.0
     """
 
     signals: tuple[Signal, ...] = ()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from softsoil.files.toml_file import read_toml
+from softsoil.files.toml_file import finite_number, read_toml
 from softsoil.symbolic.signals import Layout, Signal
 
 Scalar = Any
@@ -32,6 +31,7 @@ class Soil:
 
     Fields in SI units as in SOIL_SIGNALS; K and R are the elastic stiffness and the damping of the soil contact model.
     Each may be a float or a CasADi scalar. Raises ValueError for a float outside its bounds.
+    Example: softsoil.Soil("loam", k_phi=1.5e6, k_c=5300.0, n=0.7, c=1700.0, phi=0.5, k=0.025).with_(n=0.6).n == 0.6
     """
 
     name: str
@@ -73,6 +73,7 @@ def load_soil(source: str | Path) -> Soil:
     """A built-in class by name, or a TOML file with the parameters of SOIL_SIGNALS (K and R optional).
 
     Raises ValueError naming the file, the key, what was expected and what was found.
+    Example: softsoil.load_soil("sandy_loam").n == 0.7
     """
     if isinstance(source, str) and source in SOILS:
         return SOILS[source]
@@ -95,10 +96,7 @@ def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
             if signal.name in ("K", "R"):
                 continue
             raise ValueError(f"{where}: expected key {signal.name!r} ({signal.doc}, {signal.unit}), found none")
-        value = table[signal.name]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise ValueError(f"{where}: key {signal.name!r}: expected a finite number, found {value!r}")
-        values[signal.name] = float(value)
+        values[signal.name] = finite_number(table[signal.name], f"{where}: key {signal.name!r}")
     try:
         return Soil(str(table.get("name", name)), **values)
     except ValueError as error:

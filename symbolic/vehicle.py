@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from softsoil.files.toml_file import read_toml
+from softsoil.files.package_data import vehicle_file
+from softsoil.files.toml_file import finite_number, read_toml
 from softsoil.symbolic.wheel import Wheel
 
 GRAVITY = 9.81
@@ -61,6 +61,7 @@ class Vehicle:
     radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters; uncertainty: standard
     deviations by name of numbers and of effects' parameters, in their units, as far as they are known.
     Raises ValueError for a number outside its physical bounds.
+    Example: softsoil.load_vehicle("reference").with_(mass=2000.0).mass == 2000.0
     """
 
     name: str
@@ -120,11 +121,13 @@ class Vehicle:
 
 
 def load_vehicle(source: str | Path) -> Vehicle:
-    """A vehicle from a TOML file (keys: fields of Vehicle; `[effects.<name>]` tables of declared effects).
+    """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file with the fields of Vehicle as keys and an
+    `[effects.<name>]` table for each declared effect.
 
     Raises ValueError naming the file, the key, what was expected and what was found.
+    Example: softsoil.load_vehicle("paper").effects == {}
     """
-    path = Path(source)
+    path = vehicle_file(source)
     table = read_toml(path, "vehicle")
     return vehicle_from_table(table.get("vehicle", table), str(path), path.stem)
 
@@ -142,7 +145,7 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
             if known[key].default is known["mass"].default:
                 raise ValueError(f"{where}: expected key {key!r} ({unit}), found none")
             continue
-        values[key] = _number(table[key], f"{where}: key {key!r}")
+        values[key] = finite_number(table[key], f"{where}: key {key!r}")
     try:
         return Vehicle(**values)
     except ValueError as error:
@@ -154,7 +157,7 @@ def _effects(table: dict[str, Any], where: str) -> dict[str, dict[str, float]]:
     if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
         raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
     return {
-        name: {key: _number(value, f"{where}: effects.{name}.{key}") for key, value in values.items()}
+        name: {key: finite_number(value, f"{where}: effects.{name}.{key}") for key, value in values.items()}
         for name, values in effects.items()
     }
 
@@ -164,7 +167,7 @@ def _uncertainty(table: dict[str, Any], effects: dict[str, dict[str, float]], wh
     if not isinstance(stds, dict):
         raise ValueError(f"{where}: expected a table [uncertainty] of standard deviations, found {stds!r}")
     there = {*BOUNDS, *(key for values in effects.values() for key in values)}
-    numbers = {key: _number(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
+    numbers = {key: finite_number(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
     for key, value in numbers.items():
         if key not in there or not value > 0:
             raise ValueError(
@@ -172,9 +175,3 @@ def _uncertainty(table: dict[str, Any], effects: dict[str, dict[str, float]], wh
                 f"parameter of its effects, found {value:g}"
             )
     return numbers
-
-
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"{where}: expected a finite number, found {value!r}")
-    return float(value)

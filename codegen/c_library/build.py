@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import subprocess
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from softsoil.codegen.compiled import find_compiler
-from softsoil.files.cache import cache_folder
+from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno")
 SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c")
@@ -26,11 +25,10 @@ def build_c_library(folder: str | Path, flags: Sequence[str] = FLAGS, compiler: 
     folder = Path(folder)
     texts = [path.read_bytes() for path in sorted(folder.rglob("*.[ch]"))]
     key = hashlib.sha256(b"\0".join([*texts, compiler.encode(), *(flag.encode() for flag in flags)])).hexdigest()
-    library = cache_folder() / f"softsoil_{key[:24]}.so"
+    library = writable_cache() / f"softsoil_{key[:24]}.so"
     if not library.is_file():
-        library.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
-            built = Path(scratch) / library.name
+        with scratch_folder(library.parent) as scratch:
+            built = scratch / library.name
             command = [compiler, *flags, "-shared", "-fPIC", f"-I{folder / 'include'}"]
             command += [str(folder / source) for source in SOURCES] + ["-lm", "-o", str(built)]
             run = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -9,12 +9,12 @@ grid and step differ, [rig] factors make the front-wheel force worse, so they ar
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from pathlib import Path
 
+from softsoil.files.toml_file import read_toml
 from softsoil.symbolic.laws.turn_slip import Factors, TurnSlip
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.wheel import Contact, Wheel, WheelForce
@@ -32,12 +32,7 @@ def load_factors(path: Path, section: str) -> Factors:
 
     Raises ValueError naming the file, the key, what was expected and what was found.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"{path}: expected a calibration (TOML), found: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    table = read_toml(path, "calibration")
     for key in table:
         if key not in SECTIONS:
             raise ValueError(f"{path}: expected sections {', '.join(SECTIONS)}; found {key!r}")

@@ -1,6 +1,5 @@
 """Calibration: known factors come back, with honest standard errors; what runs cannot fix is said; curve fits recover."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +9,7 @@ from softsoil.calibration.calibration_study import calibrated_law, run_study
 from softsoil.calibration.refit_dallas import G2_SCALE, Matched, fit_branch, match_run, side_force
 from softsoil.calibration.single_wheel import law_for, run_errors
 from softsoil.calibration.turn_slip_fit import calibrate, with_soil
+from softsoil.figures.single_wheel import draw_force_against_slip
 from softsoil.recording.rig import WheelRun
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.dallas import Branch, Dallas, Factor, SlipRange
@@ -64,13 +64,14 @@ def test_bad_names_and_no_runs_are_refused(runs):
         calibrate([])
 
 
-def test_a_study_writes_what_can_be_read_back(runs, tmp_path):
-    study = run_study(runs[:4], runs[4:], tmp_path, ("width", "path", "turn", "entry_time"))
-    written = json.loads((tmp_path / "calibrate.json").read_text(encoding="utf-8"))
-    assert written["laws"]["turn_slip_calibrated"]["median"] < written["laws"]["turn_slip"]["median"]
+def test_coefficients_of_a_study_can_be_read_back(runs, tmp_path):
+    study = run_study(runs[:4], runs[4:], ("width", "path", "turn", "entry_time"))
+    assert study.report["laws"]["turn_slip_calibrated"]["median"] < study.report["laws"]["turn_slip"]["median"]
+    (tmp_path / "calibrated.toml").write_text(study.coefficients["calibrated.toml"], encoding="utf-8")
     again = load_factors(tmp_path / "calibrated.toml", "soil")
     assert again.path == pytest.approx(study.found.values["path"], rel=1e-5)
-    assert all(path.is_file() for path in study.written)
+    figure = draw_force_against_slip(runs[4:], tmp_path / "force.png", extra=study.calibrated)
+    assert figure.read_bytes()[:4] == b"\x89PNG"
 
 
 def test_a_calibration_file_that_is_none_is_named(tmp_path):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from softsoil.calibration.single_wheel import call_cost, law_for, predict, quantiles, run_errors
-from softsoil.calibration.wheel_report import draw_force_against_slip, table_text, wheel_residual
+from softsoil.calibration.wheel_report import table_text, wheel_residual
+from softsoil.figures.single_wheel import draw_force_against_slip
 from softsoil.recording.rig import SOIL_KEYS, moving_mean, read_rig, read_rigs
 from softsoil.recording.wheel_table import hold_out, read_wheel, read_wheel_table
 from wheel_runs import SOIL, own_data, sine_run

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import tempfile
 import warnings
 
 import casadi as ca
@@ -9,12 +10,14 @@ import numpy as np
 import pytest
 
 import softsoil.codegen.compiled as compiled
-from drives import clay_bicycle
+from drives import clay_bicycle, reference_vehicle
 from softsoil.codegen.c_source import check_c_name, write_c
 from softsoil.codegen.compiled import CompiledFunction, at_points, find_compiler
 from softsoil.codegen.lanes import write_lanes
+from softsoil.estimator.predictor import substeps_for
 from softsoil.mpc_demo.bench_filter import numpy_function
-from softsoil.symbolic.discretize import discretize
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.discretize import advance_memory, discretize, read_memory, start_memory, step_with_memory
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.wheel import Contact, Wheel, force_law
 
@@ -195,6 +198,65 @@ def test_points_together_are_the_points_one_by_one(count):
 
 @pytest.mark.compiler
 @needs_compiler
+@pytest.mark.parametrize("count", [3, 17])
+def test_repeated_points_are_steps_in_turn(count):
+    step, p = discretize(clay_bicycle(), 0.0125), clay_bicycle().p.nominal
+    points = X[:, None] + 0.1 * np.random.default_rng(count).standard_normal((6, count))
+    together, parts = at_points(step, count, 16)
+    expected = points
+    for _ in range(16):
+        expected = np.asarray(step.map(count)(expected, U, p))
+    assert parts and np.allclose(np.asarray(together(points, U, p)), expected, rtol=1e-12, atol=1e-14)
+
+
+def test_points_are_repeated_without_a_compiler_too(no_compiler):
+    step, p = discretize(clay_bicycle(), 0.0125), clay_bicycle().p.nominal
+    whole = discretize(clay_bicycle(), 0.05, substeps=4)
+    together, parts = at_points(step, 2, 4)
+    points = np.stack([X, 1.01 * X], axis=1)
+    assert parts == () and np.allclose(np.asarray(together(points, U, p)), np.asarray(whole.map(2)(points, U, p)), rtol=1e-14)
+
+
+def test_what_cannot_be_repeated_is_refused():
+    x = ca.SX.sym("x", 2)
+    with pytest.raises(ValueError, match="in the shape of the point"):
+        write_lanes(ca.Function("f", [x], [x[0]]), 3, "f", 2)
+
+
+def test_a_slow_log_compiles_no_larger_program_than_a_quick_one():
+    """5 Hz: the step is a loop over its substeps; unrolled, the source would grow by the model with each of them."""
+    model = Declaration(reference_vehicle(), CLAY).build()
+    fast, slow = substeps_for(0.012), substeps_for(0.2)
+    assert fast == 1 and slow == 14
+    lanes = [
+        len(write_lanes(discretize(model, dt / count, "euler"), 15, "step", count).splitlines())
+        for dt, count in ((0.012, fast), (0.2, slow))
+    ]
+    assert lanes[1] < lanes[0] + 10
+    with tempfile.TemporaryDirectory() as folder:
+        sizes = []
+        for dt, count in ((0.012, fast), (0.2, slow)):
+            (path,) = write_c([step_with_memory(model, dt, substeps=count)], folder, header=False)
+            sizes.append(len(path.read_text(encoding="utf-8").splitlines()))
+    assert sizes[1] < 3 * sizes[0]
+
+
+def test_a_step_of_many_substeps_is_those_substeps():
+    model = Declaration(reference_vehicle(), CLAY).build()
+    whole, part = step_with_memory(model, 0.2, substeps=14), discretize(model, 0.2 / 14)
+    u, p = model.external.nominal, model.p.nominal
+    x, m = model.x.pack(u=6.0, v=0.1, omega_z=0.2), np.asarray(start_memory(model)(model.x.pack(u=6.0), u, p))[:, 0]
+    full = np.asarray(read_memory(model)(x, u, p, m))[:, 0]
+    expected = x
+    for _ in range(14):
+        expected = np.asarray(part(expected, full, p))[:, 0]
+    x_next, m_next = whole(x, m, u, p)
+    assert np.allclose(np.asarray(x_next)[:, 0], expected, rtol=1e-12, atol=1e-14)
+    assert np.allclose(np.asarray(m_next)[:, 0], np.asarray(advance_memory(model, 0.2)(x, full, p, m))[:, 0], rtol=1e-12)
+
+
+@pytest.mark.compiler
+@needs_compiler
 def test_vector_exp_and_log_are_those_of_the_c_library():
     x = ca.SX.sym("x")
     values = np.concatenate(
@@ -274,3 +336,19 @@ def test_lanes_refuse_what_they_cannot_hold():
 def test_numpy_code_gives_the_numbers_of_the_symbols():
     step, p = discretize(clay_bicycle(), 0.012), clay_bicycle().p.nominal
     assert np.allclose(numpy_function(step, "step")(X, U, p), np.asarray(step(X, U, p))[:, 0], rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.compiler
+@needs_compiler
+def test_a_long_compilation_is_announced_once(own_cache, monkeypatch, tmp_path, caplog):
+    slow = tmp_path / "cc"
+    slow.write_text(f'#!/bin/sh\nsleep 0.2\nexec {find_compiler()} "$@"\n', encoding="utf-8")
+    slow.chmod(0o755)
+    monkeypatch.setattr(compiled, "find_compiler", lambda: str(slow))
+    monkeypatch.setattr(compiled, "PATIENCE", 0.05)
+    compiled._say_compiling.cache_clear()
+    x = ca.SX.sym("x")
+    for k in (2.0, 3.0):
+        assert CompiledFunction(ca.Function("f", [x], [k * x])).is_compiled
+    assert [record.getMessage() for record in caplog.records] == ["compiling the model, once; kept in the cache"]
+    assert not [path for path in own_cache.iterdir() if path.is_dir()]

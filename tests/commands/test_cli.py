@@ -91,8 +91,10 @@ def no_figures(monkeypatch):
 def test_study_is_the_same_for_the_same_seed(home, short_log, no_figures):
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
         assert softsoil("study", short_log, "--seed", seed, "--out", home / name).exit_code == 0
-    first, second, other = ((home / name / "study.json").read_bytes() for name in "abc")
+    read = [json.loads((home / name / "study.json").read_text(encoding="utf-8")) for name in "abc"]
+    first, second, other = (found["logs"] for found in read)
     assert first == second != other
+    assert [found["software"]["command"].split()[0] for found in read] == ["softsoil"] * 3
 
 
 def test_estimate_writes_what_it_says(home, short_log):
@@ -100,7 +102,8 @@ def test_estimate_writes_what_it_says(home, short_log):
     assert result.exit_code == 0, result.output
     assert files(home) == ["e/estimate.json", "e/estimate.png"]
     found = json.loads((home / "e/estimate.json").read_text(encoding="utf-8"))
-    keys = {"n_front", "n_rear", "n_front_std", "n_rear_std", "converged_s", "nis_inside_95", "step_us", "trace"}
+    keys = {"software", "vehicle", "n_front", "n_rear", "n_front_std", "n_rear_std", "converged_s"}
+    keys |= {"nis_inside_95", "step_us", "trace"}
     assert set(found) == keys and finite(found)
     assert set(found["step_us"]) == {"median", "p99"} and set(found["trace"]) == {"t", "n_front", "n_rear"}
     assert found["trace"]["n_front"][-1] == found["n_front"]
@@ -111,7 +114,7 @@ def test_residual_writes_what_it_says(home):
     result = softsoil("residual", LOAM_LOG, "--soil", "sandy_loam", "--out", home / "r")
     assert result.exit_code == 0, result.output
     found = json.loads((home / "r/residual.json").read_text(encoding="utf-8"))
-    assert set(found) == {"channels", "axles", "mse"} and finite(found)
+    assert set(found) == {"software", "vehicle", "channels", "axles", "mse"} and finite(found)
     assert set(found["channels"]) == STATES and set(found["channels"]["v"]) == {"rms", "whiteness_p"}
     assert set(found["axles"]) == {"front", "rear"} and set(found["mse"]) == {"0.5", "2.5", "5.0"}
     # The rut under the rear wheels is in the declared vehicle, and not in the paper's structure.
@@ -189,7 +192,7 @@ def test_failure_of_its_own_is_said_as_such(home, monkeypatch, short_log):
     def broken(*_, **__):
         raise KeyError("lost")
 
-    monkeypatch.setattr("softsoil.commands.estimate.estimate_terrain", broken)
+    monkeypatch.setattr("softsoil.commands.estimate.estimate_log", broken)
     result = softsoil("estimate", short_log, "--soil", "clay")
     assert result.exit_code == 1
     assert result.stderr.startswith("error: a failure of the program's own: KeyError")

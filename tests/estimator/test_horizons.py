@@ -7,7 +7,7 @@ import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.horizons import HORIZONS, Replay
-from softsoil.estimator.predictor import predict_horizon
+from softsoil.estimator.predictor import Predictor
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
@@ -69,14 +69,13 @@ def test_horizon_shorter_than_a_step_is_named(replay):
         replay.windows(clay_bicycle().p.nominal, 0.001)
 
 
-def test_predict_horizon_shapes():
+def test_shapes_of_a_rollout():
     model = clay_bicycle()
-    states = predict_horizon(
-        model, model.x.nominal, np.tile([0.1, 0, 0, 15, 15, 15, 15], (10, 1)), model.p.nominal, 0.012
-    )
+    predictor = Predictor(model, 0.012)
+    states = predictor.rollout(model.x.nominal, np.tile([0.1, 0, 0, 15, 15, 15, 15], (10, 1)), model.p.nominal)
     assert states.shape == (11, 6)
     with pytest.raises(ValueError, match=r"u_future: expected shape \(N, 7\)"):
-        predict_horizon(model, model.x.nominal, np.zeros(7), model.p.nominal, 0.012)
+        predictor.rollout(model.x.nominal, np.zeros(7), model.p.nominal)
 
 
 def test_residual_of_the_true_model_is_nothing():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drives import CLAY_LOG, clay_bicycle, clay_drive
-from softsoil.estimator.consistency import inside_band, nees, whiteness_p
+from softsoil.estimator.consistency import inside_band, whiteness_p
 from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_std
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import GOOD, NOISES, TABLE5, add_noise
@@ -93,7 +93,6 @@ def test_band_holds_what_it_says_and_nothing_without_freedom():
     assert inside_band(values, np.full(20000, 6)) == pytest.approx(0.95, abs=0.01)
     assert inside_band(3 * values, np.full(20000, 6)) < 0.6
     assert np.isnan(inside_band([1.0], [0]))
-    assert nees([2.0, 0.0], np.diag([4.0, 1.0])) == pytest.approx(1.0)
 
 
 def test_whiteness_tells_white_from_coloured():

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.plant_rig import errors
-from benchmarks.plant_vehicle import compare, window
+from benchmarks.judges.drive_windows import compare, window
+from benchmarks.judges.rig import errors
 from softsoil.figures.plant import animation, picture
 from softsoil.plant.rig import CHANNELS
 from softsoil.plant.rig_sweep import CONDITIONS, draw, sweep

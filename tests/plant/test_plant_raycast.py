@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.plant_vehicle import compare, window, with_the_others_steering
+from benchmarks.judges.drive_windows import compare, window, with_the_others_steering
 from softsoil.plant.bed import SoilBed
 from softsoil.plant.kernel import kernel
 from softsoil.plant.raycast import EARLY, EDGE, ray_hit

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.plant_vehicle import with_the_others_steering
+from benchmarks.judges.drive_windows import with_the_others_steering
 from softsoil.plant.dynamics import GRAVITY
 from softsoil.plant.kinematics import _double_wishbone, _pose
 from softsoil.plant.machine import REFERENCE, PlantVehicle, load_plant_vehicle

@@ -7,7 +7,7 @@ import pytest
 from numba.core import config
 from scipy.spatial import ConvexHull
 
-from softsoil import plant
+from softsoil.plant import kernel
 from softsoil.plant.bed import SoilBed, Touch
 from softsoil.plant.footprint import hull_area_perimeter
 from softsoil.plant.grid import RutGrid, add_tile, find_tile, tile_key
@@ -183,4 +183,8 @@ def test_rig_carries_its_load_and_steers() -> None:
 
 def test_compiled_kernels_belong_to_these_sources() -> None:
     # numba does not see edits in the files that a kernel calls into: the cache is keyed by all of them.
-    assert os.environ.get("NUMBA_CACHE_DIR") or plant.source_hash() in config.CACHE_DIR
+    folder = os.environ.get("NUMBA_CACHE_DIR") or kernel.source_hash()
+    assert folder in str(kernel.kernel_cache())
+    run_rig(RigRun(SANDY_LOAM, load=2500.0, slip=0.1, speed=5.0, amplitude=0.35, frequency=1.0), 0.1)
+    assert any(kernel.kernel_cache().rglob("*.nbi")), "kernels are not cached where they should be"
+    assert str(kernel.kernel_cache()) != config.CACHE_DIR or os.environ.get("NUMBA_CACHE_DIR")

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.cli import app
+from softsoil.commands.output import OutputFolder
 from softsoil.commands.refine import write_all
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.figures.refine_report import write_report
@@ -78,9 +79,12 @@ def test_nothing_is_invented_where_nothing_was_added(declared):
     assert clean.before == clean.after
 
 
+ABOUT = {"software": {"version": "0.1", "command": "softsoil refine a.csv"}, "vehicle": {"name": "car", "file": "car.toml"}}
+
+
 def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
-    paths = write_all([offset_drive], found, tmp_path)
-    paths.append(write_report(declared, found, 2.0, tmp_path / "report.html"))
+    paths = write_all([offset_drive], found, OutputFolder(tmp_path), ABOUT["vehicle"])
+    paths.append(write_report(declared, found, 2.0, tmp_path / "report.html", ABOUT))
     assert [path.name for path in paths] == ["refine.json", "refined.toml", "report.html"]
     content = json.loads(paths[0].read_text(encoding="utf-8"), parse_constant=pytest.fail)
     expected = {
@@ -100,6 +104,7 @@ def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
     assert {entry["name"] for entry in content["ranking"]} == set(CANDIDATES)
     assert 2.0 < content["holdout"]["from"] < content["holdout"]["to"] < SECONDS
     assert set(content["before"]["mse"]) == {"0.5", "2.5", "5.0"}
+    assert paths[1].read_text(encoding="utf-8").startswith("# softsoil ")
     loaded = load_declaration(paths[1])
     assert loaded.vehicle.effects["steering_offset"]["steering_offset"] == pytest.approx(OFFSET, rel=0.1)
     assert loaded.soil.n == pytest.approx(N, rel=0.05)
@@ -107,6 +112,7 @@ def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
     html = paths[2].read_text(encoding="utf-8")
     assert html.count("data:image/png;base64,") == 3
     assert not re.search(r"(src|href)=\"(?!data:)", html), "the report is to stand alone"
+    assert "softsoil 0.1: softsoil refine a.csv" in html and "vehicle car, car.toml" in html
     assert "steering offset" in html and "which that fit has not seen" in html
 
 

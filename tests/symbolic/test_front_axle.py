@@ -1,12 +1,12 @@
 """Front-axle force on the reference simulator's drives, and a sweep over the plant's own rig: nothing fitted on either."""
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from softsoil.calibration.rig_sweep import draw_points, judge_point, summary
+from benchmarks.judges.front_axle import force, judge
+from softsoil.calibration.rig_judge import draw_points, judge_point, summary
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.vehicle import load_vehicle
@@ -14,38 +14,30 @@ from softsoil.symbolic.vehicle import load_vehicle
 PROJECT = Path(__file__).resolve().parents[2]
 
 
-@pytest.fixture(scope="module")
-def benchmark():
-    spec = importlib.util.spec_from_file_location("front_axle", PROJECT / "benchmarks" / "force_front_axle.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.shared
 @pytest.mark.parametrize(
     ("drive", "own", "model"),
     [("paper_sandyloam_n0.70", 0.03, 0.05), ("multi_clay_n0.65", 0.03, 0.05), ("steps_clay_n0.50", 0.1, 0.1)],
 )
-def test_front_axle_force_on_drives(shared_data, benchmark, drive, own, model):
+def test_front_axle_force_on_drives(shared_data, drive, own, model):
     """rms error over peak, with each wheel's own load and with the loads of a 3-DoF model."""
     vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
-    function = benchmark.force(TurnSlip(), vehicle)
+    function = force(TurnSlip(), vehicle)
     log = read_drive(shared_data / "chrono_vehicle" / f"{drive}.csv.gz")
     log = log.between(2.0, log.t[-1])
-    assert benchmark.judge(log, function, vehicle, own=True)[0] < own
-    assert benchmark.judge(log, function, vehicle, own=False)[0] < model
+    assert judge(log, function, vehicle, own=True)[0] < own
+    assert judge(log, function, vehicle, own=False)[0] < model
 
 
 @pytest.mark.shared
 @pytest.mark.parametrize("drive", ["paper_clay_n0.50", "paper_sand_n1.08", "steps_sandyloam_n0.80"])
-def test_front_wheels_that_lean_bear_what_they_bear_in_the_log(shared_data, benchmark, drive):
+def test_front_wheels_that_lean_bear_what_they_bear_in_the_log(shared_data, drive):
     """The declared lean takes more than a quarter of the law's error away where the wheels steer far."""
     vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
-    function = benchmark.force(TurnSlip(), vehicle)
+    function = force(TurnSlip(), vehicle)
     log = read_drive(shared_data / "chrono_vehicle" / f"{drive}.csv.gz")
     log = log.between(2.0, log.t[-1])
-    upright, leaning = (benchmark.judge(log, function, vehicle, True, lean) for lean in (False, True))
+    upright, leaning = (judge(log, function, vehicle, True, lean) for lean in (False, True))
     assert leaning[1] < 0.75 * upright[1]
     assert leaning[2] == pytest.approx(1.0, abs=0.01)
 

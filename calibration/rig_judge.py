@@ -12,20 +12,19 @@ import numpy as np
 
 from softsoil.calibration.single_wheel import force_function, run_error, soil_column
 from softsoil.plant.rig import CHANNELS, Rig, RigRun, run_rig
+from softsoil.plant.rig_sweep import FIRST, INTERVAL, LAST, TABLE_4
 from softsoil.recording.rig import SOIL_KEYS, WheelRun, run_from_rig
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.soil import SOILS, Soil
 from softsoil.symbolic.wheel import ForceLaw, Wheel
 
-RANGES = {"load": (1000.0, 4000.0), "slip": (-0.9, 0.9), "speed": (2.5, 8.5), "n": (0.4, 1.3)}
-"""Table 4 of the paper."""
 MOTIONS = {"amplitude": (0.14, 0.4), "frequency": (0.3, 1.5)}
 """Yaw amplitude (rad) and frequency (Hz)."""
 WHEELS = {"radius": (0.2, 0.5), "width": (0.12, 0.35)}
 """Wheels of the sweep over any soil (m)."""
-SETTLING, DURATION, INTERVAL = 1.0, 2.6, 0.005
-"""s: cut at the start, length of a run, between rows."""
+DURATION = LAST + INTERVAL
+"""s: length of a run."""
 LAWS = ("bekker", "turn_slip")
 
 
@@ -49,7 +48,7 @@ def draw_points(
                 values = [float(s.parameters()[key]) for s in SOILS.values()]
                 point[key] = float(np.exp(rng.uniform(np.log(min(values)), np.log(max(values)))))
             point |= {key: float(rng.uniform(*span)) for key, span in WHEELS.items()}
-        point |= {key: float(rng.uniform(*span)) for key, span in {**RANGES, **MOTIONS}.items()}
+        point |= {key: float(rng.uniform(*span)) for key, span in {**TABLE_4, **MOTIONS}.items()}
         points.append(point)
     return points
 
@@ -73,7 +72,7 @@ def judge_point(point: Mapping[str, Any]) -> dict[str, Any]:
 
 def wheel_run(point: Mapping[str, Any], t: np.ndarray, series: np.ndarray, rig: Rig) -> WheelRun:
     """The plant's rows `series` (N, channels) at times t (N,) (s) as a WheelRun, the settling cut."""
-    keep = t >= SETTLING - 1e-9
+    keep = t >= FIRST - 1e-9
     channels = dict(zip(CHANNELS, series[keep].T, strict=True))
     told = {key: float(point[key]) for key in (*SOIL_KEYS, "load", "slip", "speed")}
     return run_from_rig(str(point["soil"]), told, "plant", t[keep], channels, rig.radius, rig.width, False)

@@ -1,0 +1,47 @@
+"""The C library's programs: built with sanitizers, and run on 32-bit ARM under emulation."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parents[1]
+SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
+CORPUS = HERE.parent / "tests" / "codegen" / "clibrary_corpus"
+ARM = ("arm-linux-gnueabihf-gcc", "-static", "-O2", "-mcpu=cortex-a9", "-mfpu=neon")
+
+
+def build(compiler: list[str], folder: Path, source: str, target: Path) -> Path:
+    """The program `source` of the benchmarks with the library, at `target`; CalledProcessError where it does not build."""
+    sources = [str(HERE / source), *map(str, sorted((folder / "src").glob("*.c")))]
+    subprocess.run([*compiler, f"-I{folder / 'include'}", *sources, "-lm", "-o", str(target)], check=True)
+    return target
+
+
+def arm_numbers(folder: Path, scratch: Path) -> tuple[list[float], list[float]]:
+    """Numbers that clibrary_arm.c prints on this machine in the vector form, and on emulated 32-bit ARM."""
+    here = build(["gcc", "-O2", "-march=native"], folder, "clibrary_arm.c", scratch / "here")
+    there = build(list(ARM), folder, "clibrary_arm.c", scratch / "there")
+    printed = [
+        subprocess.run([*command, "200"], capture_output=True, text=True, check=True).stdout.split()
+        for command in ([str(here)], ["qemu-arm", str(there)])
+    ]
+    return tuple([float(word) for word in words] for words in printed)  # type: ignore[return-value]
+
+
+def arm_instructions(folder: Path, scratch: Path) -> float:
+    """ARM instructions of one prediction, update and model step (which makes the measurement).
+
+    Counted by single-stepping the emulator, as the difference of two runs.
+    """
+    there = build(list(ARM), folder, "clibrary_arm.c", scratch / "counted")
+    counts = []
+    for steps in ("2", "6"):
+        log = scratch / "trace"
+        # One line for each instruction: -singlestep makes translation blocks of one, nochain traces every pass.
+        command = ["qemu-arm", "-singlestep", "-d", "exec,nochain", "-D", str(log), str(there), steps]
+        subprocess.run(command, capture_output=True, check=True)
+        with log.open("rb") as lines:
+            counts.append(sum(line.startswith(b"Trace") for line in lines))
+        log.unlink()
+    return (counts[1] - counts[0]) / 4

@@ -1,0 +1,140 @@
+"""What a drive says about an estimate of n: excitation, dependence on the initial guess, axles, and what the model leaves.
+
+All of it from windows with free initial states: the one-step innovations of a filter cannot show a wrong model, since its process
+noise has been opened until they fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.estimator.free_windows import FreeWindows
+from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon
+from softsoil.estimator.window_fit import reduce_windows
+from softsoil.recording.drive import STATE_CHANNELS
+
+Array = NDArray[np.float64]
+
+LATERAL = ("v", "omega_z")
+"""Channels that n moves and by which a model is judged."""
+THIRD = np.array([1.0, -3.0, 3.0, -1.0])
+TRIMMED = 4.0
+"""Third differences beyond this many robust standard deviations are outliers or steps, not noise."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Numbers that a verdict rests on.
+
+    n, std: at the end of the drive, from windows, per axle or one for both; information_std: of n by sensor noise and model
+    error alone, without the initial guess; by_guess: final n from each initial guess (G, A); n_axles, axles_std (2,): n of the
+    front and of the rear axle, fitted separately; unexplained, unexplained_std: root mean square that the model leaves of each
+    lateral channel beyond sensor noise, as a share of the channel's own motion, and its standard error; motion: root mean square
+    lateral specific force u omega_z (m/s^2); windows: how many.
+    """
+
+    n: Array
+    std: Array
+    information_std: Array
+    by_guess: Array
+    n_axles: Array
+    axles_std: Array
+    unexplained: dict[str, float]
+    unexplained_std: dict[str, float]
+    motion: float
+    windows: int
+
+
+def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: HorizonRules | None = None) -> Evidence:
+    """Evidence on n over the windows of one drive.
+
+    guesses: initial guesses of n, the first of them the user's; tied: one n for both axles.
+    """
+    rules = rules or HorizonRules()
+    runs = [run_horizon(windows, guess, tied, rules) for guess in guesses]
+    first = runs[0]
+    last = len(windows.rows) - 1
+    weight = first.weight(last)
+    n, std = first.n.copy(), first.std(last)
+    _, curvature = first.summary.minimum(weight)
+    inverse = np.linalg.pinv(curvature)
+    robust = inverse @ first.summary.scatter(n, weight) @ inverse
+    information = np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
+    axles, axles_std = _by_axle(windows, first, tied, rules)
+    unexplained, unexplained_std = _unexplained(windows, first)
+    speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
+    return Evidence(
+        n, std, information, np.array([run.n for run in runs]), axles, axles_std, unexplained, unexplained_std,
+        float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows),
+    )  # fmt: skip
+
+
+def run_horizon(windows: FreeWindows, n0: float, tied: bool, rules: HorizonRules) -> MovingHorizon:
+    """A moving horizon run to the end of the drive from the initial guess n0; tied: one n for both axles."""
+    windows.reset()
+    horizon = MovingHorizon(windows, n0, tied, rules)
+    for k in range(len(windows.rows)):
+        horizon.update(k)
+    return horizon
+
+
+def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: HorizonRules) -> tuple[Array, Array]:
+    """n of each axle from one step of both, at the estimate."""
+    last = len(windows.rows) - 1
+    if not tied:
+        return horizon.n, horizon.std(last)
+    apart = MovingHorizon(windows, float(horizon.n[0]), False, rules)
+    which = np.arange(last + 1)
+    apart.take(which, [horizon.summary.states[i] for i in which])
+    weight = horizon.weight(last)
+    n, curvature = apart.summary.minimum(weight, (np.full(2, float(horizon.n[0])), rules.prior))
+    inverse = np.linalg.inv(curvature)
+    robust = inverse @ apart.summary.scatter(n, weight) @ inverse
+    return n, np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
+
+
+def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:
+    """Share of each lateral channel's motion that the model leaves beyond sensor noise, and its standard error."""
+    which = np.arange(len(windows.rows))
+    x0 = np.array(horizon.summary.states)
+    linear = windows.linearise(horizon.parameters(horizon.n), x0, horizon.free, which)
+    reduced = reduce_windows(linear)
+    leverage = np.einsum("wmi,wij,wmj->wm", linear.by_state, reduced.inverse, linear.by_state)
+    shape = windows.recorded.shape
+    residual, leverage = linear.residual.reshape(shape) * windows.sigma, leverage.reshape(shape)
+    shares, errors = {}, {}
+    for name in LATERAL:
+        i = STATE_CHANNELS.index(name)
+        seen = np.isfinite(windows.recorded[..., i])
+        if not seen.any() or not np.isfinite(windows.sigma[i]):
+            continue
+        # Medians over windows: a few that hit an obstacle or a kick of the steering are no fault of the model.
+        per_window = (residual[..., i] ** 2).sum(axis=1) / np.maximum((seen - leverage[..., i] * seen).sum(axis=1), 1.0)
+        noise, noise_error = sensor_variance(windows.drive.measured[windows.rows[0] :, i])
+        left, count = float(np.median(per_window)), len(per_window)
+        motion = float(np.nanvar(windows.drive.smooth[windows.rows[0] :, i])) + 1e-12
+        error = np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)
+        beyond = max(left - noise, 0.0)
+        shares[name] = float(np.sqrt(beyond / motion))
+        errors[name] = float(error / motion / max(2 * shares[name], np.sqrt(error / motion)))
+    return shares, errors
+
+
+def sensor_variance(values: Array) -> tuple[float, float]:
+    """Variance of a channel's noise from its third differences, and the standard error of that; values (N,).
+
+    A smooth signal sampled finely has third differences of its noise only, of variance 20 sigma^2; they are correlated over four
+    samples, which makes the error sqrt(4.6/N) of the variance.
+    """
+    third = np.convolve(values, THIRD, mode="valid")
+    third = third[np.isfinite(third)]
+    if len(third) < 8:
+        return 0.0, np.inf
+    robust = 1.4826 * float(np.median(np.abs(third))) + 1e-15
+    kept = third[np.abs(third) < TRIMMED * robust]
+    variance = float(np.mean(kept**2)) / 20.0
+    return variance, variance * float(np.sqrt(4.6 / len(kept)))

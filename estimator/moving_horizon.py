@@ -1,0 +1,251 @@
+"""Moving-horizon estimate of the sinkage exponent: windows with free initial states, summed as information.
+
+Every `stride` seconds a new window of `length` seconds is reduced to a quadratic in n (its initial state eliminated); windows
+overlap and count stride/length each. The estimate minimises the sum of the quadratics and a broad prior, old windows weighing
+less (`forgetting`); windows linearised too far from the estimate are linearised again. The soil has changed where the newest
+windows contradict the older ones beyond their scatter (likelihood ratio); the older ones are then dropped.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.estimator.free_windows import FreeWindows, WindowModel
+from softsoil.estimator.inputs import sensor_std
+from softsoil.estimator.parameters import Free
+from softsoil.estimator.shooting import shooting_drive
+from softsoil.estimator.window_fit import reduce_windows, window_costs
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import SOIL_SIGNALS
+
+Array = NDArray[np.float64]
+
+LEAST_NOISE = np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])
+"""Least standard deviation that a sensor is believed to have (units of the states)."""
+
+
+@dataclass(frozen=True)
+class HorizonRules:
+    """Numbers of the moving horizon; the same for every soil, vehicle and log (evidence: `benchmarks/estimate_nominal.py`).
+
+    length, stride, run_in: of windows, between their starts, and of histories before them (s); model_error: what the equations
+    miss of each channel within a window (m, m, rad, m/s, m/s, rad/s), added to the sensor's noise; common_error: share of n that
+    an error common to all windows makes, which no number of windows removes; forgetting: time constant of old windows (s);
+    prior: standard deviation of the initial guess; stale: a window linearised farther than this from the estimate is linearised
+    again; tries: such windows per update; recent: newest windows against which the older ones are tested for a change of soil;
+    change: standard deviations of their difference that are one, and least_change: least share of n that is; fastest: steering
+    rate of the road wheels (rad/s) beyond which no window runs, since no steering follows.
+    """
+
+    length: float = 1.0
+    stride: float = 0.5
+    run_in: float = 2.5
+    model_error: tuple[float, ...] = (0.03, 0.03, 0.012, 0.02, 0.015, 0.024)
+    common_error: float = 0.03
+    forgetting: float = 60.0
+    prior: float = 0.3
+    stale: float = 0.03
+    tries: int = 8
+    recent: int = 4
+    change: float = 4.0
+    least_change: float = 0.12
+    fastest: float = 1.5
+
+
+@dataclass(frozen=True)
+class HorizonEstimate:
+    """The estimate along a drive.
+
+    t (K,): times of the updates (s), the ends of windows; n (K, A), std (K, A): per axle or one column for both; cost (K,): mean
+    robust squared residual of each window in standard deviations; changes: times at which the soil was taken to have changed (s);
+    step_us (K,): time of each update; windows (W, ...) remain in `summary`.
+    """
+
+    t: Array
+    n: Array
+    std: Array
+    cost: Array
+    changes: tuple[float, ...]
+    step_us: Array
+    summary: Summary
+
+
+@dataclass
+class Summary:
+    """Quadratics of the windows seen so far: point of linearisation, curvature, gradient, initial states and cost of each."""
+
+    at: list[Array] = field(default_factory=list)
+    hessian: list[Array] = field(default_factory=list)
+    gradient: list[Array] = field(default_factory=list)
+    states: list[Array] = field(default_factory=list)
+    cost: list[float] = field(default_factory=list)
+
+    def minimum(self, weight: Array, prior: tuple[Array, float] | None = None, rows: slice = slice(None)) -> tuple[Array, Array]:
+        """(A,) minimum and (A, A) curvature of the sum of quadratics by `weight` (W,); prior: centre and standard deviation."""
+        at, hessian, gradient = (np.array(part[rows]) for part in (self.at, self.hessian, self.gradient))
+        total = np.einsum("w,wkl->kl", weight[rows], hessian)
+        lean = np.einsum("w,wk->k", weight[rows], np.einsum("wkl,wl->wk", hessian, at) - gradient)
+        if prior is not None:
+            total = total + np.eye(len(total)) / prior[1] ** 2
+            lean = lean + prior[0] / prior[1] ** 2
+        return np.linalg.solve(total + 1e-9 * np.eye(len(total)), lean), total
+
+    def scatter(self, n: Array, weight: Array, rows: slice = slice(None)) -> Array:
+        """(A, A) scatter of the windows' scores at n (A,), by `weight` (W,)."""
+        at, hessian, gradient = (np.array(part[rows]) for part in (self.at, self.hessian, self.gradient))
+        scores = gradient + np.einsum("wkl,wl->wk", hessian, n - at)
+        return np.einsum("w,wk,wl->kl", weight[rows], scores, scores)
+
+
+def estimate_horizon(
+    recording: Recording,
+    model: Model,
+    n0: float,
+    *,
+    tied: bool,
+    start: float = 0.0,
+    rules: HorizonRules | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> HorizonEstimate:
+    """The sinkage exponent along a drive by a moving horizon, from sensor channels only.
+
+    model: bicycle with parameters n_f, n_r; n0: initial guess; tied: one n for both axles; start: seconds left out at the
+    beginning; rules: numbers of the horizon; progress: called with the share done.
+    Raises ValueError for a drive that the model cannot use or that is too short.
+    """
+    rules = rules or HorizonRules()
+    bounds = SOIL_SIGNALS["n"]
+    if not bounds.lower <= n0 <= bounds.upper:
+        raise ValueError(f"n0: expected an initial guess in [{bounds.lower}, {bounds.upper}], found {n0}")
+    windows = drive_windows(recording, model, start, rules)
+    horizon = MovingHorizon(windows, n0, tied, rules)
+    rows, kept, step_us = windows.rows, [], []
+    for k in range(len(rows)):
+        began = time.perf_counter()
+        n, std = horizon.update(k)
+        step_us.append((time.perf_counter() - began) * 1e6)
+        kept.append((n, std))
+        if progress is not None:
+            progress((k + 1) / len(rows))
+    n, std = (np.array(column) for column in zip(*kept, strict=True))
+    return HorizonEstimate(
+        t=windows.drive.t[rows + windows.steps], n=n, std=std, cost=np.array(horizon.summary.cost),
+        changes=tuple(float(windows.drive.t[row]) for row in horizon.changes), step_us=np.array(step_us), summary=horizon.summary,
+    )  # fmt: skip
+
+
+def drive_windows(recording: Recording, model: Model, start: float, rules: HorizonRules) -> FreeWindows:
+    """Windows of a drive after `start` seconds, weighted by sensor noise and model error."""
+    drive = shooting_drive(recording, model, start)
+    sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
+    compiled = WindowModel(model, drive.dt)
+    return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in)
+
+
+class MovingHorizon:
+    """The recursion over windows. windows: of the drive; n0: initial guess; tied: one n for both axles; rules: its numbers."""
+
+    def __init__(self, windows: FreeWindows, n0: float, tied: bool, rules: HorizonRules) -> None:
+        bounds = SOIL_SIGNALS["n"]
+        names = (("n_f", "n_r"),) if tied else (("n_f",), ("n_r",))
+        self.windows, self.rules = windows, rules
+        self.free = tuple(Free(group[0], group, 0.1, bounds.lower, bounds.upper) for group in names)
+        self.n, self._guess = np.full(len(names), n0), np.full(len(names), n0)
+        self.summary, self._since = Summary(), 0
+        self.changes: list[int] = []
+        self._share = min(rules.stride / rules.length, 1.0)
+
+    def update(self, k: int) -> tuple[Array, Array]:
+        """Take in window k; returns the estimate (A,) and its standard deviation (A,)."""
+        summary, rules = self.summary, self.rules
+        self.take(np.array([k]), [self.windows.first[k]], again=2)
+        self._minimise(k)
+        stale = [i for i in range(self._since, k + 1) if np.abs(summary.at[i] - self.n).max() > rules.stale]
+        if stale:
+            self._linearise(np.array(stale[-rules.tries :]))
+            self._minimise(k)
+        if self._changed(k):
+            self.changes.append(int(self.windows.rows[self._since]))
+            self._minimise(k)
+        return self.n.copy(), self.std(k)
+
+    def take(self, which: NDArray[np.int_], states: Sequence[Array], again: int = 1) -> None:
+        """Add the windows `which` with initial states (6,) each; again: Gauss-Newton steps of the initial states."""
+        summary, count = self.summary, len(self.free)
+        for x0 in states:
+            summary.at.append(self.n.copy())
+            summary.hessian.append(np.zeros((count, count)))
+            summary.gradient.append(np.zeros(count))
+            summary.states.append(x0)
+            summary.cost.append(0.0)
+        self._linearise(which, again)
+
+    def parameters(self, n: Array) -> Array:
+        """(n_p,) parameters of the model with n (A,)."""
+        model = self.windows.compiled.model
+        p = model.p.nominal
+        for f, value in zip(self.free, n, strict=True):
+            p[[model.p.index(name) for name in f.sets]] = value
+        return p
+
+    def _linearise(self, which: NDArray[np.int_], again: int = 1) -> None:
+        """Reduce windows at the present estimate; the initial states of a new one are improved `again` times first."""
+        p, summary = self.parameters(self.n), self.summary
+        x0 = np.array([summary.states[i] for i in which])
+        for _ in range(again):
+            linear = self.windows.linearise(p, x0, self.free, which)
+            reduced = reduce_windows(linear)
+            x0 = x0 + reduced.states(np.zeros(len(self.free)))
+        self.windows.follow(p, x0, which)
+        cost = window_costs(linear.residual)
+        for j, i in enumerate(which):
+            summary.at[i], summary.states[i], summary.cost[i] = self.n.copy(), x0[j], float(cost[j])
+            summary.hessian[i], summary.gradient[i] = reduced.hessian[j], reduced.gradient[j]
+
+    def weight(self, k: int) -> Array:
+        """(k + 1,) weights of the windows up to k: overlap, forgetting, none before the last change of soil."""
+        age = (k - np.arange(k + 1)) * self.rules.stride
+        weight = self._share * np.exp(-age / self.rules.forgetting)
+        weight[: self._since] = 0.0
+        return weight
+
+    def _minimise(self, k: int) -> None:
+        n, _ = self.summary.minimum(self.weight(k), (self._guess, self.rules.prior))
+        self.n = np.clip(n, [f.lower for f in self.free], [f.upper for f in self.free])
+
+    def _changed(self, k: int) -> bool:
+        """Whether the newest windows contradict the older ones; then the older ones no longer count."""
+        recent, rules = self.rules.recent, self.rules
+        if k + 1 - self._since < 3 * recent:
+            return False
+        weight = self.weight(k) / self._share
+        new, old = slice(k + 1 - recent, k + 1), slice(self._since, k + 1 - recent)
+        (n_new, h_new), (n_old, h_old) = (self.summary.minimum(weight, None, part) for part in (new, old))
+        spread = np.zeros(len(n_new))
+        per_window = self.summary.scatter(n_old, weight, old) / max(weight[old].sum(), 1.0)
+        for curvature, count in ((h_new, recent), (h_old, weight[old].sum())):
+            inverse = np.linalg.pinv(curvature)
+            # Neighbours overlap: their scores count 1/share times as often as windows that do not.
+            spread = spread + np.diag(inverse @ (per_window * count / self._share) @ inverse) + np.diag(inverse) / self._share
+        moved = np.abs(n_new - n_old)
+        found = (moved > rules.change * np.sqrt(spread)) & (moved > rules.least_change * n_old)
+        if not found.any():
+            return False
+        self._since = k + 1 - recent
+        self._guess = np.clip(n_new, [f.lower for f in self.free], [f.upper for f in self.free])
+        return True
+
+    def std(self, k: int) -> Array:
+        """(A,) standard deviation after window k: sandwich of the scores, at least that of noise, and the error common to all."""
+        weight = self.weight(k)
+        _, curvature = self.summary.minimum(weight, (self._guess, self.rules.prior))
+        inverse = np.linalg.inv(curvature)
+        robust = inverse @ self.summary.scatter(self.n, weight) @ inverse
+        return np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)) + (self.rules.common_error * self.n) ** 2)
+

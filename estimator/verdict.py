@@ -1,0 +1,166 @@
+"""The verdict on an estimate of n: whether it may be used, and why not where it may not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.estimator.evidence import Evidence, gather
+from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import SOIL_SIGNALS
+
+Array = NDArray[np.float64]
+
+IDENTIFIED = "identified"
+WORDS = (
+    IDENTIFIED, "not_excited", "depends_on_first_guess", "at_bound", "axles_disagree", "inconsistent", "no_soil",
+)  # fmt: skip
+"""Every verdict; any but the first means: do not use this n."""
+GUESSES = (0.35, 1.1)
+"""Initial guesses that are tried beside the user's: a stiff and a soft soil."""
+
+
+@dataclass(frozen=True)
+class VerdictRules:
+    """Limits of the verdict; `python -m benchmarks.verdicts` prints how often each is right.
+
+    excited: largest standard deviation of n by noise and model error alone, over n; same: largest difference of the final n
+    between initial guesses, or between the filter and the windows, over n; bound: distance from a bound of n within which it is
+    one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard deviations, from which they disagree;
+    unexplained: of yaw rate and lateral velocity, share of their motion that a right model leaves at most, beyond one standard
+    error; least_motion: root mean square lateral specific force (m/s^2) below which nothing is said of the model.
+    """
+
+    excited: float = 0.08
+    same: float = 0.10
+    bound: float = 0.02
+    apart: float = 0.25
+    apart_sigmas: float = 4.0
+    unexplained: tuple[tuple[str, float], ...] = (("omega_z", 0.022), ("v", 0.10))
+    least_motion: float = 0.2
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """word: one of WORDS; reason: one sentence; evidence: the numbers behind it, None where there is no window to look at."""
+
+    word: str
+    reason: str
+    evidence: Evidence | None = None
+
+    @property
+    def usable(self) -> bool:
+        """Whether the n may be used."""
+        return self.word == IDENTIFIED
+
+
+def judge(
+    recording: Recording,
+    model: Model,
+    n0: float,
+    n: Sequence[float],
+    *,
+    tied: bool,
+    start: float,
+    others: Sequence[float] = (),
+    rules: VerdictRules | None = None,
+) -> Verdict:
+    """The verdict on the final n (A,) of an estimator that ran over a drive.
+
+    model: the bicycle it used; n0: its initial guess; others: final n at the front from other initial guesses of the same
+    estimator; tied, start: as of `softsoil.estimator.moving_horizon.estimate_horizon`; rules: limits.
+    """
+    horizon = HorizonRules()
+    try:
+        windows = drive_windows(recording, model, start, horizon)
+    except ValueError as error:
+        return Verdict("not_excited", f"no window of the drive can be judged: {error}")
+    return decide(gather(windows, initial_guesses(n0), tied, horizon), np.asarray(n, dtype=float), others, rules)
+
+
+def initial_guesses(n0: float) -> tuple[float, ...]:
+    """The user's initial guess n0 and those of GUESSES that differ from it."""
+    return (n0, *(guess for guess in GUESSES if abs(guess - n0) > 0.1))
+
+
+def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
+    """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
+    rules = rules or VerdictRules()
+    for check in (_consistent, _excited, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree):
+        found = check(evidence, n, others, rules)
+        if found is not None:
+            return Verdict(*found, evidence)
+    std = 100 * float(np.max(evidence.std / np.maximum(n, 1e-9)))
+    return Verdict(
+        IDENTIFIED,
+        f"the drive determines n to ± {std:.0f} %, the model leaves no more than a right one, every initial guess ends alike",
+        evidence,
+    )
+
+
+Found = tuple[str, str] | None
+
+
+def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    if e.motion < rules.least_motion:
+        return None
+    for name, limit in rules.unexplained:
+        share, error = e.unexplained.get(name, 0.0), e.unexplained_std.get(name, np.inf)
+        if share - error > limit:
+            what = {"omega_z": "yaw rate", "v": "lateral velocity"}[name]
+            return "inconsistent", (
+                f"the model leaves {100 * share:.1f} ± {100 * error:.1f} % of the {what}'s motion unexplained beyond sensor "
+                f"noise, a right one at most {100 * limit:.0f} %: another vehicle, soil class or effect, or a wrong channel"
+            )
+    return None
+
+
+def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    share = float(np.max(e.information_std / np.maximum(n, SOIL_SIGNALS["n"].lower)))
+    if not share <= rules.excited:
+        return "not_excited", (
+            f"the drive determines n to ± {100 * min(share, 9.99):.0f} % only (limit {100 * rules.excited:.0f} %; lateral "
+            f"specific force {e.motion:.2f} m/s^2 rms over {e.windows} windows): steer more, at several speeds"
+        )
+    return None
+
+
+def _inside(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    bounds = SOIL_SIGNALS["n"]
+    for value in (*n, *e.n):
+        if value < bounds.lower + rules.bound or value > bounds.upper - rules.bound:
+            return "at_bound", f"n ends at {value:.2f}, a bound of its range {bounds.lower:g} to {bounds.upper:g}"
+    return None
+
+
+def _same_from_all_guesses(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    ends = [*e.by_guess[:, 0], *others, float(n[0])] if others else [*e.by_guess[:, 0]]
+    low, high = min(ends), max(ends)
+    if high - low > rules.same * float(n[0]):
+        return "depends_on_first_guess", f"other initial guesses end between {low:.3f} and {high:.3f}"
+    return None
+
+
+def _same_as_windows(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    apart = float(np.max(np.abs(n - e.n)))
+    if apart > rules.same * float(np.min(e.n)):
+        return "inconsistent", (
+            f"the estimator ends at {', '.join(f'{v:.3f}' for v in n)}, windows with free initial states say "
+            f"{', '.join(f'{v:.3f}' for v in e.n)}"
+        )
+    return None
+
+
+def _axles_agree(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    front, rear = e.n_axles
+    apart = abs(front - rear)
+    if apart > rules.apart_sigmas * float(np.hypot(*e.axles_std)) and apart > rules.apart * 0.5 * (front + rear):
+        return "axles_disagree", (
+            f"the front axle alone gives n = {front:.2f} ± {e.axles_std[0]:.2f}, the rear one {rear:.2f} ± {e.axles_std[1]:.2f}"
+        )
+    return None
