@@ -24,6 +24,8 @@ LEAST_TURN = 1.0
 """Sum of the squared changes of the heading over all windows' rows (rad^2): less says nothing of l_f."""
 FEWEST = 4
 """Windows that a standard error needs."""
+BODY_MOTION = 0.005
+"""m by which l_f on the road differs from that at rest: the body rolls and pitches, and with it the axle's point."""
 START = 2.0
 """s left out at the beginning of a log."""
 ROLLING = 1.0
@@ -72,8 +74,8 @@ def front_axle(recordings: Sequence[Recording], start: float = START) -> Measure
             sums[d] = whole - window
             left_out.append(_solve(sums))
     spread = np.array(left_out)
-    std = float(np.sqrt((count - 1) / count * ((spread - spread.mean()) ** 2).sum()))
-    return Measured(value, std, count)
+    variance = (count - 1) / count * ((spread - spread.mean()) ** 2).sum()
+    return Measured(value, float(np.sqrt(variance + BODY_MOTION**2)), count)
 
 
 def _solve(sums: Sequence[Array]) -> float:

@@ -19,9 +19,12 @@ from softsoil.refinement.identify_result import Contradiction, Found, Identifica
 from softsoil.refinement.identify_rules import RULES, Rules
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehicle_of
+from softsoil.refinement.wheel_balance import EXCESS, EXCESS_STD
 from softsoil.symbolic.soil import Soil
 
 Values = dict[str, float]
+ROLLING_STEPS = 2
+"""Newton steps of the radius: the balance is nearly linear in it."""
 
 
 def identify(
@@ -47,10 +50,9 @@ def identify(
     bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]
     fitted = bench.only([i for i in range(len(recordings)) if i != last])
-    state = _fit(fitted, rules, progress)
+    state = _fit(fitted, _by_motion(bench, rules), rules, progress)
     had = excitation(fitted.recordings, start)
     judgement = judge(bench.only([last]), state.values, rules.model_error_n)
-    progress(0.97)
     numbers = _numbers(fitted, state)
     stds = {name: found.std for name, found in numbers.items()}
     vehicle = vehicle_of(known, state.values, stds)
@@ -94,12 +96,12 @@ def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
     return known.with_numbers(max_steer=float(np.clip(round(1.02 * largest, 3), 0.05, 1.5)))
 
 
-def _fit(bench: Bench, rules: Rules, progress: Callable[[float], None]) -> _State:
+def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progress: Callable[[float], None]) -> _State:
     """All numbers free, given ones within their error of measuring; those that the logs contradict freed; those that they do not
     see fixed as expected, and the rest fitted once more."""
     before = expected(bench.known)
     names = [number.name for number in NUMBERS if number.free]
-    contradictions = _by_motion(bench, rules)
+    contradictions = list(by_motion)
     doubted = [c.name for c in contradictions]
     values: Values = _moved(bench, contradictions)
     n = first_n(bench, values)
@@ -108,7 +110,7 @@ def _fit(bench: Bench, rules: Rules, progress: Callable[[float], None]) -> _Stat
         progress(0.5)
         values, n = {**values, **_values(fit)}, _n(fit)
         errors = errors_of(fit)
-        found = _worst(bench, fit, errors, doubted, rules)
+        found = _by_rolling(bench, values, n, doubted, rules) or _worst(bench, fit, errors, doubted, rules)
         if found is None:
             break
         doubted.append(found.name)
@@ -127,8 +129,8 @@ def _fit(bench: Bench, rules: Rules, progress: Callable[[float], None]) -> _Stat
     stds |= {name: s if name in doubted else min(rules.model_error * s, before[name][1]) for name, s in std.items()}
     stds |= {c.name: c.std for c in contradictions}
     states = {name: _state(bench.known, name, kept) for name in by_name()}
-    for c in contradictions:
-        states[c.name] = "identified"
+    for name in (*(c.name for c in contradictions), *_moved(bench, by_motion)):
+        states[name] = "identified"
     index = [errors.names.index(f"n_{i}") for i in range(len(bench.windows))]
     n_std = tuple(
         float(np.hypot(np.sqrt(errors.covariance[i, i]), rules.model_error_n * one)) for i, one in zip(index, n, strict=True)
@@ -152,15 +154,37 @@ def _n(fit: WindowFit) -> list[float]:
 
 
 def _by_motion(bench: Bench, rules: Rules) -> list[Contradiction]:
-    """l_f against position and course, which needs no force law."""
+    """l_f against position and course of all logs, the one left out among them: no force law and no n are in it."""
     place = front_axle(bench.recordings)
     given, std = expected(bench.known)["l_f"]
     if place is None:
         return []
     sigmas = abs(place.value - given) / np.hypot(place.std, std)
-    if sigmas < rules.contradicted or abs(place.value - given) < rules.material * bench.known.wheelbase:
+    if sigmas < rules.contradicted_motion or abs(place.value - given) < rules.material * bench.known.wheelbase:
         return []
     return [Contradiction("l_f", given, place.value, place.std, float(sigmas), "position against course")]
+
+
+def _by_rolling(
+    bench: Bench, values: Mapping[str, float], n: Sequence[float], doubted: Sequence[str], rules: Rules
+) -> Contradiction | None:
+    """The radius, as a tape would say it, against the longitudinal balance of the wheels, everything else as fitted."""
+    given, std = expected(bench.known)["radius"]
+    if "radius" in doubted:
+        return None
+    radius = values["radius"]
+    for _ in range(ROLLING_STEPS):
+        p = bench.parameters({**values, "radius": radius}, n)
+        parts = [balance.radius(row) for balance, row in zip(bench.balances, p, strict=True)]
+        information, score = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
+        radius += float(score.sum() / information.sum())
+    spread = (score - information * (score.sum() / information.sum())) / information.mean()
+    own = float(np.hypot(np.std(spread) / np.sqrt(len(spread)), EXCESS_STD * given))
+    radius /= 1.0 + EXCESS
+    sigmas = float(abs(radius - given) / np.hypot(own, std))
+    if sigmas < rules.contradicted_motion or abs(radius - given) < rules.material * given:
+        return None
+    return Contradiction("radius", given, radius, own, sigmas, "speed and the longitudinal balance of the wheels")
 
 
 def _moved(bench: Bench, contradictions: Sequence[Contradiction]) -> Values:
@@ -176,7 +200,7 @@ def _worst(bench: Bench, fit: WindowFit, errors: Errors, doubted: Sequence[str],
     found = []
     for name, (value, std, sigmas) in departures(fit, errors).items():
         given = bench.known.value(name)
-        if given is None or name in doubted:
+        if given is None or name in doubted or name == "radius":  # _by_rolling judges the radius
             continue
         if sigmas > rules.contradicted and abs(value - given) > rules.material * abs(given):
             found.append(Contradiction(name, given, value, std, sigmas, "predictions of the logs"))
@@ -185,7 +209,7 @@ def _worst(bench: Bench, fit: WindowFit, errors: Errors, doubted: Sequence[str],
 
 def _settled(c: Contradiction, values: Mapping[str, float], errors: Errors) -> Contradiction:
     """The contradiction with the value and error of the fit in which its number was free."""
-    if c.name not in errors.names:
+    if c.name not in errors.names or c.name == "radius":  # the fit's is what rolls, not what a tape says
         return c
     return Contradiction(c.name, c.given, values[c.name], errors.std[c.name], c.sigmas, c.evidence)
 
@@ -202,6 +226,10 @@ def _numbers(bench: Bench, state: _State) -> dict[str, Found]:
 
 
 def _verdict(state: _State, numbers: Mapping[str, Found], bench: Bench, had: Excitation, rules: Rules) -> tuple[str, str]:
+    if not had.steers:
+        return "needs_data", (
+            "The logs are driven straight on: without lateral motion they show neither n nor the vehicle's numbers."
+        )
     if state.contradictions:
         words = "; ".join(
             f"{c.name} is given as {c.given:.5g} {numbers[c.name].unit}, but by {c.evidence} it is {c.value:.5g} ± {c.std:.2g} "
@@ -209,10 +237,6 @@ def _verdict(state: _State, numbers: Mapping[str, Found], bench: Bench, had: Exc
             for c in state.contradictions
         )
         return "contradicts_given", words + ": measure it again before this file is used."
-    if not had.steers:
-        return "needs_data", (
-            "The logs are driven straight on: without lateral motion they show neither n nor the vehicle's numbers."
-        )
     if not had.many_waves:
         return "needs_data", (
             "Every log repeats one steering wave: n and the vehicle's numbers change its one amplitude and phase alike, whatever "

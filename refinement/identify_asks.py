@@ -108,6 +108,6 @@ def asks(vehicle: Vehicle, numbers: Mapping[str, Found], had: Excitation, least:
         gain = math.sqrt(sum(f.n_percent_per_std**2 for f in open_ if math.isfinite(f.n_percent_per_std)))
         lacking = not manoeuvre.has(vehicle, had)
         gains.append((lacking, gain, manoeuvre))
-    gains.sort(key=lambda entry: (entry[0], entry[1]), reverse=True)
+    gains.sort(key=lambda entry: (entry[0], entry[2].name != "circles", entry[1]), reverse=True)
     wanted = [m for lacking, gain, m in gains if lacking and (gain >= least or m.name != "circles")]
     return tuple(m.words(vehicle) for m in (wanted or [gains[0][2]])[:2])

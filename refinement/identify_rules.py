@@ -10,6 +10,7 @@ class Rules:
     """Thresholds.
 
     seen: largest share of its prior standard deviation that a number's standard error keeps for it to be identified;
+    contradicted_motion: the same by kinematics or the wheels' longitudinal balance, which depend on little else;
     contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted; material: the
     least departure of a given number that matters, as a share of its value; n_std: largest standard error of n, as a share of it;
     inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error that
@@ -20,6 +21,7 @@ class Rules:
 
     seen: float = 0.75
     contradicted: float = 4.0
+    contradicted_motion: float = 3.0
     material: float = 0.003
     n_std: float = 0.08
     inertia_std: float = 0.15
