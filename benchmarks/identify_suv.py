@@ -1,6 +1,6 @@
 """`softsoil identify` judged on the second vehicle of the shared drives, from what its README says that an owner knows.
 
-Run: python benchmarks/identify_suv.py [--data ../shared/data] [--effects] [--vehicle FILE]
+Run: python -m benchmarks.identify_suv [--data ../shared/data] [--effects] [--vehicle FILE]
 Fitted: one lock and one multi-sine drive with the noise named "good". Judged, on all other nominal drives: n by the filter with
 Table-5 noise from two first guesses, n by windows, predictions over 2.5 s from clean states; the yaw inertia against what the
 true wheel forces balance with (read here only, to judge); with --effects, what `refine` names on the drives with an effect.

@@ -33,4 +33,4 @@ class Rules:
 
 
 RULES = Rules()
-"""`python benchmarks/identify_suv.py` and `python benchmarks/identify_plant.py` print what they do on measured vehicles."""
+"""`python -m benchmarks.identify_suv` prints what they do on a vehicle of the reference simulator."""
