@@ -47,8 +47,8 @@ def _number(name, doc, prior, why, measured, how, free=True) -> Number:
     return Number(name, "", "" if unit == "1" else unit, doc, lower, upper, prior, why, measured, how, free)
 
 
-def _of(effect, name, unit, doc, lower, upper, prior, why, spread) -> Number:
-    return Number(name, effect, unit, doc, lower, upper, prior, why, _plain(spread), "drawings of the suspension")
+def _of(effect, name, unit, doc, lower, upper, prior, why, spread, how="drawings of the suspension") -> Number:
+    return Number(name, effect, unit, doc, lower, upper, prior, why, _plain(spread), how)
 
 
 def _share(of: float) -> Measured:
@@ -106,14 +106,14 @@ NUMBERS: tuple[Number, ...] = (
             "a steering ratio is known to some per cent", _plain(0.005), "turn plates"),
     _of("load_transfer", "transfer_height", "m", "effective height of the lateral load transfer", 0.0, 2.0,
         lambda k: (k.guess_h_cg, 0.2 * k.guess_h_cg), "the height of the centre of gravity, less what the roll centres carry",
-        0.05),
+        0.05, "scales under all wheels in a turn"),
     _of("load_transfer", "roll_sweep", "m", "sideways sweep of the rear contacts per roll of the body", -2.0, 2.0,
         lambda k: (0.8 * k.guess_h_cg, 0.5 * k.guess_h_cg),
         "h_cg for wheels upright to the body, 0 for a body that rolls about its contacts", 0.05),
     _of("pressure_offset", "pressure_share", "", "share of the force law's centre of pressure", 0.0, 2.0,
-        lambda k: (1.0, 0.3), "1 by the balance of pitch", 0.05),
+        lambda k: (1.0, 0.3), "1 by the balance of pitch", 0.05, "by logs alone"),
     _of("multipass", "kappa", "", "share of the front wheels' ruts that the rear wheels meet", 0.0, 1.5,
-        lambda k: (0.95, 0.1), "1 for soil that stays as the front wheel left it", 0.05),
+        lambda k: (0.95, 0.1), "1 for soil that stays as the front wheel left it", 0.05, "by logs alone"),
     _of("wheel_lean", "lean_steer", "", "lean of the front wheels per steering angle", -0.5, 0.5,
         lambda k: (-0.1, 0.08), "caster of 1 to 10 degrees", 0.02),
     _of("wheel_lean", "lean_roll", "", "lean of the front wheels per roll of the body", -2.0, 2.0,
@@ -152,7 +152,7 @@ def expected(known: Known) -> dict[str, tuple[float, float]]:
 def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | None = None) -> Vehicle:
     """The vehicle with the given numbers and, where they are stated, their standard deviations.
 
-    values: number -> value; what is missing is as expected.
+    values: number -> value; what is missing is as expected; stds: number -> standard deviation.
     """
     merged = {**{name: value for name, (value, _) in expected(known).items()}, **values}
     effects = {name: dict(table) for name, table in FIXED.items()}
