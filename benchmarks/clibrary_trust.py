@@ -1,9 +1,12 @@
-"""What the C library must stand, at length: python -m benchmarks.clibrary_trust storm|fuzz|arm|generate [--amount N].
+"""What the C library must stand, at length: python -m benchmarks.clibrary_trust WHAT [--amount N].
+
+WHAT is storm, fuzz, arm, generate or controller.
 
 storm: ten million steps of random driving with everything that can go wrong, under address and undefined sanitizers;
 fuzz: libFuzzer (clang) for ten minutes from the corpus in tests/codegen/clibrary_corpus; arm: the library on 32-bit ARM under
 emulation against this machine, and the instructions of a step; generate: `softsoil generate --model refined.toml` with an
-empty cache and again, in seconds, and its bytes (--model: another refined.toml than one made of the reference vehicle).
+empty cache and again, in seconds, and its bytes (--model: another refined.toml than one made of the reference vehicle);
+controller: a million solves of the controller on the plain bicycle with everything that can go wrong, under sanitizers.
 """
 
 from __future__ import annotations
@@ -25,6 +28,20 @@ STEPS, SECONDS = 10_000_000, 600
 def storm(folder: Path, scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
     """Ten million steps in the vector form."""
     program = build(["gcc", "-O2", "-march=native", *sanitizers], folder, "clibrary_storm.c", scratch / "storm")
+    subprocess.run([str(program), str(steps), "1"], check=True)
+
+
+def controller(scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
+    """A storm on the controller of the plain bicycle among obstacles."""
+    from softsoil.codegen.c_library.folder import write_library
+    from softsoil.control.c_controller import controller_files
+    from softsoil.control.ocp import Ocp, OcpSettings
+    from softsoil.control.ocp_examples import tanh_bicycle
+    from softsoil.symbolic.vehicle import load_vehicle
+
+    vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
+    write_library(scratch, controller_files(Ocp(tanh_bicycle(vehicle), vehicle, OcpSettings(obstacles=2))))
+    program = build(["gcc", "-O2", "-march=native", *sanitizers], scratch, "controller_storm.c", scratch / "storm")
     subprocess.run([str(program), str(steps), "1"], check=True)
 
 
@@ -90,7 +107,7 @@ def generate(model: Path | None, scratch: Path) -> None:
 def main() -> None:
     """Read the command line and run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("storm", "fuzz", "arm", "generate"))
+    parser.add_argument("what", choices=("storm", "fuzz", "arm", "generate", "controller"))
     parser.add_argument("--amount", type=int, help="steps of the storm, seconds of fuzzing")
     parser.add_argument("--folder", type=Path, default=PROJECT / "generated")
     parser.add_argument("--plain", action="store_true", help="the storm without sanitizers, five times as fast")
@@ -99,6 +116,10 @@ def main() -> None:
     if given.what == "generate":
         with tempfile.TemporaryDirectory() as scratch:
             generate(given.model, Path(scratch))
+        return
+    if given.what == "controller":
+        with tempfile.TemporaryDirectory() as scratch:
+            controller(Path(scratch), given.amount or STEPS // 10, () if given.plain else SANITIZERS)
         return
     if given.plain:
         with tempfile.TemporaryDirectory() as scratch:

@@ -16,7 +16,7 @@ from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
-from softsoil.refinement.trace import FIT_SHARE, HORIZON
+from softsoil.refinement.rules import RULES
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.effect import Effect, add_effect
 from softsoil.symbolic.model import Model, Quantities
@@ -54,8 +54,8 @@ def constants() -> Effect:
 def judged(log: Path, model: Model, free: list[Free], starts: np.ndarray) -> tuple[np.ndarray, Fit]:
     """Mean squared error of v and omega_z (2,) AHEAD s ahead over the last third, and the fit to the first two thirds."""
     drive = shooting_drive(read_drive(log), model, 2.0)
-    shooting = Shooting(model, drive, HORIZON)
-    fitted = np.arange(round(len(shooting.rows) * FIT_SHARE))
+    shooting = Shooting(model, drive, RULES.horizon)
+    fitted = np.arange(round(len(shooting.rows) * RULES.fit_share))
     p = model.p.nominal[None]
     sigma = np.sqrt(np.nanmean(shooting.residual(p[0])[fitted].reshape(-1, 6) ** 2, axis=0))
     for _ in range(2):  # each model weights its channels by what it leaves of them

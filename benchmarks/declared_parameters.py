@@ -86,8 +86,7 @@ def radius_and_inertia(drives: dict[str, list[Recording]], vehicle: Vehicle) -> 
     weights = {soil: make_bench(drives[soil], declared[soil], START_UP, names=()).weights for soil in drives}
 
     def tried_at(soil: str, radius: float, inertia: float) -> tuple[float, float, float]:
-        tried = vehicle.with_(radius=radius, yaw_inertia=inertia, pull=0.0)
-        told = replace(declared[soil], vehicle=tried).with_effects({"yaw_moment": {"yaw_moment": vehicle.pull}})
+        told = replace(declared[soil], vehicle=vehicle.with_(radius=radius, yaw_inertia=inertia))
         bench = replace(make_bench(drives[soil], told, START_UP, names=()), weights=weights[soil])
         found = fitted(bench, (FREE["pull"], FREE["kappa"]))
         return found.cost, found.named()["pull"][0], found.named()["kappa"][0]
@@ -119,9 +118,9 @@ def from_sensors(recordings: list[Recording], told: Declaration, sets: list[tupl
     """Print the fits of each set of parameters for each yaw inertia, all weighed alike."""
     weights = None
     for inertia in inertias:
-        straight = replace(told, vehicle=told.vehicle.with_(yaw_inertia=inertia, pull=0.0))
+        straight = replace(told, vehicle=told.vehicle.with_(yaw_inertia=inertia))
         aligning = told.vehicle.effects.get("aligning_moment", {"aligning_f": 0.0, "aligning_r": 0.0})
-        pull = {"yaw_moment": told.vehicle.pull}
+        pull = told.vehicle.effects.get("yaw_moment", {"yaw_moment": 0.0})
         declared = straight.with_effects({"aligning_moment": aligning, "yaw_moment": pull})
         bench = make_bench(recordings, declared, START_UP, names=())
         weights = bench.weights if weights is None else weights

@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.consistency import inside_band
-from softsoil.estimator.terrain import estimate_terrain
+from softsoil.estimator.estimate import METHODS, run_method
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import declared_model
@@ -30,6 +30,7 @@ def main() -> None:
     parser.add_argument(
         "--vehicle", type=Path, default=Path(__file__).resolve().parents[1] / "vehicles" / "reference.toml"
     )
+    parser.add_argument("--method", default="ukf", choices=METHODS)
     parser.add_argument("--noise", default="good")
     parser.add_argument("--seeds", type=int, default=5)
     options = parser.parse_args()
@@ -42,9 +43,10 @@ def main() -> None:
         for guess in GUESSES:
             for seed in range(options.seeds):
                 noisy = add_noise(clean, options.noise, seed)
-                e = estimate_terrain(noisy, model, n + guess, tied=True, start=2.0)
+                e = run_method(noisy, model, n + guess, options.method)
                 error = e.n_front[-1] - n
-                rows.append((error / n, (error / e.n_front_std[-1]) ** 2, e.converged_s, inside_band(e.nis, e.dof)))
+                band = inside_band(e.nis, e.dof) if len(e.nis) else np.nan
+                rows.append((error / n, (error / e.n_front_std[-1]) ** 2, e.converged_s, band))
         table = np.array(rows)
         every.append(table)
         worst = table[np.argmax(np.abs(table[:, 0])), 0]
@@ -55,24 +57,25 @@ def main() -> None:
     joined = np.concatenate(every)
     size = np.abs(joined[:, 0])
     print(
-        f"all, noise {options.noise}, {options.seeds} seeds, guesses {GUESSES}: |error| median {100 * np.median(size):.1f} %, "
+        f"all, {options.method}, noise {options.noise}, {options.seeds} seeds, guesses {GUESSES}: "
+        f"|error| median {100 * np.median(size):.1f} %, "
         f"worst {100 * size.max():.1f} %, rms {100 * np.sqrt(np.mean(size**2)):.1f} %; "
         f"NEES of n {joined[:, 1].mean():.2f}; "
         f"within 10 % of the final value after {np.median(joined[:, 2]):.1f} s (median); "
         f"NIS in band {100 * np.median(joined[:, 3]):.0f} %"
     )
     for log in sorted(options.folder.glob("change_clay_*.csv.gz")):
-        follow_change(log, vehicle, options.noise, options.seeds)
+        follow_change(log, vehicle, options.noise, options.seeds, options.method)
 
 
-def follow_change(log: Path, vehicle: Vehicle, noise: str, seeds: int) -> None:
+def follow_change(log: Path, vehicle: Vehicle, noise: str, seeds: int, method: str) -> None:
     """How soon after the border (world x = 90 m) the front estimate is within 10 % of the new soil."""
     before, after = (float(n) for n in re.findall(r"[\d.]+\d", log.name.removesuffix(".csv.gz")))
     model, clean = declared_model(vehicle, CLAY), read_drive(log)
     border = clean.t[np.argmax(clean["x"] > BORDER)]
     delays = []
     for seed in range(seeds):
-        e = estimate_terrain(add_noise(clean, noise, seed), model, before + GUESSES[0], tied=True, start=2.0)
+        e = run_method(add_noise(clean, noise, seed), model, before + GUESSES[0], method)
         near = (e.t > border) & (np.abs(e.n_front - after) < 0.1 * after)
         delays.append(e.t[np.argmax(near)] - border if near.any() else np.inf)
     told = ", ".join(f"{delay:.1f}" for delay in delays)

@@ -22,6 +22,7 @@ from benchmarks.judges.front_axle import SIDES, force, judge
 from benchmarks.judges.true_soil import true_soil
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
+from softsoil.symbolic.bicycle import vehicle_law
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.laws.turn_slip_calibrated import TurnSlipCalibrated
@@ -39,7 +40,7 @@ def sinks(log: Recording, vehicle: Vehicle) -> tuple[float, float]:
     """What the front wheels sink beyond turn_slip's sinkage, mean (mm) and slope with the spin (mm per rad/s)."""
     wheel, soil = vehicle.wheel, true_soil(log.name)
     load, spin = ca.SX.sym("load"), ca.SX.sym("spin")
-    law = ca.Function("h", [load, spin], [TurnSlip()(soil, wheel, Contact(v_x=5.0, v_y=0.0, omega=spin, load=load)).sinkage])
+    law = ca.Function("h", [load, spin], [vehicle_law(vehicle, "turn_slip")(soil, wheel, Contact(5.0, 0.0, spin, load)).sinkage])
     apart, spins = [], []
     for side, _ in SIDES:
         carried, height = (savgol_filter(log.truth[f"true_{key}_{side}"], 21, 2) for key in ("fz", "z"))
@@ -72,7 +73,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", nargs="?", type=Path, default=DRIVES, help="drives with true_* columns")
     folder = parser.parse_args().folder
-    base = TurnSlip()
+    base: TurnSlip = vehicle_law(load_vehicle(PROJECT / "vehicles" / "reference.toml"), "turn_slip")  # type: ignore
     laws: dict[str, ForceLaw] = {
         "bekker": Bekker(),
         LEANING: base,

@@ -2,7 +2,7 @@
 
 The bicycle gets the plant's soil, recorded states and inputs, and nothing is fitted; its axles' forces are judged by those of
 the plant's wheels, which find the soil as cylinders and, in a second table, by the independent simulator's rough search
-(`plant/raycast.py`). Per drive: mean front load, model less plant, over the plant's; gain of the model's lateral force on the
+(`plant/reference/raycast.py`). Per drive: mean front load, model less plant, over the plant's; gain of its lateral force on the
 plant's and rms error over rms force, front and rear, smoothed over 0.1 s.
 """
 

@@ -2,7 +2,7 @@
 
     python -m benchmarks.plant_vehicle ../shared/data/chrono_vehicle [--drives paper multi steps] [--figure docs/x.png]
 
-The plant's wheels find the soil as the independent simulator's do (`softsoil.plant.raycast`); with --exact as cylinders do; with
+The plant's wheels find the soil as the independent simulator's do (`plant/reference/raycast.py`); as cylinders with --exact; with
 --carried the vehicle's own steering, whose idler arm pushes the chassis as it is pushed.
 The drives paper_*, multi_* and steps_* judge; the effect_* drives were looked at while the plant was built (--drives
 effect); change_* has a border in its soil (--drives change).

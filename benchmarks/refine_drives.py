@@ -8,13 +8,14 @@ sensor channels only; what is in each drive is used here, to score.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from softsoil.commands.options_model import declaration
 from softsoil.mpc_demo.blind_test import score
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.read import read_drive
-from softsoil.refinement.refine import refine
+from softsoil.refinement.refine import Refinement, refine
 from softsoil.refinement.words import falls
 
 FULL = 0.4404
@@ -34,37 +35,43 @@ CLEAN = ("multi_", "steps_", "paper_")
 """Drives on which nothing may be named."""
 
 
+Traced = tuple[str, str, dict[str, float], Refinement]
+"""Name of a drive, the effect that was put in (empty for none), its true parameters, and what the tracing says."""
+
+
+def traced(data: Path, names: Sequence[str]) -> Iterator[Traced]:
+    """The drives below `data` (those of `names`, default all), traced one after the other."""
+    for path in sorted((data / "chrono_vehicle").glob("*.csv.gz")):
+        name = _name(path)
+        if name.startswith(("effect_", *CLEAN)) and (not names or name in names):
+            effect, soil, truth = EFFECTS.get(name, ("", named_soil(name) or "clay", {}))
+            found = refine([read_drive(path)], declaration(None, soil, "turn_slip", None), workers=1)
+            yield name, effect, truth, found
+
+
 def main() -> None:
     """Trace the drives and print one line each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("../shared/data"), help="folder of the shared data")
     parser.add_argument("names", nargs="*", help="drives (default: effect_*, multi_*, steps_*, paper_*)")
     told = parser.parse_args()
-    right = 0
-    paths = [
-        path
-        for path in sorted((told.data / "chrono_vehicle").glob("*.csv.gz"))
-        if _name(path).startswith(("effect_", *CLEAN)) and (not told.names or _name(path) in told.names)
-    ]
-    for path in paths:
-        effect, soil, truth = EFFECTS.get(_name(path), ("", named_soil(_name(path)) or "clay", {}))
-        found = refine([read_drive(path)], declaration(None, soil, "turn_slip", None), workers=1)
-        case = {"kind": "effect" if effect else "clean", "name": effect, "truth": truth}
-        good, why = score(case, found)
-        right += good
-        traced = " + ".join(e.name for e in found.effects) or found.verdict
+    right = count = 0
+    for name, effect, truth, found in traced(told.data, told.names):
+        good, why = score({"kind": "effect" if effect else "clean", "name": effect, "truth": truth}, found)
+        right, count = right + good, count + 1
+        named = " + ".join(e.name for e in found.effects) or found.verdict
         alike = "; ".join(", ".join(group) for group in found.inseparable)
         best = ", ".join(f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} % ({100 * c.whole:.0f})" for c in found.ranking[:3])
         ratio = falls(found)
         print(
-            f"{_name(path):24s} {'right' if good else 'WRONG'}  {traced} ({why})"
+            f"{name:24s} {'right' if good else 'WRONG'}  {named} ({why})"
             + (f"; alike: {alike}" if alike else "")
             + f"; best: {best}; n {found.n_before[0]:.2f} -> {found.n_after[0]:.2f}"
             + (f"; mse at 2.5 s {ratio:.1f} times smaller" if ratio else "")
             + f"; left {max(found.structure[0].share.values()):.2f}; {found.seconds:.0f} s",
             flush=True,
         )
-    print(f"{right} of {len(paths)} right")
+    print(f"{right} of {count} right")
 
 
 def _name(path: Path) -> str:

@@ -19,6 +19,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 
 from softsoil.plant.bed import SoilBed
+from softsoil.recording.rig import RIG_PATCH
 from softsoil.symbolic.contact_line import bulk_modulus
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
@@ -82,13 +83,14 @@ def by_law(soil: Soil, told: Pass, path: float, rut: float) -> Felt:
     v_x, v_y = SPEED * np.cos(told.angle), -SPEED * np.sin(told.angle)
     share = 1.0 if rut > 0.0 else 0.0
     contact = Contact(v_x, v_y, told.spin, told.load, entry_path=path, overlap=share, rut_depth=rut)
-    force = TurnSlip(contact_step=STEP)(soil, WHEEL, contact)
+    force = TurnSlip(contact_step=STEP, patch_length=RIG_PATCH)(soil, WHEEL, contact)
     return Felt(*(float(ca.DM(value)) for value in (force.f_x, force.f_y, force.sinkage, force.exit_path)))
 
 
 def by_hand(soil: Soil, told: Pass, path: float, rut: float) -> Felt:
     """The law's equations in a rut of depth `rut` (m; 0: fresh soil) sheared by `path`, integrated finely; no side entry."""
-    stiffness, r = float(bulk_modulus(soil, WHEEL)), WHEEL.radius
+    r = WHEEL.radius
+    stiffness = float(bulk_modulus(soil, WHEEL)) + soil.k_c / (RIG_PATCH * r)
     floor = rut - stiffness * rut**soil.n / soil.K
 
     def pressed(h: float) -> tuple[Array, Array]:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from softsoil.calibration.refit_dallas import refit
+from softsoil.calibration.refit_dallas import refit, tables_to_toml
 from softsoil.calibration.single_wheel import law_for, quantiles, run_errors
 from softsoil.calibration.turn_slip_fit import FACTORS, Calibrated, calibrate, with_soil
 from softsoil.calibration.wheel_report import percent
 from softsoil.recording.rig import WheelRun
-from softsoil.symbolic.laws.dallas_refit import DallasRefit, tables_to_toml
+from softsoil.symbolic.laws.dallas_refit import DallasRefit
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.laws.turn_slip_calibrated import TurnSlipCalibrated
 from softsoil.symbolic.wheel import ForceLaw

@@ -9,8 +9,8 @@ posed; a small ridge holds what the data do not fix.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 
 import casadi as ca
 import numpy as np
@@ -167,3 +167,17 @@ def _unscaled(weights: Array, argument: Array) -> tuple[float, ...]:
     for order, weight in enumerate(weights):
         total = total + float(weight) * inner**order
     return tuple(float(c) for c in total.coeffs)
+
+
+def tables_to_toml(tables: Mapping[str, Sequence[SlipRange]], heading: str) -> str:
+    """The tables as TOML text under a one-line comment."""
+    lines = [f"# {heading}"]
+    for name, pieces in tables.items():
+        for piece in pieces:
+            lines += ["", f"[[soil.{name}]]", f"low = {piece.low!r}", f"high = {piece.high!r}"]
+            for branch in ("lower", "upper"):
+                for g, factor in asdict(getattr(piece, branch)).items():
+                    parts = [f"{k} = [{', '.join(f'{x:.6g}' for x in factor[k])}]" for k in ("n", "s", "load", "speed")]
+                    parts.append(f"n_positive = {str(factor['n_positive']).lower()}")
+                    lines.append(f"{branch}.{g} = {{ {', '.join(parts)} }}")
+    return "\n".join(lines) + "\n"

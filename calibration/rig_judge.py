@@ -13,7 +13,7 @@ import numpy as np
 from softsoil.calibration.single_wheel import force_function, run_error, soil_column
 from softsoil.plant.rig import CHANNELS, Rig, RigRun, run_rig
 from softsoil.plant.rig_sweep import FIRST, INTERVAL, LAST, TABLE_4
-from softsoil.recording.rig import SOIL_KEYS, WheelRun, run_from_rig
+from softsoil.recording.rig import RIG_PATCH, SOIL_KEYS, WheelRun, run_from_rig
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.soil import SOILS, Soil
@@ -81,7 +81,7 @@ def wheel_run(point: Mapping[str, Any], t: np.ndarray, series: np.ndarray, rig: 
 @lru_cache(maxsize=256)
 def _function(name: str, radius: float, width: float, step: float) -> ca.Function:
     """Each process builds a law once per wheel."""
-    law: ForceLaw = Bekker() if name == "bekker" else TurnSlip(contact_step=step)
+    law: ForceLaw = Bekker() if name == "bekker" else TurnSlip(contact_step=step, patch_length=RIG_PATCH)
     return force_function(law, "", Wheel(radius, width))
 
 

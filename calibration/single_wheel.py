@@ -10,9 +10,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.calibration.domain import check_contact
 from softsoil.codegen.compiled import CompiledFunction, compile_function
 from softsoil.recording.rig import MOTION, SOIL_KEYS, WheelRun
-from softsoil.symbolic.domain import check_contact
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.dallas import Dallas
 from softsoil.symbolic.laws.dallas_refit import DallasRefit, soil_class
@@ -41,7 +41,8 @@ def law_for(name: str, runs: Sequence[WheelRun]) -> ForceLaw:
     """
     floor = min(0.1, SLOWEST * float(np.median(np.concatenate([np.hypot(r.v_x, r.v_y) for r in runs]))))
     base = Bekker(speed_floor=floor)
-    turn_slip = TurnSlip(contact_step=runs[0].contact_step, speed_floor=floor)
+    step, patch = runs[0].contact_step, runs[0].patch_length
+    turn_slip = TurnSlip(contact_step=step, patch_length=patch, speed_floor=floor)
     reference = all(run.reference_rig for run in runs)
     laws: Mapping[str, Callable[[], ForceLaw]] = {
         "bekker": lambda: base,

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from softsoil.cases.dart_data import L_R, RADIUS, WHEELBASE, read_dart
 from softsoil.estimator.inputs import sensor_std
-from softsoil.estimator.shooting import Shooting, shooting_drive
+from softsoil.estimator.shooting import shooting_drive, shootings
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.refinement.fit import Fit, Free, Weights, fit
 from softsoil.refinement.ranking import rank
+from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import like, supported
-from softsoil.refinement.trace import FIT_SHARE, LEAST_SIGMA, Bench, Candidate, gain_of, held_cost
+from softsoil.refinement.trace import Bench, Candidate, gain_of, held_cost
 from softsoil.symbolic.bicycle import bicycle
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect, neutral
@@ -42,11 +43,10 @@ FLOOR = Soil("floor", k_phi=1e6, k_c=0.0, n=0.5, c=0.0, phi=0.6, k=0.0015, R=0.0
 GROUND = (Free("phi", ("phi",), 0.1, 0.05, 0.95), Free("k", ("k",), 2e-4, 2e-4, 0.02))
 """Friction up to 1.4; a tread that shears by 0.2 to 20 mm."""
 STARTS = ((0.35, 0.0003), (0.35, 0.0008), (0.6, 0.0015), (0.9, 0.0015), (0.9, 0.004))
-CANDIDATES = (
-    "steering_lag", "steering_delay", "steering_offset", "steering_gain", "backlash", "relaxation", "bank", "lever_arm",
-    "gyro_bias", "sensor_delay", "speed_scale",
-)  # fmt: skip
-"""Catalogue entries whose plausible sizes fit a small car; forces and masses of a full-size vehicle do not."""
+KINDS = ("steering", "tyre", "slope", "sensor")
+"""Kinds of effects whose plausible sizes fit a small car; forces and masses of a full-size vehicle do not."""
+MEASURED = frozenset({*STATE_CHANNELS, "steer"})
+"""What these logs have; there is no accelerometer and no wheel speed."""
 SHOOTING, START, SMOOTHING = 1.0, 0.3, 0.07
 """s: windows, what is left out at the beginning of a stretch, and the polynomial that smooths the recorded states."""
 SUBSTEPS = 6
@@ -92,11 +92,16 @@ class DartLog:
         }
 
 
-def candidate_model(names: Sequence[str] = CANDIDATES) -> Model:
-    """The bicycle on hard ground with the candidates called `names` added, absent."""
-    model = bicycle(CAR, FLOOR, "hard_ground")
-    known = catalogue(CAR)
-    for name in names:
+def candidate_names(vehicle: Vehicle = CAR, measured: frozenset[str] = MEASURED) -> tuple[str, ...]:
+    """Effects of the vehicle's catalogue of KINDS that rest on `measured` channels only."""
+    return tuple(n for n, e in catalogue(vehicle).items() if e.kind in KINDS and set(e.rests_on) <= measured)
+
+
+def candidate_model(names: Sequence[str] | None = None, vehicle: Vehicle = CAR) -> Model:
+    """The bicycle of a vehicle on hard ground with the candidates called `names` added, absent; default `candidate_names`."""
+    model = bicycle(vehicle, FLOOR, "hard_ground")
+    known = catalogue(vehicle)
+    for name in candidate_names() if names is None else names:
         model = neutral(model, known[name])
     return model
 
@@ -104,21 +109,27 @@ def candidate_model(names: Sequence[str] = CANDIDATES) -> Model:
 def dart_bench(drives: Sequence[Recording], model: Model) -> Bench:
     """The tracing's bench on a log's stretches, friction and tread stiffness fitted, each channel weighted by what is left."""
     ready = [shooting_drive(drive, model, START, SMOOTHING) for drive in drives]
-    shootings = tuple(Shooting(model, drive, SHOOTING, SUBSTEPS) for drive in ready)
-    counts = [len(shooting.rows) for shooting in shootings]
-    fitted = tuple(np.arange(max(round(count * FIT_SHARE), 1)) for count in counts)
+    windows = shootings(model, ready, SHOOTING, SUBSTEPS)
+    counts = [len(shooting.rows) for shooting in windows]
+    fitted = tuple(np.arange(max(round(count * RULES.fit_share), 1)) for count in counts)
     held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
     sensor = np.max([sensor_std(r, np.array([1e-3, 1e-3, 1e-3, 5e-3, 5e-3, 1e-2])) for r in drives], axis=0)
     p = np.tile(model.p.nominal, (len(drives), 1))
-    bench = Bench(
-        model, p, shootings, fitted, held, Weights(np.array([0.05, 0.05, 0.1, 0.1, 0.1, 0.5])), sensor, GROUND
-    )
+    bench = Bench(model, p, windows, fitted, held, Weights(np.array([0.05, 0.05, 0.1, 0.1, 0.1, 0.5])), sensor, GROUND)
     for _ in range(2):
         p = fit_ground(bench).p
-        left = np.concatenate([s.residual(row)[part] for s, row, part in zip(shootings, p, fitted, strict=True)])
-        sigma = np.maximum(np.sqrt(np.nanmean(left**2, axis=(0, 1))), LEAST_SIGMA * sensor)
+        left = np.concatenate([s.residual(row)[part] for s, row, part in zip(windows, p, fitted, strict=True)])
+        sigma = np.maximum(_rms(left.reshape(-1, left.shape[-1]), 1.0), RULES.least_sigma * sensor)
         bench = replace(bench, absent=p, weights=Weights(sigma))
     return bench
+
+
+def _rms(values: Array, unknown: float) -> Array:
+    """(n,) root mean square of the finite values (N, n); `unknown` for a channel without any."""
+    seen = np.isfinite(values)
+    count = seen.sum(axis=0)
+    mean = (np.where(seen, values, 0.0) ** 2).sum(axis=0) / np.maximum(count, 1)
+    return np.where(count > 0, np.sqrt(mean), unknown)
 
 
 def fit_ground(bench: Bench) -> Fit:
@@ -132,15 +143,28 @@ def trace_log(
     path: Path,
     model: Model,
     progress: Callable[[float], None] = lambda share: None,
-    names: Sequence[str] = CANDIDATES,
+    names: Sequence[str] | None = None,
 ) -> DartLog:
     """The loop on one log: ground fitted, candidates ranked, accepted one after the other while held-out windows support them.
 
-    model: of `candidate_model`; progress: told the share of the first round; names: of the candidates.
+    model: of `candidate_model`; progress: told the share of the first round; names: of the candidates, default all in the model.
     Raises ValueError as `read_dart` does.
     """
-    drives = read_dart(path)
-    known = {name: effect for name, effect in catalogue(CAR).items() if name in names}
+    known = {name: effect for name, effect in catalogue(CAR).items() if name in (names or model.effects)}
+    return trace_drives("_".join(path.name.split("_")[:2]), read_dart(path), model, known, progress)
+
+
+def trace_drives(
+    name: str,
+    drives: Sequence[Recording],
+    model: Model,
+    known: dict[str, Effect],
+    progress: Callable[[float], None] = lambda share: None,
+) -> DartLog:
+    """The loop on the drives of one log on hard ground, called `name`; channels that are not measured count nowhere.
+
+    model: of `candidate_model`; known: the candidates; progress: told the share of the first round.
+    """
     bench = dart_bench(drives, model)
     first_ground, first_p = fit_ground(bench).named(), bench.absent
     ranking = first = _ranked(bench, known, progress)
@@ -160,7 +184,7 @@ def trace_log(
     last = fit(bench.shootings, bench.fitted, bench.weights, bench.accepted, _at(bench), bench.absent)
     found = last.named()
     return DartLog(
-        name=path.name.split("_")[0] + "_" + path.name.split("_")[1],
+        name=name,
         seconds=float(sum(len(d) * d.dt for d in drives)),
         ground=(first_ground, {f.name: found[f.name] for f in GROUND}),
         ranking=tuple(first),
@@ -233,8 +257,8 @@ def held_rms(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
     for horizon in HORIZONS:
         ends = []
         for shooting, held, row in zip(bench.shootings, bench.held, p, strict=True):
-            windows = Shooting(bench.model, shooting.drive, horizon, SUBSTEPS)
+            windows = shooting.ahead(horizon)
             ends.append(windows.residual(row)[windows.rows >= shooting.rows[held[0]], -1])
-        rms = np.sqrt(np.nanmean(np.concatenate(ends) ** 2, axis=0))
+        rms = _rms(np.concatenate(ends), float("nan"))
         table[f"{horizon:g}"] = dict(zip(STATE_CHANNELS, map(float, rms), strict=True))
     return table

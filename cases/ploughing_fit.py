@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from softsoil.cases.cmu_data import SteadyWheel
+from softsoil.cases.ploughing import Digging, Ploughing
 from softsoil.recording.rig import MOTION
-from softsoil.symbolic.laws.ploughing import Digging, Ploughing
 from softsoil.symbolic.side_wall import WALL_FRICTION, Wall
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.wheel import Contact, ForceLaw, Wheel

@@ -103,23 +103,28 @@ def at_points(function: ca.Function, count: int, repeats: int = 1) -> tuple[ca.F
     return ca.Function(name, args, [result]), ()
 
 
-def build_library(name: str, sources: Sequence[str]) -> Path | None:
-    """Path of the shared library of C `sources`, from the cache or built into it; None where there is no compiler that can."""
+def build_library(name: str, sources: Sequence[str], flags: Sequence[str] = FLAGS) -> Path | None:
+    """Path of the shared library of C `sources`, from the cache or built into it; None where there is no compiler that can.
+
+    flags: of the compiler, -fPIC among them.
+    """
     compiler = find_compiler()
-    return None if compiler is None else _library(compiler, name, sources)
+    return None if compiler is None else _library(compiler, name, sources, flags=flags)
 
 
-def _library(compiler: str, name: str, sources: Sequence[str], warn: bool = True) -> Path | None:
+def _library(
+    compiler: str, name: str, sources: Sequence[str], warn: bool = True, flags: Sequence[str] = FLAGS
+) -> Path | None:
     """The shared library of `sources`, from the cache or built into it; None where the compiler refuses.
 
     Each source is compiled once and its object kept, so that a part that several libraries share costs once.
     """
     folder = writable_cache()
-    library = folder / f"{name}_{_key(compiler, *sources)}.so"
+    library = folder / f"{name}_{_key(compiler, flags, *sources)}.so"
     if library.is_file():
         return library
     try:
-        objects = [_object(compiler, source, folder) for source in sources]
+        objects = [_object(compiler, source, folder, flags) for source in sources]
         _compile([compiler, "-shared", *map(str, objects), "-lm"], library)
     except OSError as error:
         if warn:
@@ -130,22 +135,22 @@ def _library(compiler: str, name: str, sources: Sequence[str], warn: bool = True
     return library
 
 
-def _key(compiler: str, *sources: str) -> str:
-    facts = repr((sources, _compiler_version(compiler), FLAGS, _machine()))
+def _key(compiler: str, flags: Sequence[str], *sources: str) -> str:
+    facts = repr((sources, _compiler_version(compiler), tuple(flags), _machine()))
     return hashlib.sha256(facts.encode()).hexdigest()[:24]
 
 
-def _object(compiler: str, source: str, folder: Path) -> Path:
+def _object(compiler: str, source: str, folder: Path, flags: Sequence[str]) -> Path:
     """The object file of one source, from the cache or compiled into it; OSError where the compiler refuses."""
-    path = folder / f"{_key(compiler, source)}.o"
+    path = folder / f"{_key(compiler, flags, source)}.o"
     if not path.is_file():
         with scratch_folder(folder) as scratch:
             file = scratch / "part.c"
             file.write_text(source, encoding="utf-8")
             try:
-                _compile([compiler, *FLAGS, "-c", str(file)], path)
+                _compile([compiler, *flags, "-c", str(file)], path)
             except OSError:
-                _compile([compiler, *(flag for flag in FLAGS if flag != NATIVE), "-c", str(file)], path)
+                _compile([compiler, *(flag for flag in flags if flag != NATIVE), "-c", str(file)], path)
     return path
 
 

@@ -12,7 +12,8 @@ from pathlib import Path
 from softsoil.files.cache import cache_folder, scratch_folder
 
 WRITERS = (
-    ("symbolic", "**/*"), ("codegen", "**/*"), ("estimator", "*"), ("commands", "*generate*"), ("commands", "options_model*"),
+    ("symbolic", "**/*"), ("codegen", "**/*"), ("estimator", "*"), ("control", "*"), ("commands", "*generate*"),
+    ("commands", "options_model*"),
 )  # fmt: skip
 """Rooms that the texts come from or whose defaults say what is asked for, and which of their files."""
 SUFFIXES = (".py", ".in", ".toml")

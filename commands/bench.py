@@ -40,7 +40,7 @@ def bench(
         raise ValueError(f"--only: expected one of {', '.join(SUBJECTS)}; found {only}")
     folder = output_folder(out, "bench")
     log = example_logs()[0]
-    drive, _ = open_drive(log, None)
+    drive, _ = open_drive(log, None, vehicle=vehicle)
     declared = declaration(vehicle, soil or named_soil(drive.name), law, None)
     found = []
     table = Table(title="Speed", title_justify="left")

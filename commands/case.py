@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,8 +11,9 @@ import typer
 from rich.table import Table
 
 from softsoil.cases.cmu import REFINED, CmuCase, run_cmu
-from softsoil.cases.dart import HORIZONS, DartLog, candidate_model, trace_log, transferred
+from softsoil.cases.dart import GROUND, HORIZONS, DartLog, candidate_model, trace_log, transferred
 from softsoil.cases.ploughing_fit import rms
+from softsoil.cases.stanford import CANNOT, read_stanford, run_stanford
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.case import draw_cmu, draw_dart
 from softsoil.symbolic.model import Model
@@ -115,6 +117,51 @@ def _per_angle(found: CmuCase) -> Table:
         for name in ("as_declared", REFINED):
             table.add_row(f"{base} {name}", *(f"{found.error(base, name, 'angle', a):.1f}" for a in found.angles))
     return table
+
+
+@case_app.command()
+def stanford(
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder with the car's log (csv.gz) (default: the shared data, where they are).", show_default=False
+        ),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder to write to.")] = None,
+) -> None:
+    """A race car on a hard road, without pose or wheel speeds: friction, tread, and what can and cannot be said.
+
+    Example: softsoil case stanford --data ../shared/data/real/stanford_250lm
+    """
+    folder = output_folder(out, "case_stanford")
+    data = _measured(data, "stanford_250lm")
+    drive, checks = read_stanford(data)
+    for note in drive.notes:
+        console.print(note, highlight=False)
+    passed = sum(check.passed for check in checks)
+    console.print(f"channels against each other: {passed} of {len(checks)} checks passed")
+    for check in checks:
+        if not check.passed:
+            console.print(f"warning: {check.sentence()}", style="yellow", highlight=False, soft_wrap=True)
+    with progress("tracing") as told:
+        log = run_stanford(drive, told)
+    _say_log(log)
+    (phi, phi_std), (tread, tread_std) = (log.ground[1][name] for name in ("phi", "k"))
+    bound = next(f.upper for f in GROUND if f.name == "phi")
+    if phi > bound - 1e-3:
+        words = f"friction ends on its bound ({math.tan(bound):.2f}): the road's grip is not identified"
+        console.print(words, style="yellow")
+    grip, grip_std = math.tan(phi), phi_std / math.cos(phi) ** 2
+    console.print(
+        f"friction {_pm(grip, grip_std)}, tread shears by {_pm(1e3 * tread, 1e3 * tread_std)} mm before it slides"
+    )
+    for horizon in log.before:
+        words = ", ".join(f"{s} {log.before[horizon][s]:.3g} -> {log.after[horizon][s]:.3g}" for s in ("v", "omega_z"))
+        console.print(f"held-out rms at {horizon} s: {words} (m/s, rad/s)")
+    for line in CANNOT:
+        console.print(line, highlight=False)
+    content = {"log": log.as_json(), "checks": [check.as_json() for check in checks], "cannot": list(CANNOT)}
+    say_written([write_result(folder / "stanford.json", content)])
 
 
 @case_app.command()

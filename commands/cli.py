@@ -14,6 +14,8 @@ from softsoil.commands.guard import Guarded
 
 COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
+        "inspect": ("softsoil.commands.inspect", "inspect"),
+        "import": ("softsoil.commands.import_log", "import_log"),
         "study": ("softsoil.commands.study", "study"),
         "estimate": ("softsoil.commands.estimate", "estimate"),
         "residual": ("softsoil.commands.residual", "residual"),

@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.options import SeedOption
-from softsoil.commands.options_model import LawOption, ModelOption, OutOption, VehicleOption, about_vehicle
+from softsoil.commands.options_model import LawOption, ModelOption, OutOption, VehicleOption, about_vehicle, noted
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.control.declared import for_control
 from softsoil.control.nmpc import Nmpc
@@ -109,13 +109,13 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
     else:
         declared = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), course.believed, law)
         declared = for_control(declared)
-    return loop_for(declared, converged)
+    return loop_for(noted(declared), converged)
 
 
-def loop_for(declared: Declaration, converged: bool = False) -> ClosedLoop:
-    """Loop and solver for a declared model; converged: iterate every solve to convergence."""
+def loop_for(declared: Declaration, converged: bool = False, hessian: str = "exact") -> ClosedLoop:
+    """Loop and solver for a declared model; converged: iterate every solve to convergence; hessian: of `Nmpc`."""
     ocp = Ocp(declared.build(), declared.vehicle)
-    return ClosedLoop(ocp, Nmpc(ocp, "converged" if converged else "rti"))
+    return ClosedLoop(ocp, Nmpc(ocp, "converged" if converged else "rti", hessian=hessian))
 
 
 def as_json(logs: Sequence[LoopLog]) -> dict:

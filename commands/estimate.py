@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from softsoil.commands.options import ColumnsOption, MethodOption, NoiseOption, SeedOption, SkipOption, open_drive
 from softsoil.commands.options_model import (
     LawOption,
     ModelOption,
@@ -23,7 +23,9 @@ from softsoil.commands.vehicle_check import refuse_another, say_vehicle
 from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.terrain import TerrainEstimate
+from softsoil.estimator.verdict import Verdict
 from softsoil.figures.terrain import draw_estimate
+from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_n
 
 
@@ -33,6 +35,7 @@ def estimate(
     soil: SoilOption = None,
     law: LawOption = "turn_slip",
     model: ModelOption = None,
+    method: MethodOption = "ukf",
     n0: Annotated[
         float | None, typer.Option("--n0", help="First guess of n (default: the soil's).", show_default=False)
     ] = None,
@@ -51,40 +54,59 @@ def estimate(
     folder = output_folder(out, "estimate")
     declared = declaration(vehicle, soil, law, model)
     say_vehicle(vehicle, model, declared.vehicle.name)
-    clean, noisy = open_drive(log, columns, noise, seed)
+    clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
     refuse_another(noisy, declared.vehicle)
     built = declared.build()
     first = float(declared.soil.n) if n0 is None else n0
     with progress(clean.name) as told:
-        found = estimate_log(noisy, built, first, start=skip, progress=told)
-    _say(found, noisy.notes)
+        found = estimate_log(noisy, built, first, method=method, start=skip, progress=told)
+    _say(found, noisy)
     figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
     say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model)), figure])
 
 
 def as_json(found: TerrainEstimate) -> dict:
     """The content of estimate.json."""
+    if found.verdict is None:
+        raise ValueError("estimate.json: expected an estimate with its verdict, found none")
     return {
+        "verdict": found.verdict.word,
+        "reason": found.verdict.reason,
         "n_front": found.n_front[-1],
         "n_rear": found.n_rear[-1],
         "n_front_std": found.n_front_std[-1],
         "n_rear_std": found.n_rear_std[-1],
         "converged_s": found.converged_s,
-        "nis_inside_95": found.nis_inside_95,
+        "nis_inside_95": found.nis_inside_95 if len(found.nis) and not found.noise_free else None,
+        "changes_s": found.changes,
         "step_us": {"median": np.median(found.step_us), "p99": np.percentile(found.step_us, 99)},
         "trace": {"t": found.t, "n_front": found.n_front, "n_rear": found.n_rear},
     }
 
 
-def _say(found: TerrainEstimate, notes: tuple[str, ...]) -> None:
+def verdict_line(verdict: Verdict) -> str:
+    """The verdict in one line, before any number."""
+    return f"{verdict.word}: {verdict.reason}" + ("" if verdict.usable else "; do not use this n")
+
+
+def _say(found: TerrainEstimate, drive: Recording) -> None:
+    if found.verdict is None:
+        raise ValueError("estimate: expected an estimate with its verdict, found none")
+    console.print(verdict_line(found.verdict), style="bold" if found.verdict.usable else "bold red", highlight=False)
     lines = [
         f"n front {found.n_front[-1]:.3f} ± {found.n_front_std[-1]:.3f}, rear {found.n_rear[-1]:.3f} ± "
         f"{found.n_rear_std[-1]:.3f}; within 10 % of its end after {found.converged_s:.1f} s",
-        f"NIS inside its 95 % band {100 * found.nis_inside_95:.1f} % of the time; "
         f"{np.median(found.step_us):.0f} us per update with its predictions",
     ]
+    if len(found.nis):
+        lines.append(
+            "NIS says nothing here: the log carries far less noise than the filter assumes"
+            if found.noise_free
+            else f"NIS inside its 95 % band {100 * found.nis_inside_95:.1f} % of the time"
+        )
+    lines += [f"soil taken to have changed at {t:.1f} s" for t in found.changes]
     for reason, counts in (("not finite", found.counts.invalid), ("outside the gate", found.counts.gated)):
-        lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items()]
+        lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items() if drive.measured(name)]
     lines += [f"input held: {name} {count} times" for name, count in found.counts.held_inputs.items()]
-    for line in (*lines, *notes):
+    for line in (*lines, *drive.notes):
         console.print(line, highlight=False)

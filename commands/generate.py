@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from softsoil.codegen.c_library.folder import write_library
+from softsoil.codegen.sampling import STEP
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
 from softsoil.commands.generate_again import remember
 from softsoil.commands.options_model import (
@@ -21,7 +22,6 @@ from softsoil.commands.options_model import (
 )
 from softsoil.commands.output import output_folder, say_written
 from softsoil.files.package_data import REFERENCE_VEHICLE, vehicle_file
-from softsoil.symbolic.sampling import STEP
 from softsoil.symbolic.soil import SOILS
 
 
@@ -34,6 +34,11 @@ def generate(
     law: LawOption = "turn_slip",
     model: ModelOption = None,
     dt: Annotated[float, typer.Option("--dt", help="Nominal step of the model and the filter (s).")] = STEP,
+    controller: Annotated[
+        bool,
+        typer.Option("--controller", help="Also the controller: NMPC on the filter's estimate, and a closed loop."),
+    ] = False,
+    hessian: Annotated[str, typer.Option("--hessian", help="Of the controller: exact or gauss_newton.")] = "exact",
     fmi: Annotated[bool, typer.Option("--fmi", help="Also an FMI 3.0 co-simulation unit, softsoil.fmu.")] = False,
     out: OutOption = None,
 ) -> None:
@@ -42,19 +47,26 @@ def generate(
     The vehicle's declared effects are in it; with effects one n stands for both axles, without them
     front and rear have their own.
 
-    Example: softsoil generate build/clay --soil clay
+    With --controller the same model predictive controller as in Python stands beside them, and example_drive.c closes
+    the loop; a vehicle without declared effects then gets those that a controller's model carries.
+
+    Example: softsoil generate build/clay --soil clay --controller
     """
     if folder is not None and out is not None:
         raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
 
     def make() -> dict[str, str]:
+        if controller:
+            from softsoil.control.c_folder import controller_texts
+
+            return controller_texts(declaration(vehicle, soil, law, model), dt, fmi, hessian=hessian)
         from softsoil.estimator.c_library import c_library_texts
 
         return c_library_texts(declaration(vehicle, soil, law, model), dt, fmi)
 
     written = output_folder(folder or out, "generate").path
     ground = Path(soil) if soil is not None and soil not in SOILS else soil
-    said = (vehicle_file(vehicle or REFERENCE_VEHICLE), ground, law, model, dt, fmi)
+    said = (vehicle_file(vehicle or REFERENCE_VEHICLE), ground, law, model, dt, fmi, controller, hessian)
     texts = texts_from_cache(asked_for(*said), make)
     paths = write_library(written, texts)
     if not fmi:

@@ -18,6 +18,7 @@ from softsoil.recording.log_names import named_soil
 from softsoil.refinement.identify import identify
 from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.known_vehicle import load_known
+from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.soil import SOILS, Soil, load_soil
 
 
@@ -51,7 +52,8 @@ def identify_command(
     paths, judged = _judged(logs, judge)
     folder = output_folder(out, "identify")
     known = load_known(vehicle)
-    drives = [open_drive(path, columns, noise, seed + 10 * i)[1] for i, path in enumerate(paths)]
+    geometry = declared_vehicle(known)
+    drives = [open_drive(path, columns, noise, seed + 10 * i, geometry=geometry)[1] for i, path in enumerate(paths)]
     soils = _soils(soil, [drive.name for drive in drives], len(logs))
     with progress(", ".join(drive.name for drive in drives)) as told:
         found = identify(drives, soils, known, judged, start=skip, progress=told)

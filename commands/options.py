@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from softsoil.commands.options_model import declared_vehicle
+from softsoil.commands.output import console
 from softsoil.recording.columns import load_columns
+from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
+from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, Recording
 from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive
+from softsoil.symbolic.vehicle import Vehicle
 
 ColumnsOption = Annotated[
     Path | None,
@@ -18,12 +24,36 @@ ColumnsOption = Annotated[
 ]
 NoiseOption = Annotated[str, typer.Option("--noise", help=f"Sensor noise added to the log: {', '.join(NOISES)}.")]
 SeedOption = Annotated[int, typer.Option("--seed", help="Seed of the noise.")]
+MethodOption = Annotated[
+    str, typer.Option("--method", help="Estimator: ukf (the paper's filter) or horizon (windows with free initial states).")
+]
 SkipOption = Annotated[
     float, typer.Option("--skip", help="Seconds left out at the beginning of a log (start-up).", min=0)
 ]
 
 
-def open_drive(log: Path, columns: Path | None, noise: str = "none", seed: int = 0) -> tuple[Recording, Recording]:
-    """The drive as recorded, and with sensor noise added."""
+def open_drive(
+    log: Path,
+    columns: Path | None,
+    noise: str = "none",
+    seed: int = 0,
+    *,
+    vehicle: Path | None = None,
+    model: Path | None = None,
+    geometry: Vehicle | None = None,
+) -> tuple[Recording, Recording]:
+    """The drive as recorded, and with sensor noise added; absent channels are derived, doubtful ones are warned about.
+
+    vehicle, model: files that declare the vehicle, default the reference vehicle, or geometry: the vehicle itself. Raises
+    ValueError for channels that contradict each other beyond doubt.
+    """
     clean = read_drive(log, load_columns(columns, CHANNEL_UNITS) if columns is not None else None)
-    return clean, add_noise(clean, noise, seed)
+    geometry = geometry or declared_vehicle(vehicle, model)
+    checks = check_channels(clean, geometry)
+    refuse_contradictions(str(log), checks)
+    doubts = warnings(checks)
+    for doubt in doubts:
+        console.print(f"warning: {log.name}: {doubt}", style="yellow", highlight=False, markup=False, soft_wrap=True)
+    clean = replace(clean, notes=(*clean.notes, *(f"warning: {doubt}" for doubt in doubts)))
+    # Noise first: what is derived carries that of the sensors it is derived from.
+    return completed(clean, geometry), completed(add_noise(clean, noise, seed), geometry)

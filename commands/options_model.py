@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
+from softsoil.files.toml_file import read_toml
 from softsoil.symbolic.soil import SOILS, load_soil
-from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.symbolic.vehicle import Vehicle, load_vehicle, vehicle_from_table
 from softsoil.symbolic.wheel import law_names
 
 if TYPE_CHECKING:
@@ -37,6 +39,16 @@ OutOption = Annotated[
 ]
 
 
+def declared_vehicle(vehicle: Path | None, model: Path | None) -> Vehicle:
+    """The vehicle that the options declare, by itself: of `model`, of `vehicle`, or the reference vehicle."""
+    if model is not None and vehicle is None:
+        table = read_toml(model, "model").get("vehicle")
+        if not isinstance(table, dict):
+            raise ValueError(f"{model}: expected a table [vehicle], found none")
+        return vehicle_from_table(table, str(model), model.stem)
+    return load_vehicle(vehicle or REFERENCE_VEHICLE)
+
+
 def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | None) -> Declaration:
     """What the options declare: `model` alone, or vehicle, soil and law.
 
@@ -48,10 +60,10 @@ def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | 
         for option, value in (("--soil", soil), ("--vehicle", vehicle)):
             if value is not None:
                 raise ValueError(f"{option}: expected none beside --model, which declares it; found {str(value)!r}")
-        return load_declaration(model)
+        return noted(load_declaration(model))
     if soil is None:
         raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model), found none")
-    return Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), load_soil(soil), law)
+    return noted(Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), load_soil(soil), law))
 
 
 def about_vehicle(vehicle: Path | None, model: Path | None = None) -> dict[str, str]:
@@ -62,3 +74,19 @@ def about_vehicle(vehicle: Path | None, model: Path | None = None) -> dict[str, 
         return {"name": load_declaration(model).vehicle.name, "file": str(model)}
     path = vehicle_file(vehicle or REFERENCE_VEHICLE)
     return {"name": load_vehicle(path).name, "file": source_name(path)}
+
+
+def noted(declared: Declaration) -> Declaration:
+    """The declaration, after a line on the vehicle's numbers that do nothing in its model, where there are any."""
+    from softsoil.codegen.idle import idle_numbers
+
+    idle = idle_numbers(declared)
+    if idle:
+        _say_once(f"note: vehicle {declared.vehicle.name}: no declared effect uses {', '.join(idle)}")
+    return declared
+
+
+@lru_cache(maxsize=32)
+def _say_once(words: str) -> None:
+    """A line on stderr, once however many logs a command goes through."""
+    typer.echo(words, err=True)

@@ -56,7 +56,9 @@ def refine_command(
     Example: softsoil refine data/multi_clay_n0.50.parquet --soil clay
     """
     folder = output_folder(out, "refine")
-    drives = [open_drive(path, columns, noise, seed + i)[1] for i, path in enumerate(data)]
+    drives = [
+        open_drive(path, columns, noise, seed + i, vehicle=vehicle, model=model)[1] for i, path in enumerate(data)
+    ]
     declared = declaration(vehicle, soil or (None if model else named_soil(drives[0].name)), law, model)
     say_vehicle(vehicle, model, declared.vehicle.name)
     for drive in drives:

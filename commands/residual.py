@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -58,17 +59,24 @@ def residual(
     if is_wheel_data(data, wheel):
         report_on_wheel_data(data, columns, wheel, soil, folder)
         return
-    clean, noisy = open_drive(data, columns, noise, seed)
+    clean, noisy = open_drive(data, columns, noise, seed, vehicle=vehicle, model=model)
     declared = declaration(vehicle, soil or (None if model else named_soil(clean.name)), law, model)
     say_vehicle(vehicle, model, declared.vehicle.name)
     warn_of_another(noisy, declared.vehicle)
     with progress(clean.name):
         found = drive_residual(noisy, declared, n, start=skip)
+    for note in noisy.notes:
+        console.print(note, highlight=False, markup=False)
     console.print(channel_table(found))
     console.print(horizon_table(found))
     figure = draw_residual(clean.name, declared.build().name, found, folder / "residual.png")
     content = {"channels": found.channels, "axles": found.axles, "mse": found.mse}
     say_written([write_result(folder / "residual.json", content, about_vehicle(vehicle, model)), figure])
+
+
+def _known(value: float, digits: str) -> str:
+    """The number, or a dash where it was not measured."""
+    return format(value, digits) if math.isfinite(value) else "-"
 
 
 def channel_table(found: DriveResidual) -> Table:
@@ -77,9 +85,9 @@ def channel_table(found: DriveResidual) -> Table:
     for heading in ("channel", "rms", "whiteness p"):
         table.add_column(heading, justify="left" if heading == "channel" else "right")
     for name, entry in found.channels.items():
-        table.add_row(name, f"{entry['rms']:.4g}", f"{entry['whiteness_p']:.2g}")
+        table.add_row(name, _known(entry["rms"], ".4g"), _known(entry["whiteness_p"], ".2g"))
     for axle, force in found.axles.items():
-        table.add_row(f"{axle} axle, N", f"{force['rms']:.4g}", "")
+        table.add_row(f"{axle} axle, N", _known(force["rms"], ".4g"), "")
     return table
 
 
@@ -90,5 +98,5 @@ def horizon_table(found: DriveResidual) -> Table:
     for horizon in found.mse:
         table.add_column(f"{horizon} s", justify="right")
     for name in next(iter(found.mse.values())):
-        table.add_row(name, *(f"{entry[name]:.3g}" for entry in found.mse.values()))
+        table.add_row(name, *(_known(entry[name], ".3g") for entry in found.mse.values()))
     return table

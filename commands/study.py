@@ -9,7 +9,8 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
+from softsoil.commands.estimate import verdict_line
+from softsoil.commands.options import ColumnsOption, MethodOption, NoiseOption, SeedOption, SkipOption, open_drive
 from softsoil.commands.options_model import (
     LawOption,
     ModelOption,
@@ -46,6 +47,7 @@ def study(
     soil: SoilOption = None,
     law: LawOption = "turn_slip",
     model: ModelOption = None,
+    method: MethodOption = "ukf",
     n0: FirstGuessOption = None,
     columns: ColumnsOption = None,
     noise: NoiseOption = "table5",
@@ -63,13 +65,13 @@ def study(
     studies: list[LogStudy] = []
     paths: list[Path] = []
     for log in logs or example_logs():
-        clean, noisy = open_drive(log, columns, noise, seed)
+        clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
         declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
         if not studies:
             say_vehicle(vehicle, model, declared.vehicle.name)
         refuse_another(clean, declared.vehicle)
         with progress(clean.name) as told:
-            studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told))
+            studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told, method))
         figure = folder / f"{clean.name}.png"
         # Two logs of one name in different folders keep a figure each.
         paths.append(
@@ -78,6 +80,9 @@ def study(
     console.print(table_7(studies))
     for entry in studies:
         console.print(table_8(entry))
+    for entry in studies:
+        if entry.estimate.verdict is not None and not entry.estimate.verdict.usable:
+            console.print(f"{entry.log}: {verdict_line(entry.estimate.verdict)}", style="red", highlight=False)
     _say_gain(studies)
     _say_conditions(studies, noise, seed, skip)
     content = {"logs": [entry.as_json() for entry in studies]}
@@ -94,7 +99,7 @@ def _soil_of(log: Path, name: str) -> str:
 def table_7(studies: list[LogStudy]) -> Table:
     """First guess, truth, estimate, error and convergence of each log (paper, Table 7)."""
     table = Table(title="Sinkage exponent (as the paper's Table 7)", title_justify="left")
-    for heading in ("log", "soil"):
+    for heading in ("log", "soil", "verdict"):
         table.add_column(heading, no_wrap=True)
     for heading in ("first guess", "true", "estimate", "error", "within 10 % after"):
         table.add_column(heading, justify="right")
@@ -102,6 +107,7 @@ def table_7(studies: list[LogStudy]) -> Table:
         table.add_row(
             entry.log,
             entry.soil,
+            "-" if entry.estimate.verdict is None else entry.estimate.verdict.word,
             f"{entry.n_initial:.3f}",
             "-" if entry.n_true is None else f"{entry.n_true:.3f}",
             f"{entry.n_estimated:.3f}",
@@ -125,7 +131,7 @@ def table_8(entry: LogStudy) -> Table:
         for horizon in HORIZONS:
             guess, found = initial[horizon][name], estimated[horizon][name]
             mark = "green" if found < guess else ("red" if found > guess else "none")
-            cells += [f"[{mark}]{found:.3g}[/]", f"{guess:.3g}"]
+            cells += [f"[{mark}]{found:.3g}[/]", f"{guess:.3g}"] if np.isfinite(found) else ["-", "-"]
         table.add_row(f"{name} ({unit})", *cells)
     return table
 

@@ -35,7 +35,7 @@ def _warm_up(x: Array) -> Array:
 
 
 def double_lane_change(width: float = 3.5, ramp: float = 13.5, hold: float = 9.0) -> Path:
-    """To the left and back (after ISO 3888): ramps and hold in m."""
+    """To the left and back (after ISO 3888): width, ramp and hold in m."""
     first, back = WARM_UP + 3.0, WARM_UP + 3.0 + ramp + hold
 
     def y(x: Array) -> Array:
@@ -45,7 +45,7 @@ def double_lane_change(width: float = 3.5, ramp: float = 13.5, hold: float = 9.0
 
 
 def slalom(amplitude: float = 1.6, wave: float = 26.0, waves: int = 3) -> Path:
-    """A sine of `wave` m, `waves` times."""
+    """A sine of `wave` m with an amplitude (m), `waves` times."""
     stop = WARM_UP + 3.0 + waves * wave
 
     def y(x: Array) -> Array:
@@ -56,5 +56,5 @@ def slalom(amplitude: float = 1.6, wave: float = 26.0, waves: int = 3) -> Path:
 
 
 def straight(length: float = 60.0) -> Path:
-    """Straight on after the warm-up."""
+    """Straight on after the warm-up, over a length (m)."""
     return _curve(_warm_up, WARM_UP + length)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.declaration import Declaration
-
-LEAST_EFFECTS = {"multipass": {"kappa": 1.0}, "load_transfer": {"transfer_height": 0.74, "roll_sweep": 0.55}}
-"""Effects that a controller's model carries where its vehicle declares none."""
 
 
 def for_control(declared: Declaration) -> Declaration:
-    """`declared`, with LEAST_EFFECTS where its vehicle declares no effects."""
-    return declared if declared.vehicle.effects else declared.with_effects(LEAST_EFFECTS)
+    """`declared`, with the effects that a controller's model needs at least where its vehicle declares none (`for_control` of the
+    effects)."""
+    if declared.vehicle.effects:
+        return declared
+    least = {name: e.for_control for name, e in catalogue(declared.vehicle).items() if e.for_control}
+    return declared.with_effects(least)

@@ -5,7 +5,10 @@ The programme is an MX graph that calls the SX step; it is never expanded. Slack
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.c_source import write_c
 from softsoil.control.nmpc_clearance import judged, placed, planned_gaps
-from softsoil.control.nmpc_guess import move_on
 from softsoil.control.nmpc_status import Stats, Status
 from softsoil.control.ocp import CIRCLES, OBSTACLE, REFERENCE, Ocp
 
@@ -37,9 +39,32 @@ SOLVERS: dict[str, dict[str, Any]] = {
 """Options by solver."""
 
 
+PROBE_SECONDS = 20.0
+"""A plugin that has not answered a problem of one variable after so long never will."""
+_PROBE = (
+    "import casadi as ca; x = ca.MX.sym('x'); o = {'print_time': False, 'fatrop': {'print_level': 0}};"
+    "ca.nlpsol('s', 'fatrop', {'x': x, 'f': x**2}, o)(x0=1.0)"
+)
+
+
+def answers_in_time(code: str, seconds: float = PROBE_SECONDS) -> bool:
+    """Whether Python `code` ends well in a process of its own within so many seconds."""
+    try:
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=seconds, check=False)
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode == 0
+
+
+@lru_cache(maxsize=1)
+def fatrop_answers() -> bool:
+    """Whether CasADi's fatrop works here; with another package's BLASFEO on the loader's path it never returns."""
+    return answers_in_time(_PROBE)
+
+
 def fallback() -> str:
-    """The robust solver that CasADi has here: fatrop, else IPOPT."""
-    return "fatrop" if ca.has_nlpsol("fatrop") else "ipopt"
+    """The robust solver that CasADi has here: fatrop where it answers, else IPOPT."""
+    return "fatrop" if fatrop_answers() and ca.has_nlpsol("fatrop") else "ipopt"
 
 
 class CasadiNmpc:
@@ -52,7 +77,7 @@ class CasadiNmpc:
     def __init__(self, ocp: Ocp, solver: str = "ipopt", options: dict[str, Any] | None = None) -> None:
         if solver not in SOLVERS:
             raise ValueError(f"nmpc: expected a solver of {', '.join(SOLVERS)}; found {solver!r}")
-        if not ca.has_nlpsol(solver):
+        if (solver == "fatrop" and not fatrop_answers()) or not ca.has_nlpsol(solver):
             raise ValueError(
                 f"nmpc: expected a solver that this CasADi has, found {solver}, which is not among its plugins"
             )
@@ -71,19 +96,19 @@ class CasadiNmpc:
         self.stats = Stats(Status.OUT_OF_ITERATIONS)
 
     def set_parameters(self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None) -> None:
-        """As `Nmpc.set_parameters`."""
+        """As `Nmpc.set_parameters`: s, r, ref, obstacles."""
         n = self.ocp.settings.steps
         self._obstacles = placed(self.ocp, obstacles)
         parts = (s, np.asarray(r), np.asarray(ref), self._obstacles.reshape(n + 1, -1))
         self._parameters = [np.asarray(part, dtype=float).reshape(-1) for part in parts]
 
     def set_initial_guess(self, z: ArrayLike, w: ArrayLike) -> None:
-        """As `Nmpc.set_initial_guess`."""
+        """As `Nmpc.set_initial_guess`: z, w."""
         self.z[:], self.w[:] = z, w
         self._duals = {}
 
     def shift(self, seconds: float) -> None:
-        """As `Nmpc.shift`; multipliers start again."""
+        """As `Nmpc.shift` by `seconds`; multipliers start again."""
         share = seconds / self.ocp.settings.dt
         ahead = self.z[-1] + share * (self.z[-1] - self.z[-2])
         for array in (self.z, self.w):
@@ -192,6 +217,16 @@ def _places(nz: int, nw: int, slacks: int, n: int) -> tuple[NDArray[np.int_], ND
     w = starts[:n, None] + nz + np.arange(nw)
     behind = np.where(np.arange(n + 1) < n, nz + nw, nz)
     return z, w, (starts + behind)[:, None] + np.arange(slacks)
+
+
+def move_on(array: Array, share: float) -> None:
+    """Move the rows of `array` towards the front by a share of a row (linear between rows), the last one kept; in place."""
+    whole, rest = int(share), share - int(share)
+    if whole:
+        array[:-whole] = array[whole:]
+        array[-whole:] = array[-1]
+    if rest:
+        array[:-1] += rest * (array[1:] - array[:-1])
 
 
 def write_solver(ocp: Ocp, directory: str | Path) -> list[Path]:

@@ -28,16 +28,16 @@ class Solver(Protocol):
     stats: Stats
 
     def set_parameters(self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None) -> None:
-        """See `Nmpc`."""
+        """See `Nmpc`: s, r, ref, obstacles."""
 
     def set_initial_guess(self, z: ArrayLike, w: ArrayLike) -> None:
-        """See `Nmpc`."""
+        """See `Nmpc`: z, w."""
 
     def shift(self, seconds: float) -> None:
-        """See `Nmpc`."""
+        """See `Nmpc`: seconds."""
 
     def make_step(self, z0: ArrayLike) -> Array:
-        """See `Nmpc`."""
+        """See `Nmpc`: z0."""
         ...
 
 

@@ -40,7 +40,7 @@ class Path:
         return np.stack([x, y, np.interp(s, self.s, self.psi)], axis=1)
 
     def project(self, x: float, y: float, near: float | None = None, reach: float = 8.0) -> tuple[float, float]:
-        """(length along the path, distance left of it) of the nearest point; `near`: only within `reach` m of there."""
+        """(length along the path, distance left of it) of the point nearest to x, y (m); near: only within `reach` m of there."""
         squares = (self.points[:, 0] - x) ** 2 + (self.points[:, 1] - y) ** 2
         if near is not None:
             squares = np.where(np.abs(self.s - near) <= reach, squares, np.inf)

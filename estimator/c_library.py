@@ -9,13 +9,12 @@ from pathlib import Path
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
+from softsoil.codegen.sampling import STEP
 from softsoil.estimator.terrain import Tuning, terrain_model
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.sampling import STEP
 from softsoil.symbolic.soil import SOIL_SIGNALS
-from softsoil.symbolic.wheel import force_law
 
 N_NAMES = ("n", "n_f", "n_r")
 EXTRA_STD = 0.01
@@ -25,7 +24,7 @@ EXTRA_STD = 0.01
 def c_parts(declared: Declaration) -> Parts:
     """The declared model taken apart: n_f and n_r as states without effects, one n for both axles with them."""
     build = partial(_model_with, declared)
-    return take_apart(build, force_law(declared.law))
+    return take_apart(build, declared.force_law())
 
 
 def _model_with(declared: Declaration, law) -> Model:
@@ -53,7 +52,7 @@ def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) 
     if not 0 < dt <= 0.1:
         raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
     parts = c_parts(declared)
-    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key != "effects"}
+    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in ("effects", "source")}
     about = {
         "vehicle": vehicle,
         "soil": {"name": declared.soil.name, **{s.name: getattr(declared.soil, s.name) for s in SOIL_SIGNALS}},

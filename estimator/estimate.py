@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.terrain import TerrainEstimate, Tuning, estimate_terrain
-from softsoil.recording.drive import Recording
+from softsoil.estimator.ukf import Counts
+from softsoil.estimator.verdict import judge
+from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.read import as_drive
 from softsoil.symbolic.model import Model
+
+METHODS = ("ukf", "horizon")
 
 
 def estimate(
@@ -17,25 +25,66 @@ def estimate(
     model: Model,
     n0: float | None = None,
     *,
+    method: str = "ukf",
     start: float = START_UP,
     tuning: Tuning | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> TerrainEstimate:
-    """The sinkage exponent along a log, from sensor channels only, by an unscented Kalman filter (paper, section IV).
+    """The sinkage exponent along a log, from sensor channels only, with the verdict on whether it may be used.
 
     log: a drive or its file; model: with its declared effects, of which any ties n of both axles, as the declared effects say
     what differs between them; without effects front and rear have their own, as in the paper; n0: initial guess (default: the
-    soil's); start: seconds left out at the beginning; progress: called with the share that is done.
-    Raises ValueError for reversing, an initial guess outside the bounds of n, or a log without the channels.
+    soil's); method: "ukf", the unscented Kalman filter (paper, section IV), or "horizon", windows with free initial states;
+    start: seconds left out at the beginning; tuning: of the filter; progress: called with the share that is done.
+    Raises ValueError for reversing, an initial guess outside the bounds of n, an unknown method, or a log without the channels.
 
     Example:
         >>> import softsoil
         >>> model = softsoil.bicycle(softsoil.load_vehicle("reference"), softsoil.load_soil("clay"))
         >>> drive = softsoil.read_drive(softsoil.example_logs()[0]).between(0.0, 12.0)
         >>> found = softsoil.estimate(drive, model, n0=0.7)
+        >>> found.verdict.word
+        'identified'
         >>> bool(abs(found.n_front[-1] - 0.5) < 0.1)
         True
     """
+    if method not in METHODS:
+        raise ValueError(f"method: expected one of {', '.join(METHODS)}; found {method!r}")
+    drive = as_drive(log)
     first = float(model.p["n_f"].nominal) if n0 is None else n0
     tied = bool(model.effects)
-    return estimate_terrain(as_drive(log), model, first, tied=tied, tuning=tuning, start=start, progress=progress)
+    found = run_method(drive, model, first, method, start=start, tuning=tuning, progress=progress)
+
+    def again(guess: float) -> float:
+        return float(run_method(drive, model, guess, method, start=start, tuning=tuning).n_front[-1])
+
+    n = (found.n_front[-1],) if tied else (found.n_front[-1], found.n_rear[-1])
+    verdict = judge(drive, model, first, n, tied=tied, start=start, again=again if method == "ukf" else None)
+    return replace(found, verdict=verdict)
+
+
+def run_method(
+    drive: Recording,
+    model: Model,
+    n0: float,
+    method: str,
+    *,
+    start: float = START_UP,
+    tuning: Tuning | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> TerrainEstimate:
+    """One estimator over one drive from one initial guess n0, not judged: for studies that know the truth.
+
+    method, start, tuning, progress: as of `estimate`.
+    """
+    tied = bool(model.effects)
+    if method == "ukf":
+        return estimate_terrain(drive, model, n0, tied=tied, tuning=tuning, start=start, progress=progress)
+    found = estimate_horizon(drive, model, n0, tied=tied, start=start, progress=progress)
+    front, rear = found.n[:, 0], found.n[:, -1]
+    return TerrainEstimate(
+        t=found.t, n_front=front, n_rear=rear, n_front_std=found.std[:, 0], n_rear_std=found.std[:, -1],
+        states=np.array(found.summary.states)[:, : len(STATE_CHANNELS)], nis=np.zeros(0), dof=np.zeros(0, dtype=int),
+        counts=Counts(), step_us=found.step_us, parameters={"n_f": float(front[-1]), "n_r": float(rear[-1])},
+        changes=found.changes,
+    )  # fmt: skip

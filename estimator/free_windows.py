@@ -14,11 +14,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.estimator.loop import StepLoop
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import BROKEN, Drive
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.symbolic.discretize import start_memory, step_with_memory
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import known_states, measured_inputs, measured_states
 from softsoil.estimator.predictor import Predictor, substeps_for
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
@@ -93,6 +93,8 @@ def predict(
 class Replay:
     """A drive made ready for prediction with one model: its inputs, states and clock.
 
+    Windows start at states derived where they are not measured, and are judged by measured ones alone.
+
     recording: taken as it is, so clean logs give the paper's "true states"; model: bicycle, with declared effects if any;
     start: seconds left out at the beginning. Raises ValueError for reversing or inputs that a drive cannot give.
     """
@@ -100,7 +102,7 @@ class Replay:
     def __init__(self, recording: Recording, model: Model, start: float = START_UP) -> None:
         log = on_even_clock(recording)
         self.t, self.dt, self.name = log.t, log.dt, log.name
-        self.states = measured_states(log)
+        self.states, self.recorded = known_states(log), measured_states(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
         self.predictor = Predictor(model, log.dt, substeps=substeps_for(log.dt))
@@ -123,7 +125,7 @@ class Replay:
         for i, row in enumerate(starts):
             path = self.predictor.rollout(full[row], self.inputs[row : row + steps], p, memory[row])
             predicted[i] = path[:, : len(STATE_CHANNELS)]
-        recorded = np.array([self.states[row : row + steps + 1] for row in starts]).reshape(predicted.shape)
+        recorded = np.array([self.recorded[row : row + steps + 1] for row in starts]).reshape(predicted.shape)
         return Windows(horizon, starts, predicted, recorded, left_out)
 
     def mse(self, p: ArrayLike, horizons: Sequence[float] = HORIZONS) -> dict[str, dict[str, float]]:

@@ -41,8 +41,18 @@ def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[s
 
 
 def measured_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
-    """(N, 6) measured states, psi unwrapped; missing values stay NaN."""
-    states = recording.stack(*names).copy()
+    """(N, 6) measured states, psi unwrapped; missing values stay NaN, and channels that are derived or absent are NaN whole."""
+    states = known_states(recording, names)
+    for i, name in enumerate(names):
+        if not recording.measured(name):
+            states[:, i] = np.nan
+    return states
+
+
+def known_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
+    """(N, 6) states as far as they are known, derived ones included: where a model may start, not what may judge it."""
+    blank = np.full(len(recording), np.nan)
+    states = np.column_stack([recording.channels.get(name, blank) for name in names])
     if "psi" in names:
         column = names.index("psi")
         good = np.isfinite(states[:, column])
@@ -56,9 +66,12 @@ def sensor_std(recording: Recording, floor: Array, names: tuple[str, ...] = STAT
     A smooth signal sampled finely has third differences of its noise only: their standard deviation is sqrt(20) sigma.
     """
     states = measured_states(recording, names)
-    third = np.diff(states, n=3, axis=0)
-    spread = 1.4826 * np.nanmedian(np.abs(third), axis=0) / np.sqrt(20)
-    return np.maximum(np.nan_to_num(spread), floor)
+    spread = np.zeros(len(names))
+    for i in range(len(names)):
+        values = states[np.isfinite(states[:, i]), i]  # of a channel slower than the clock, its own samples
+        if len(values) > 3:
+            spread[i] = 1.4826 * np.median(np.abs(np.diff(values, n=3))) / np.sqrt(20)
+    return np.maximum(spread, floor)
 
 
 def _check_forward(recording: Recording) -> None:

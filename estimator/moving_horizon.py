@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.parameters import Free
+from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import reduce_windows, window_costs
 from softsoil.recording.drive import Recording
@@ -144,7 +145,7 @@ def drive_windows(recording: Recording, model: Model, start: float, rules: Horiz
     """Windows of a drive after `start` seconds, weighted by sensor noise and model error."""
     drive = shooting_drive(recording, model, start)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
-    compiled = WindowModel(model, drive.dt)
+    compiled = WindowModel(model, drive.dt, substeps_for(drive.dt))
     return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in)
 
 
@@ -237,7 +238,8 @@ class MovingHorizon:
         found = (moved > rules.change * np.sqrt(spread)) & (moved > rules.least_change * n_old)
         if not found.any():
             return False
-        self._since = k + 1 - recent
+        # Windows that overlap the border hold both soils: they are dropped with the older ones.
+        self._since = k + 1 - max(recent - round(rules.length / rules.stride), 1)
         self._guess = np.clip(n_new, [f.lower for f in self.free], [f.upper for f in self.free])
         return True
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.compiled import CompiledFunction
-from softsoil.symbolic.discretize import advance_memory, read_memory, start_memory, step_with_memory
+from softsoil.codegen.discretize import advance_memory, read_memory, start_memory, step_with_memory
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]

@@ -7,6 +7,7 @@ state whose outputs are what was recorded.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -15,11 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.signal import savgol_filter
 
 from softsoil.codegen.compiled import CompiledFunction
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.codegen.discretize import start_memory, step_with_memory
+from softsoil.estimator.inputs import known_states, measured_inputs, measured_states
 from softsoil.estimator.loop import StepLoop
-from softsoil.recording.clock import on_even_clock
+from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.symbolic.discretize import start_memory, step_with_memory
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
@@ -36,7 +37,7 @@ SMOOTHING = 0.25
 class Drive:
     """A drive ready for shooting.
 
-    name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing; smooth (N, 6): smoothed, complete;
+    name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing or derived; smooth (N, 6): smoothed, complete;
     inputs (N, n_u): external inputs; first: row where the start-up is over.
     """
 
@@ -55,7 +56,7 @@ def shooting_drive(recording: Recording, model: Model, start: float, smoothing: 
 
     Raises ValueError for reversing, inputs that the drive cannot give, or a drive shorter than a few seconds.
     """
-    log = on_even_clock(recording)
+    log = on_fine_clock(on_even_clock(recording))
     measured = measured_states(log)
     inputs, _ = measured_inputs(log, model.external)
     first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
@@ -63,7 +64,7 @@ def shooting_drive(recording: Recording, model: Model, start: float, smoothing: 
         raise ValueError(
             f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s"
         )
-    return Drive(log.name, log.dt, log.t, measured, smoothed(measured, log.dt, smoothing), inputs, first)
+    return Drive(log.name, log.dt, log.t, measured, smoothed(known_states(log), log.dt, smoothing), inputs, first)
 
 
 def smoothed(states: Array, dt: float, length: float = SMOOTHING) -> Array:
@@ -79,26 +80,52 @@ def smoothed(states: Array, dt: float, length: float = SMOOTHING) -> Array:
     return out
 
 
+@dataclass(frozen=True)
+class Compiled:
+    """What shooting needs of a model for one time step: the compiled loop, its memory's start and its outputs [x, p] -> [y]."""
+
+    loop: StepLoop
+    start: ca.Function
+    outputs: ca.Function
+
+    @classmethod
+    def of(cls, model: Model, dt: float, substeps: int) -> Compiled:
+        """The functions for a step of dt (s), in `substeps` Euler steps."""
+        step, outputs = step_with_memory(model, dt, substeps=substeps), _outputs(model)
+        x, _, p = model.symbols()
+        m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
+        results = ca.cse([*step(x, m, u, p), outputs(x, p)])
+        return cls(StepLoop(ca.Function("shooting_step", [x, m, u, p], results)), start_memory(model), outputs)
+
+
 class Shooting:
     """Predictions of one model over the windows of one drive.
 
     model: bicycle with effects; drive; horizon (s): length of the windows, which stand side by side;
-    substeps: Euler steps inside a step of the drive, for vehicles so quick that one would not be stable.
+    substeps: Euler steps inside a step of the drive, for vehicles so quick that one would not be stable; compiled: the model's
+    functions for this time step, where there are some already.
     """
 
-    def __init__(self, model: Model, drive: Drive, horizon: float, substeps: int = 1) -> None:
+    def __init__(
+        self, model: Model, drive: Drive, horizon: float, substeps: int = 1, compiled: Compiled | None = None
+    ) -> None:
         self.model, self.drive = model, drive
+        self.compiled = compiled or Compiled.of(model, drive.dt, substeps)
         self.steps = max(round(horizon / drive.dt), 2)
         count = (len(drive.t) - drive.first - 1) // self.steps
         if count < 2:
             raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {count}")
         self.rows = drive.first + self.steps * np.arange(count)
-        self._loop, self._start, outputs = _functions(model, drive.dt, substeps)
-        self._outputs = outputs.map("outputs_along", "serial", len(drive.t), [1], [])
+        self._loop, self._start = self.compiled.loop, self.compiled.start
+        self._outputs = self.compiled.outputs.map("outputs_along", "serial", len(drive.t), [1], [])
         self._extra = model.x.nominal[len(STATE_CHANNELS) :]
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded = drive.measured[take][:, 1:]
         self._inputs = drive.inputs[take]
+
+    def ahead(self, horizon: float) -> Shooting:
+        """Windows of another length (s) of the same drive, with the same compiled functions."""
+        return Shooting(self.model, self.drive, horizon, compiled=self.compiled)
 
     def predict(self, p: ArrayLike, windows: NDArray[np.int_] | None = None) -> Array:
         """Outputs predicted over the windows, from one step after their start to their end.
@@ -149,20 +176,10 @@ class Shooting:
         return states[:, rows], memory
 
 
-_FUNCTIONS: dict[tuple, tuple[StepLoop, ca.Function, ca.Function]] = {}
-
-
-def _functions(model: Model, dt: float, substeps: int) -> tuple[StepLoop, ca.Function, ca.Function]:
-    """The compiled loop of a model, its memory's start and its outputs, kept for other horizons and drives of the same step."""
-    key = (model.name, model.effects, model.p.names, model.stages, dt, substeps)
-    if key not in _FUNCTIONS:
-        step, outputs = step_with_memory(model, dt, substeps=substeps), _outputs(model)
-        x, _, p = model.symbols()
-        m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
-        results = ca.cse([*step(x, m, u, p), outputs(x, p)])
-        loop = StepLoop(ca.Function("shooting_step", [x, m, u, p], results))
-        _FUNCTIONS[key] = loop, start_memory(model), outputs
-    return _FUNCTIONS[key]
+def shootings(model: Model, drives: Sequence[Drive], horizon: float, substeps: int = 1) -> tuple[Shooting, ...]:
+    """Windows of `horizon` seconds of several drives, the model compiled once for each time step; substeps: as of Shooting."""
+    steps = {dt: Compiled.of(model, dt, substeps) for dt in {drive.dt for drive in drives}}
+    return tuple(Shooting(model, drive, horizon, substeps, steps[drive.dt]) for drive in drives)
 
 
 def _outputs(model: Model) -> ca.Function:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.codegen.sampling import STEP
 from softsoil.estimator.predictor import Predictor
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.sampling import STEP
 
 Array = NDArray[np.float64]
 

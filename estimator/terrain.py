@@ -11,18 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.consistency import inside_band
-from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_std
+from softsoil.estimator.inputs import known_states, measured_inputs, measured_states, sensor_std
 from softsoil.estimator.predictor import substeps_for
+from softsoil.estimator.promote import promote_parameters, tie_parameters
 from softsoil.estimator.ukf import Counts, Innovation, UnscentedKalmanFilter
-from softsoil.recording.clock import on_even_clock
+from softsoil.estimator.verdict import Verdict
+from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.symbolic.model import Model, promote_parameters, tie_parameters
+from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
 
 SLOW_ROWS = 0.018
 """s: a log with rows farther apart is too slow to leave any measurement out."""
+
+
+NOISE_FREE = 0.2
+"""A log whose channels all carry less than this share of the filter's sensor floor has no noise to be consistent with."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +69,11 @@ class TerrainEstimate:
     """What the estimator says about one drive.
 
     t (N,): times of the updates (s); n_front, n_rear, n_front_std, n_rear_std (N,); states (N, 6): estimates;
-    nis (N,), dof (N,): consistency of each update; counts: measurements left out; step_us (K,): time of each
-    predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the final estimate.
+    nis (N,), dof (N,): consistency of each update, empty for a method without innovations; counts: measurements left out;
+    step_us (K,): time of each predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the
+    final estimate; changes: times at which the soil was taken to have changed (s); noise_free: whether the log carries far less
+    noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be used, None where
+    nobody judged.
     """
 
     t: Array
@@ -78,6 +87,9 @@ class TerrainEstimate:
     counts: Counts
     step_us: Array
     parameters: dict[str, float] = field(default_factory=dict)
+    changes: tuple[float, ...] = ()
+    noise_free: bool = False
+    verdict: Verdict | None = None
 
     @property
     def nis_inside_95(self) -> float:
@@ -120,21 +132,24 @@ def estimate_terrain(
     log = log.between(log.t[0] + start, np.inf)
     if len(log) < 4:
         raise ValueError(f"{log.name}: expected at least 4 rows after the start-up, found {len(log)}")
+    own_step, log = log.dt, on_fine_clock(log)
     augmented = terrain_model(model, tied)
     inputs, _ = measured_inputs(log, augmented.external)
     measured = measured_states(log)
-    ukf = _filter(log, augmented, n0, tuning, measured)
+    ukf = _filter(log, augmented, n0, tuning)
     where = [augmented.x.index(name) for name in (("n", "n") if tied else ("n_f", "n_r"))]
     every = tuning.update_every if log.dt < SLOW_ROWS else 1
     noise, jumps = ForceError(augmented, tuning, log.dt), Jumps(tuning.patience)
-    soil = SoilChange(tuning, where, max(round(tuning.change_after / (log.dt * every)), 1))
+    soil = SoilChange(tuning, where, max(round(tuning.change_after / max(log.dt * every, own_step)), 1))
     kept: list[tuple[float, float, int, Array, Array]] = []
+    # Of a log slower than the model's clock only its own samples are updates.
+    seen_rows: NDArray[np.bool_] = np.asarray(np.isfinite(measured).any(axis=1) | (log.dt >= own_step), dtype=bool)
     step_us = []
     for k in range(len(log) - 1):
         began = time.perf_counter()
         noise.apply(ukf)
         ukf.predict(inputs[k])
-        if (k + 1) % every == 0:
+        if (k + 1) % every == 0 and seen_rows[k + 1]:
             seen = ukf.update(measured[k + 1])
             if seen.dof < len(seen.used) or jumps.waiting:
                 jumps.see(ukf, seen, measured[k + 1])
@@ -149,16 +164,18 @@ def estimate_terrain(
         t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
         states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=ukf.counts, step_us=np.array(step_us),
         parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])},
+        noise_free=bool(np.all(sensor_std(log, np.zeros(len(STATE_CHANNELS))) < NOISE_FREE * np.array(tuning.sensor_floor))),
     )  # fmt: skip
 
 
-def _filter(log: Recording, model: Model, n0: float, tuning: Tuning, measured: Array) -> UnscentedKalmanFilter:
+def _filter(log: Recording, model: Model, n0: float, tuning: Tuning) -> UnscentedKalmanFilter:
     bounds = SOIL_SIGNALS["n"]
     if not bounds.lower <= n0 <= bounds.upper:
         raise ValueError(f"n0: expected a first guess in [{bounds.lower}, {bounds.upper}], found {n0}")
     sensor = sensor_std(log, np.array(tuning.sensor_floor))
     extra = len(model.x) - len(STATE_CHANNELS)
-    first = np.array([_first(measured[:, i]) for i in range(measured.shape[1])])
+    known = known_states(log)
+    first = np.array([_first(known[:, i]) for i in range(known.shape[1])])
     is_n = np.array([name in ("n", "n_f", "n_r") for name in model.x.names[len(STATE_CHANNELS) :]])
     x0 = np.concatenate([first, np.where(is_n, n0, model.x.nominal[len(STATE_CHANNELS) :])])
     p0 = np.concatenate([sensor**2, np.where(is_n, tuning.n_std**2, 1e-4)])

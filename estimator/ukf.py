@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.compiled import CompiledFunction, at_points
+from softsoil.codegen.discretize import advance_memory, discretize, read_memory, start_memory
 from softsoil.estimator.unscented import UnscentedScaling, predict_function, update_function
-from softsoil.symbolic.discretize import advance_memory, discretize, read_memory, start_memory
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]

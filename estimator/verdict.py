@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,7 @@ WORDS = (
     IDENTIFIED, "not_excited", "depends_on_first_guess", "at_bound", "axles_disagree", "inconsistent", "no_soil",
 )  # fmt: skip
 """Every verdict; any but the first means: do not use this n."""
+BOUNDS = (SOIL_SIGNALS["n"].lower, SOIL_SIGNALS["n"].upper)
 GUESSES = (0.35, 1.1)
 """Initial guesses that are tried beside the user's: a stiff and a soft soil."""
 
@@ -67,20 +68,22 @@ def judge(
     *,
     tied: bool,
     start: float,
-    others: Sequence[float] = (),
+    again: Callable[[float], float] | None = None,
     rules: VerdictRules | None = None,
 ) -> Verdict:
     """The verdict on the final n (A,) of an estimator that ran over a drive.
 
-    model: the bicycle it used; n0: its initial guess; others: final n at the front from other initial guesses of the same
-    estimator; tied, start: as of `softsoil.estimator.moving_horizon.estimate_horizon`; rules: limits.
+    model: the bicycle it used; n0: its initial guess; again: final n at the front that the same estimator gives from another
+    initial guess, asked for that of the windows; tied, start: as of `estimate_horizon`; rules: limits.
     """
     horizon = HorizonRules()
     try:
         windows = drive_windows(recording, model, start, horizon)
     except ValueError as error:
         return Verdict("not_excited", f"no window of the drive can be judged: {error}")
-    return decide(gather(windows, initial_guesses(n0), tied, horizon), np.asarray(n, dtype=float), others, rules)
+    evidence = gather(windows, initial_guesses(n0), tied, horizon)
+    others = () if again is None else (again(float(np.clip(evidence.n[0], *BOUNDS))),)
+    return decide(evidence, np.asarray(n, dtype=float), others, rules)
 
 
 def initial_guesses(n0: float) -> tuple[float, ...]:
@@ -139,10 +142,10 @@ def _inside(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules)
 
 
 def _same_from_all_guesses(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
-    ends = [*e.by_guess[:, 0], *others, float(n[0])] if others else [*e.by_guess[:, 0]]
-    low, high = min(ends), max(ends)
-    if high - low > rules.same * float(n[0]):
-        return "depends_on_first_guess", f"other initial guesses end between {low:.3f} and {high:.3f}"
+    for ends in (list(e.by_guess[:, 0]), [float(n[0]), *others]):
+        low, high = min(ends), max(ends)
+        if high - low > rules.same * float(n[0]):
+            return "depends_on_first_guess", f"different initial guesses end between {low:.3f} and {high:.3f}"
     return None
 
 

@@ -11,7 +11,7 @@ from softsoil.figures.refine_views import DriveView
 from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 from softsoil.refinement.refine import Refinement
 from softsoil.refinement.residual import WINDOW
-from softsoil.refinement.selection import LEAST_GAIN
+from softsoil.refinement.rules import RULES
 from softsoil.refinement.words import bound_words, effect_name
 
 UNITS = {
@@ -42,9 +42,10 @@ def _over_time(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -
     axis.plot(view.after.t, after, color=ESTIMATED, lw=1.2, label="refined model")
     axis.axhline(0, color=TRUE, lw=0.8)
     shares = [100 * s.share[axle] for s in (view.structure_before, view.structure_after)]
-    words = f"{shares[0]:.0f} % of its force" + (
-        f", then {shares[1]:.0f} %" if round(shares[1]) != round(shares[0]) else ""
-    )
+    said = [f"{share:.0f} %" for share in shares]
+    words = f"{said[0]} of its force" + (f", then {said[1]}" if said[1] != said[0] else "")
+    if not np.isfinite(shares).all():
+        words = "not judged: v or yaw rate is not measured"
     axis.set(title=f"{axle.capitalize()} axle: {words}", ylabel="N per axle")
 
 
@@ -74,9 +75,9 @@ def draw_ranking(found: Refinement, path: Path) -> Path:
         axis.barh(
             places, shares, xerr=[100 * min(c.std, 1.0) for c in ranking], color=colors, height=0.7, error_kw=bars
         )
-        axis.axvline(100 * LEAST_GAIN, color=INITIAL, ls="--", lw=1)
+        axis.axvline(100 * RULES.least_gain, color=INITIAL, ls="--", lw=1)
         axis.annotate(
-            f"least gain {100 * LEAST_GAIN:.0f} %", (100 * LEAST_GAIN, -0.4), (4, 0), textcoords="offset points",
+            f"least gain {100 * RULES.least_gain:.0f} %", (100 * RULES.least_gain, -0.4), (4, 0), textcoords="offset points",
             color=INITIAL, fontsize=8, va="center",
         )  # fmt: skip
         labels = [c.name + (f" ({bound_words(c)})" if c.fit.at_bound else "") for c in ranking]
@@ -103,7 +104,8 @@ def draw_paths(view: DriveView, path: Path) -> Path:
         for label, paths, color in (("declared", view.path_before, INITIAL), ("refined", view.path_after, ESTIMATED)):
             side = aside(paths, view.recorded)
             axes[1].plot(view.clock, side.T, color=color, lw=0.7, alpha=0.6)
-            rms = np.sqrt(np.nanmean(side**2, axis=0))
+            seen = np.isfinite(side)
+            rms = np.sqrt((np.where(seen, side, 0.0) ** 2).sum(axis=0) / np.maximum(seen.sum(axis=0), 1))
             axes[1].plot(
                 view.clock, rms, color=color, lw=2.4, label=f"{label}: rms {rms[-1]:.2f} m at {view.horizon:g} s"
             )

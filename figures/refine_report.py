@@ -11,8 +11,7 @@ from softsoil.figures.refine import draw_axles, draw_paths, draw_ranking
 from softsoil.figures.refine_views import DriveView, drive_views
 from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS
 from softsoil.refinement.refine import Refinement
-from softsoil.refinement.selection import CHANCE, LEAST_GAIN, LEAST_PARAMETER_SIGMAS, PLACE_SIGMAS
-from softsoil.refinement.structure import STRONG
+from softsoil.refinement.rules import RULES
 from softsoil.refinement.words import (
     effect_name,
     falls_sentence,
@@ -77,8 +76,9 @@ def _parameters(declared: Declaration, found: Refinement) -> str:
 
 
 def _doc(declared: Declaration, effect: str, name: str) -> str:
-    layout = catalogue(declared.vehicle)[effect].parameters
-    return layout[name].doc if name in layout else "size of the force"
+    known = catalogue(declared.vehicle)[effect]
+    signals = [*known.parameters, *([known.derived] if known.derived else [])]
+    return next(signal.doc for signal in signals if signal.name == name)
 
 
 def _axles(view: DriveView) -> str:
@@ -91,11 +91,11 @@ def _axles(view: DriveView) -> str:
 
 def _ranking(found: Refinement) -> str:
     caption = (
-        f"Each effect alone, fitted together with n. An effect is named if it removes at least {100 * LEAST_GAIN:.0f} % of the "
-        f"held-out cost beyond sensor noise, if windows that gain nothing would not show as much ({100 * CHANCE:g} %), "
-        f"and if its parameter stands {LEAST_PARAMETER_SIGMAS:g} standard errors from absence (or those windows leave no "
-        f"doubt) and not at a bound; a change at a place also if it stands {PLACE_SIGMAS:g} of them from absence in a fit to "
-        "the whole drive."
+        f"Each effect alone, fitted together with n. An effect is named if it removes at least {100 * RULES.least_gain:.0f} % of "
+        f"the held-out cost beyond sensor noise, if windows that gain nothing would not show as much ({100 * RULES.chance:g} %), "
+        f"and if its parameter stands {RULES.least_parameter_sigmas:g} standard errors from absence (or those windows leave no "
+        f"doubt) and not at a bound; a change at a place also if it stands {RULES.place_sigmas:g} of them from absence in a fit "
+        "to the whole drive."
     )
     return figure(lambda path: draw_ranking(found, path), caption, "narrow")
 
@@ -134,7 +134,7 @@ def _left(views: Sequence[DriveView]) -> str:
             )
     words = (
         "Share of each axle's lateral force that stays unexplained over half-second windows (rms over rms, sensor noise taken "
-        f"off), and correlations of the rest; below about {STRONG:g} they say little."
+        f"off), and correlations of the rest; below about {RULES.strong:g} they say little."
     )
     return f"<p>{words}</p><table>{''.join(rows)}</table>"
 

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.horizons import HORIZONS
-from softsoil.estimator.shooting import Shooting
 from softsoil.recording.drive import Recording
 from softsoil.refinement.refine import Refinement
 from softsoil.refinement.residual import DriveResidual, drive_residual
@@ -83,6 +82,6 @@ def _paths(bench: Bench, i: int, p: Array, row: int) -> tuple[float, Array, Arra
     drive = bench.shootings[i].drive
     rest = (len(drive.t) - row - 1) * drive.dt
     horizon = max((h for h in HORIZONS if h <= rest / FEWEST_PATHS), default=HORIZONS[0])
-    windows = Shooting(bench.model, drive, horizon)
+    windows = bench.shootings[i].ahead(horizon)
     chosen = windows.rows >= row
     return horizon, windows.recorded[chosen][:, :, :3], windows.predict(p)[chosen][:, :, :3]

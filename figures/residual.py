@@ -32,7 +32,8 @@ def _over_time(axis: Any, found: DriveResidual) -> None:
 
 def _against(axis: Any, found: DriveResidual) -> None:
     axis.plot(found.force_f, found.force_r, ".", color=TRUE, ms=4)
-    reach = 1.1 * max(np.nanmax(np.abs(found.force_f)), np.nanmax(np.abs(found.force_r)), 1.0)
+    forces = np.abs(np.concatenate([found.force_f, found.force_r]))
+    reach = 1.1 * float(np.max(forces[np.isfinite(forces)], initial=1.0))
     axis.plot([-reach, reach], [reach, -reach], color=REAR, ls="--", lw=1, label="pure yaw moment")
     axis.axhline(0, color=ESTIMATED, ls=":", lw=1, label="front only")
     axis.set(

@@ -39,18 +39,22 @@ def draw_estimate(
 ) -> Path:
     """One page for one estimate: the drive, n over time, NIS."""
     end = f"n front {estimate.n_front[-1]:.3f} ± {estimate.n_front_std[-1]:.3f}, rear {estimate.n_rear[-1]:.3f}"
-    with page(path, f"{name}: {end}", 9, 6.5, 3, 1, sharex=True) as axes:
+    word = "" if estimate.verdict is None else f"{estimate.verdict.word.replace('_', ' ')}, "
+    innovations = len(estimate.nis) > 0
+    with page(path, f"{name}: {word}{end}", 9, 6.5 if innovations else 4.6, 3 if innovations else 2, 1, sharex=True) as axes:
         _drive(axes[0], drive)
         _n_over_time(axes[1], estimate, n_true, n0)
-        _nis(axes[2], estimate)
-        for axis in axes[:2]:
+        if innovations:
+            _nis(axes[2], estimate)
+        for axis in axes[:-1]:
             axis.set_xlabel("")
     return path
 
 
 def _verdict(study: LogStudy) -> str:
     known = "" if study.error_percent is None else f" (true {study.n_true:.3f}, error {study.error_percent:.0f} %)"
-    return f"n from {study.n_initial:.2f} to {study.n_estimated:.3f}{known}"
+    word = "" if study.estimate.verdict is None else f"{study.estimate.verdict.word.replace('_', ' ')}, "
+    return f"{word}n from {study.n_initial:.2f} to {study.n_estimated:.3f}{known}"
 
 
 def _drive(axis: Any, drive: Recording) -> None:
@@ -133,7 +137,8 @@ def _nis(axis: Any, estimate: TerrainEstimate) -> None:
     axis.set_yscale("log")
     axis.set_ylim(1e-2, max(10 * high, 10))
     axis.set(
-        title=f"Normalised innovation squared: {100 * estimate.nis_inside_95:.0f} % inside the band",
+        title="Normalised innovation squared: "
+        + ("a log without sensor noise" if estimate.noise_free else f"{100 * estimate.nis_inside_95:.0f} % inside the band"),
         xlabel="time, s", ylabel="NIS",
     )  # fmt: skip
     axis.legend(loc="upper right")

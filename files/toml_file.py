@@ -1,4 +1,4 @@
-"""TOML files that users write: read, with or without a byte-order mark, or refused naming the file."""
+"""TOML files that users write: read (with or without a byte-order mark) or refused naming the file; numbers and text as TOML."""
 
 from __future__ import annotations
 
@@ -9,17 +9,32 @@ from typing import Any
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """The table in a TOML file that holds `what`; ValueError naming the file where there is none, or no TOML in it."""
+    """The table in a TOML file (with or without a byte-order mark); ValueError where it is none, beginning with `what` it was
+    to hold where there is no file.
+    """
     if not path.is_file():
         raise ValueError(f"{what}: expected a TOML file, found {'a folder' if path.is_dir() else 'none'} at {path}")
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: expected TOML, found: {error}") from None
+    except OSError as error:
+        raise ValueError(f"{path}: expected a TOML file that can be read, found: {error.strerror}") from None
 
 
-def finite_number(value: Any, where: str) -> float:
-    """The number `value` of a TOML file; ValueError naming `where` it stands for text, a truth value, nan and inf."""
+def finite(value: Any, where: str) -> float:
+    """A finite number of a TOML table; ValueError naming `where` for anything else (value)."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(f"{where}: expected a finite number, found {value!r}")
     return float(value)
+
+
+def toml_number(value: float) -> str:
+    """A number (value) as TOML text that reads back the same."""
+    return repr(float(value))
+
+
+def toml_text(value: str) -> str:
+    """A string as TOML text, quoted and escaped."""
+    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c):04x}" for c in value)
+    return f'"{escaped}"'

@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from softsoil.codegen.compiled import CompiledFunction, at_points
+from softsoil.codegen.discretize import discretize
 from softsoil.codegen.numpy_code import write_numpy
 from softsoil.estimator.terrain import estimate_terrain, terrain_model
 from softsoil.estimator.ukf import UnscentedKalmanFilter
@@ -21,9 +22,8 @@ from softsoil.estimator.unscented import UnscentedScaling, predict_function
 from softsoil.mpc_demo.bench_rows import Row, microseconds, seconds
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.declaration import Declaration
-from softsoil.symbolic.discretize import discretize
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.wheel import Contact, Wheel, force_law
+from softsoil.symbolic.wheel import Contact, Wheel
 
 DT = 0.012
 Q = np.array([0.02, 0.02, 0.002, 0.1, 0.05, 0.02, 0.002, 0.002]) ** 2 * DT
@@ -82,8 +82,7 @@ def _force(declared: Declaration) -> Row:
     """One wheel's forces in C on buffers against an ordinary call of the same compiled function."""
     v_x, v_y, omega, load, yaw = (ca.SX.sym(name) for name in ("v_x", "v_y", "omega", "load", "yaw_rate"))
     wheel = Wheel(declared.vehicle.radius, declared.vehicle.width)
-    law = force_law(declared.law) if isinstance(declared.law, str) else declared.law
-    force = law(declared.soil, wheel, Contact(v_x, v_y, omega, load, yaw))
+    force = declared.force_law()(declared.soil, wheel, Contact(v_x, v_y, omega, load, yaw))
     inputs = [v_x, v_y, omega, load, yaw]
     function = CompiledFunction(ca.Function("force", inputs, [ca.vertcat(force.f_x, force.f_y)]))
     values = (6.0, -0.5, 19.0, 3400.0, 0.3)

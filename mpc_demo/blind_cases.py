@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -25,8 +26,8 @@ N_RANGES = {"clay": (0.45, 0.75), "sandy_loam": (0.5, 0.9)}
 
 Generator = np.random.Generator
 Case = dict[str, Any]
-Drawn = tuple[dict[str, Any], dict[str, Any], dict[str, float]]
-"""Effects and sensors of the plant, and the catalogue's parameters that they amount to."""
+Drawn = tuple[dict[str, Any], dict[str, Any], float | None]
+"""Effects and sensors of the plant, and the size of what was switched on."""
 
 
 def _sign(rng: Generator) -> float:
@@ -37,78 +38,74 @@ def _sized(rng: Generator, low: float, high: float) -> float:
     return _sign(rng) * float(rng.uniform(low, high))
 
 
-def _steering(field: str, name: str, low: float, high: float, signed: bool = False) -> Callable[[Generator], Drawn]:
+def _world(made: Effects | Sensors) -> dict[str, Any]:
+    """What is switched on in the world or at its sensors, as JSON has it."""
+    bare = type(made)()
+    on = {f.name: getattr(made, f.name) for f in fields(made) if getattr(made, f.name) != getattr(bare, f.name)}
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in on.items()}
+
+
+def _one(made: Callable[[float], Effects], low: float, high: float, signed: bool = False, about: float = 0.0):
+    """A switch of the world with one number, drawn between low and high off `about`, of either sign if `signed`."""
+
     def draw(rng: Generator) -> Drawn:
-        value = _sized(rng, low, high) if signed else float(rng.uniform(low, high))
-        return {field: value}, {}, {name: value}
+        value = about + (_sized(rng, low, high) if signed else float(rng.uniform(low, high)))
+        return _world(made(value)), {}, value
 
     return draw
 
 
-def _gain(rng: Generator) -> Drawn:
-    gain = 1.0 + _sized(rng, 0.1, 0.2)
-    return {"steer_gain": gain}, {}, {"steering_gain": gain}
+def _sensor(made: Callable[[float], Sensors], low: float, high: float, signed: bool = False, about: float = 0.0):
+    """The same for a fault of the sensors."""
+
+    def draw(rng: Generator) -> Drawn:
+        value = about + (_sized(rng, low, high) if signed else float(rng.uniform(low, high)))
+        return {}, _world(made(value)), value
+
+    return draw
 
 
-def _payload(rng: Generator) -> Drawn:
+def _load(rng: Generator) -> Drawn:
     mass, behind = float(rng.uniform(200.0, 400.0)), float(rng.uniform(2.0, 2.6))
-    return {"payload": mass, "payload_at": [-behind, 0.0, 0.9]}, {}, {"payload_mass": mass}
+    return _world(Effects(payload=mass, payload_at=(-behind, 0.0, 0.9))), {}, mass
 
 
 def _wind(rng: Generator) -> Drawn:
     size, heading = float(rng.uniform(600.0, 1500.0)), float(rng.uniform(-math.pi, math.pi))
-    return {"wind": [size * math.cos(heading), size * math.sin(heading)]}, {}, {"side_force": size}
+    return _world(Effects(wind=(size * math.cos(heading), size * math.sin(heading)))), {}, size
 
 
 def _locked(rng: Generator) -> Drawn:
-    return {"locked_front": True, "locked_rear": True}, {}, {}
+    return _world(Effects(locked_front=True, locked_rear=True)), {}, None
 
 
-def _gyro(rng: Generator) -> Drawn:
-    bias = _sized(rng, 0.01, 0.04)
-    return {}, {"bias": {"omega_z": bias}}, {"gyro_bias": bias}
-
-
-def _speed(rng: Generator) -> Drawn:
-    scale = 1.0 + _sized(rng, 0.05, 0.1)
-    return {}, {"scale": {"u": scale}}, {"speed_scale": scale}
-
-
-def _lever(rng: Generator) -> Drawn:
-    ahead = _sized(rng, 0.4, 1.2)
-    return {}, {"lever_arm": [ahead, 0.0]}, {"velocity_lever": ahead, "position_lever": ahead}
-
-
-def _late(rng: Generator) -> Drawn:
-    late = float(rng.uniform(0.1, 0.25))
-    return {}, {"delay": dict.fromkeys(ODOMETRY, late)}, {"pose_delay": late, "rate_delay": late}
-
-
-def _soil_change(rng: Generator) -> Drawn:
+def _ground(rng: Generator) -> Drawn:
     # A border that the drive crosses inside the part that is fitted, some ten seconds from its ends.
     change = _sized(rng, 0.15, 0.25)
-    return {"soil_change": [change, float(rng.uniform(70.0, 100.0))]}, {}, {"n_change": change}
+    return {BORDER: [change, float(rng.uniform(70.0, 100.0))]}, {}, change
 
 
+BORDER = "ground_change"
+"""Change of n beyond a line across world x, and where that is (m): the ground's own, not one of the plant's effects."""
 INSIDE: Mapping[str, Callable[[Generator], Drawn]] = {
-    "bank": _steering("bank", "bank", 0.04, 0.12, signed=True),
-    "grade": _steering("grade", "grade", 0.04, 0.12, signed=True),
-    "steering_lag": _steering("steer_lag", "steering_lag", 0.1, 0.3),
-    "steering_delay": _steering("steer_delay", "steering_delay", 0.1, 0.3),
-    "steering_offset": _steering("steer_offset", "steering_offset", 0.02, 0.05, signed=True),
-    "backlash": _steering("steer_backlash", "backlash", 0.03, 0.07),
-    "yaw_moment": _steering("yaw_moment", "yaw_moment", 500.0, 1200.0, signed=True),
-    "steering_gain": _gain,
-    "payload": _payload,
-    "side_force": _wind,
-    "locked_differential": _locked,
-    "soil_change": _soil_change,
-    "gyro_bias": _gyro,
-    "speed_scale": _speed,
-    "lever_arm": _lever,
-    "sensor_delay": _late,
+    "slope_aside": _one(lambda v: Effects(bank=v), 0.04, 0.12, signed=True),
+    "slope_ahead": _one(lambda v: Effects(grade=v), 0.04, 0.12, signed=True),
+    "steer_lag": _one(lambda v: Effects(steer_lag=v), 0.1, 0.3),
+    "steer_delay": _one(lambda v: Effects(steer_delay=v), 0.1, 0.3),
+    "steer_offset": _one(lambda v: Effects(steer_offset=v), 0.02, 0.05, signed=True),
+    "steer_backlash": _one(lambda v: Effects(steer_backlash=v), 0.03, 0.07),
+    "pull": _one(lambda v: Effects(yaw_moment=v), 500.0, 1200.0, signed=True),
+    "steer_gain": _one(lambda v: Effects(steer_gain=v), 0.1, 0.2, signed=True, about=1.0),
+    "load_carried": _load,
+    "wind": _wind,
+    "locked_axles": _locked,
+    BORDER: _ground,
+    "gyro_drift": _sensor(lambda v: Sensors(bias={"omega_z": v}), 0.01, 0.04, signed=True),
+    "speed_error": _sensor(lambda v: Sensors(scale={"u": v}), 0.05, 0.1, signed=True, about=1.0),
+    "mount_offset": _sensor(lambda v: Sensors(lever_arm=(v, 0.0)), 0.4, 1.2, signed=True),
+    "late_sensors": _sensor(lambda v: Sensors(delay=dict.fromkeys(ODOMETRY, v)), 0.1, 0.25),
 }
-"""Effects of the plant that the catalogue has, by the catalogue's name; sizes inside physics' plausible ranges."""
+"""Switches of the world to which an effect of the catalogue answers; sizes inside physics' plausible ranges."""
 
 
 def _undulation(rng: Generator) -> dict[str, Any]:
@@ -142,7 +139,7 @@ def draw_cases(
 ) -> list[Case]:
     """Cases as JSON values: drives of `duration` (s), the kinds in turns, each effect drawn before one comes again.
 
-    seed: of all that is drawn; candidates: a coarse test draws from these effects and tries no others.
+    seed: of all that is drawn; candidates: a coarse test draws from these switches of INSIDE and tries no other effects.
     Raises ValueError for a candidate that no drive can have.
     """
     for name in candidates or ():
@@ -161,16 +158,16 @@ def draw_cases(
         spans = ((4.5, 6.5), (1.0, 1.8), (9.0, 13.0))
         case["drive"] = {name: float(rng.uniform(*span)) for name, span in zip(names, spans, strict=True)}
         heading = float(rng.uniform(-math.pi, math.pi))
-        drawn: Drawn = ({}, {}, {})
+        drawn: Drawn = ({}, {}, None)
         name = ""
         if kind == "effect":
             name = next(inside)
             drawn = INSIDE[name](rng)
-            if name == "soil_change":  # its border lies across world x: the drive has to come there
+            if name == BORDER:  # it lies across world x: the drive has to come there
                 heading *= 0.1
         elif kind == "outside":
             name = next(outside)
-            drawn = (OUTSIDE[name](rng), {}, {})
+            drawn = (OUTSIDE[name](rng), {}, None)
         case["drive"]["heading"] = heading
         cases.append({**case, "name": name, **dict(zip(("effects", "sensors", "truth"), drawn, strict=True))})
     return cases
@@ -189,8 +186,8 @@ def drive_case(case: Mapping[str, Any]) -> Recording:
     soil = SOILS[case["soil"]].with_(n=case["n"])
     effects = dict(case["effects"])
     ground: Soil | SoilField = soil
-    if "soil_change" in effects:
-        change, place = effects.pop("soil_change")
+    if BORDER in effects:
+        change, place = effects.pop(BORDER)
         ground = SoilField.change_at(soil, soil.with_(n=case["n"] + change), place)
     sensors: dict[str, Any] = {
         key: tuple(value) if isinstance(value, list) else value for key, value in case["sensors"].items()

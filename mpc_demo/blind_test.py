@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -35,8 +34,10 @@ def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:
     began = time.perf_counter()
     recording = drive_case(case)
     drove = time.perf_counter() - began
-    found = refine([recording], plant_on(case["soil"]), workers=1, candidates=case.get("candidates"))
-    right, why = score(case, found)
+    declared = plant_on(case["soil"])
+    names = [effect_of(switch, declared)[0] for switch in case["candidates"]] if "candidates" in case else None
+    found = refine([recording], declared, workers=1, candidates=names)
+    right, why = score(as_the_catalogue_says(case, declared), found)
     ranking = [
         {"name": c.name, "gain": c.gain, "std": c.std, "whole": c.whole, "values": c.fit.named()}
         for c in found.ranking[:6]
@@ -59,11 +60,31 @@ def trace_case(case: Mapping[str, Any]) -> dict[str, Any]:
     return plain(content)
 
 
+def effect_of(switch: str, declared: Declaration) -> tuple[str, tuple[str, ...]]:
+    """The effect that answers to a switch of the world, and its parameters that equal what the switch is set to.
+
+    Raises ValueError for a switch to which none answers.
+    """
+    for effect in catalogue(declared.vehicle).values():
+        if switch in effect.answers_to:
+            return effect.name, effect.answers_to[switch]
+    raise ValueError(f"expected a switch to which an effect of the catalogue answers, found {switch!r}")
+
+
+def as_the_catalogue_says(case: Mapping[str, Any], declared: Declaration) -> Case:
+    """The case with the name of the effect in the place of the world's switch, and the true values of its parameters."""
+    if case["kind"] != "effect":
+        return {**case, "truth": {}}
+    name, parameters = effect_of(case["name"], declared)
+    return {**case, "name": name, "truth": dict.fromkeys(parameters, case["truth"])}
+
+
 def score(case: Mapping[str, Any], found: Refinement) -> tuple[bool, str]:
     """Whether the finding is right, and why not in a few words.
 
-    An effect: named first, or in the first group of at most two, its parameters within 30 %. Clean: "none". Outside the
-    catalogue: no effect named. Locked differentials: named, or no effect with the remark on the wheel speeds.
+    case: kind, name of the effect and true values of its parameters. An effect: named first, or in the first group of at most
+    two, its parameters within 30 %, or no effect where the measured inputs are seen to carry it. Clean: "none". Outside the
+    catalogue: no effect named.
     """
     names = [effect.name for effect in found.effects]
     if case["kind"] == "clean":
@@ -71,9 +92,8 @@ def score(case: Mapping[str, Any], found: Refinement) -> tuple[bool, str]:
     if case["kind"] == "outside":
         return not names, f"{found.verdict} {' '.join(names)}".strip()
     expected = str(case["name"])
-    if expected == "locked_differential" and not names:
-        remarked = any("locked axle differential" in note for note in found.notes)
-        return remarked, "carried by the wheel speeds" if remarked else found.verdict
+    if expected in found.carried and not names:
+        return True, "carried by the measured inputs"
     if not names:
         return False, found.verdict
     group = next((g for g in found.inseparable if g[0] == names[0]), (names[0],))
@@ -86,16 +106,14 @@ def score(case: Mapping[str, Any], found: Refinement) -> tuple[bool, str]:
 
 def relative_error(name: str, true: float, effect: str, found: Refinement) -> float:
     """(estimated - true)/(true - absent) of one parameter of an effect, by the final fit or by its own in the ranking."""
-    layout = catalogue(found.declaration.vehicle)[effect].parameters
+    known = catalogue(found.declaration.vehicle)[effect]
     traced = next((e for e in found.effects if e.name == effect), None)
     if traced is not None:
         values = {key: entry[0] for key, entry in traced.parameters.items()}
     else:
-        candidate = next(c for c in found.ranking if c.name == effect)
-        values = {key: value for key, (value, _) in candidate.fit.named().items()}
-        if effect == "side_force":
-            values["side_force"] = math.hypot(values["side_force_x"], values["side_force_y"])
-    absent = layout[name].nominal if name in layout else 0.0
+        fitted = next(c for c in found.ranking if c.name == effect).fit.named()
+        values = {key: entry[0] for key, entry in known.sizes(fitted).items()}
+    absent = known.parameters[name].nominal if name in known.parameters else 0.0
     return (values[name] - true) / (true - absent)
 
 

@@ -39,7 +39,7 @@ class Case:
     def scenario(self, side: str) -> Scenario:
         """The course with the first guess of n too `low` or too `high`; on a change of soil it knows the first one."""
         course = replace(scenarios()[self.course], speed=self.speed)
-        if self.course == "soil_change":
+        if self.course == "two_soils":
             return course
         n = course.n_true(0.0)
         return replace(course, n_guess=n - GUESS_OFF if side == "low" else n + GUESS_OFF)
@@ -58,7 +58,7 @@ STUDY = (
     *(Case("obstacles_sandy_loam", v) for v in (5.0, 7.5)),
     Case("slalom_clay", 5.0),
     Case("slalom_sandy_loam", 6.5),
-    Case("soil_change", 5.0),
+    Case("two_soils", 5.0),
     Case("lane_change_clay", 6.0, Faults(dropout=(7.0, 10.0), burst=(4.0, 5.0))),
     Case("obstacles_sandy_loam", 6.0, Faults(dropout=(8.0, 11.0), burst=(11.5, 12.5))),
 )

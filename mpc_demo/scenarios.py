@@ -67,15 +67,15 @@ def scenarios() -> dict[str, Scenario]:
         ):
             key = f"{name}_{soil.name}"
             found[key] = Scenario(key, uniform, soil, lambda x, n=n: n, guess, path, pace, obstacles, why)  # type: ignore[misc]
-    found["soil_change"] = _soil_change()
+    found["two_soils"] = _two_soils()
     return found
 
 
-def _soil_change() -> Scenario:
+def _two_soils() -> Scenario:
     border = WARM_UP + 3.0 + 26.0
     after = CLAY.with_(n=0.75)
     return Scenario(
-        "soil_change", SoilField.change_at(CLAY, after, border), CLAY,
+        "two_soils", SoilField.change_at(CLAY, after, border), CLAY,
         lambda x: 0.5 if x < border else 0.75, 0.5, slalom(waves=4), 5.0, NONE,
         "clay whose n goes from 0.5 to 0.75 in mid-course; the guess knows only the first",
     )  # fmt: skip

@@ -62,6 +62,8 @@ class LogStudy:
             "n_true": self.n_true,
             "n_initial": self.n_initial,
             "n_estimated": self.n_estimated,
+            "verdict": None if self.estimate.verdict is None else self.estimate.verdict.word,
+            "reason": None if self.estimate.verdict is None else self.estimate.verdict.reason,
             "error_percent": self.error_percent,
             "converged_s": self.estimate.converged_s,
             "mse": mse,
@@ -76,16 +78,18 @@ def study_log(
     n0: float | None = None,
     start: float = START_UP,
     progress: Callable[[float], None] | None = None,
+    method: str = "ukf",
 ) -> LogStudy:
     """Estimate n on `noisy`, predict from the states of `clean`.
 
     declared: vehicle, soil, law and effects; with effects one n stands for both axles, else n_f and n_r as in the paper;
-    n_true: for the judgement, and for the first guess (0.2 above it) unless n0 says another; start: seconds left out.
+    n_true: for the judgement, and for the first guess (0.2 above it) unless n0 says another; start: seconds left out;
+    method: as of `softsoil.estimate`.
     Raises ValueError where a first guess would lie outside the bounds of n.
     """
     model = declared.build()
     first = n0 if n0 is not None else (n_true + GUESS_OFF if n_true is not None else float(declared.soil.n))
-    found = estimate(noisy, model, first, start=start, progress=progress)
+    found = estimate(noisy, model, first, method=method, start=start, progress=progress)
     replay = Replay(clean, model, start)
     before = model.p.pack(n_f=first, n_r=first)
     after = model.p.pack(n_f=found.parameters["n_f"], n_r=found.parameters["n_r"])

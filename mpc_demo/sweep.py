@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -105,7 +106,9 @@ def read_results(store: Path) -> dict[str, Result]:
 def _guarded(task: Callable[[Point], Result], point: Point) -> tuple[Result, str | None]:
     """The task's result, or why it failed: one bad point must not end a sweep of thousands."""
     try:
-        return task(point), None
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a worker's would come with file names, once per process
+            return task(point), None
     except Exception as error:
         return {}, f"{type(error).__name__}: {error}"
 

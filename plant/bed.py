@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softsoil.plant.contact import REACH, tiles_within_reach, wheel_contact
 from softsoil.plant.grid import RutGrid
+from softsoil.plant.ground import Motion, Rules, ground_of
 from softsoil.plant.soil_field import SoilField
 from softsoil.symbolic.soil import Soil
 
@@ -28,7 +29,7 @@ class SoilBed:
     """Deformable soil with its memory.
 
     soil: a Soil or SoilField; spacing: of the grid (m); damping: with the soil's R; creep: speed below which shear fades;
-    cast: find the wheel as the reference simulator does (`softsoil.plant.raycast`).
+    cast: find the wheel as the reference simulator does (`softsoil.plant.reference.raycast`).
     """
 
     def __init__(
@@ -42,9 +43,7 @@ class SoilBed:
     ) -> None:
         self.field = SoilField.uniform(soil) if isinstance(soil, Soil) else soil
         self.grid = RutGrid(spacing)
-        self.damped = float(damping)
-        self.creep = creep
-        self.cast = int(cast)
+        self.rules = Rules(REACH, float(damping), float(creep), int(cast))
 
     def touch(
         self,
@@ -59,11 +58,8 @@ class SoilBed:
     ) -> Touch:
         """One step of dt (s) with the wheel where it is: centre (m), axle direction, velocity, angular velocity (3,)."""
         self.grid.reserve(tiles_within_reach(radius, width, self.grid.spacing))
-        force, moment, g = np.zeros(3), np.zeros(3), self.grid
-        place, leftward, speed, turn = (np.array(a, dtype=float) for a in (centre, axis, velocity, rate))
-        sinkage = wheel_contact(
-            g.keys, g.slots, g.count, g.nodes, 0, g.spacing, REACH, self.field.values, 0, self.field.meta,
-            self.damped, self.creep, self.cast, place, leftward, speed, turn, float(radius), float(width), float(dt),
-            force, moment,
-        )  # fmt: skip
+        force, moment = np.zeros(3), np.zeros(3)
+        motion = Motion(*(np.array(a, dtype=float) for a in (centre, axis, velocity, rate)))
+        ground = ground_of(self.grid, self.field)
+        sinkage = wheel_contact(ground, 0, 0, self.rules, motion, float(radius), float(width), float(dt), force, moment)
         return Touch(force, moment, sinkage)

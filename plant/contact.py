@@ -10,7 +10,7 @@ Per node under the wheel, each step, with h the sinkage against the undeformed s
 
 v_t is the horizontal velocity of the wheel body at the node, spin and yaw included, so lateral and longitudinal shear
 share one Mohr limit. 1/b = perimeter / (2 area) of the convex hull of all nodes within reach of the wheel. h_plastic,
-yield and j stay. h is the cylinder's own, or where the reference simulator's ray cast finds it (`softsoil.plant.raycast`).
+yield and j stay. h is the cylinder's own, or where the reference simulator's ray cast finds it (`plant.reference`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from softsoil.plant.footprint import hull_area_perimeter
 from softsoil.plant.grid import PLASTIC, SHEAR, SINKAGE, TILE, YIELD, add_tile, find_tile, tile_key
 from softsoil.plant.kernel import inner, kernel
-from softsoil.plant.raycast import EARLY, ray_hit
+from softsoil.plant.reference.raycast import EARLY, ray_hit
 from softsoil.plant.soil_field import DAMPING, K_C, K_ELASTIC, K_PHI, K_SHEAR, TAN_PHI, C, N, soil_at
 
 REACH = 0.1
@@ -33,10 +33,11 @@ RAY = 0.5
 
 
 @inner
-def _search(keys, slots, nodes, layer, spacing, reach, centre, axis, radius, width, i0, j0, bottom, low, high):
+def _search(ground, layer, reach, motion, radius, width, i0, j0, bottom, low, high):
     """Fill `bottom` (height of the wheel's underside, +inf elsewhere) and each column's ends; return whether any node
     is in."""
     columns, rows = bottom.shape
+    spacing, nodes, centre, axis = ground.spacing, ground.nodes, motion.centre, motion.axis
     curve = 1.0 - axis[2] * axis[2]
     found = False
     tile_row = tile_column = np.int64(-(1 << 40))
@@ -63,7 +64,7 @@ def _search(keys, slots, nodes, layer, spacing, reach, centre, axis, radius, wid
             row, column = i // TILE, j // TILE
             if row != tile_row or column != tile_column:
                 tile_row, tile_column = row, column
-                slot = find_tile(keys, slots, tile_key(layer, row, column))
+                slot = find_tile(ground.keys, ground.slots, tile_key(layer, row, column))
             if slot >= 0 and z > reach - nodes[slot, (i - row * TILE) * TILE + j - column * TILE, SINKAGE]:
                 continue
             bottom[a, b] = z
@@ -88,19 +89,17 @@ def _cast_depth(dx, dy, top, centre_z, axis, radius, width, simplex, share):
 
 
 @kernel
-def wheel_contact(
-    keys, slots, count, nodes, layer, spacing, reach, field, side, meta, damped, creep, cast,
-    centre, axis, velocity, rate, radius, width, dt, force, moment,
-):  # fmt: skip
+def wheel_contact(ground, layer, side, rules, motion, radius, width, dt, force, moment):
     """Force (N) and moment about the wheel centre (N m) of the soil on one wheel, in world axes; moves the soil on by
     dt.
 
-    keys ... nodes: arrays of a RutGrid with room for every tile the wheel can touch; layer: which memory; spacing,
-    reach: m; field, side, meta: soil map; damped: 1 or 0 for the damping R; creep: speed (m/s) below which shear fades
-    (0: none); cast: 1 for the reference's ray cast, 0 for the cylinder; centre, velocity (3,): of the wheel centre;
-    axis (3,): unit vector along the axle, leftward; rate (3,): angular velocity of the wheel body, spin included;
+    ground, rules, motion: Ground, Rules and Motion; layer: which memory of the ground; side: which half of its soil map;
     radius, width: m; dt: s; force, moment (3,): written. Returns the greatest sinkage (m).
     """
+    keys, slots, nodes, spacing, field, meta = (
+        ground.keys, ground.slots, ground.nodes, ground.spacing, ground.field, ground.meta,
+    )  # fmt: skip
+    centre, axis, velocity, rate, reach = motion.centre, motion.axis, motion.velocity, motion.rate, rules.reach
     force[:] = 0.0
     moment[:] = 0.0
     if centre[2] - radius > reach:
@@ -121,9 +120,7 @@ def wheel_contact(
     bottom = np.empty((columns, rows))
     low = np.empty(columns, dtype=np.int64)
     high = np.empty(columns, dtype=np.int64)
-    if not _search(
-        keys, slots, nodes, layer, spacing, reach, centre, axis, radius, width, i0, j0, bottom, low, high
-    ):  # fmt: skip
+    if not _search(ground, layer, reach, motion, radius, width, i0, j0, bottom, low, high):
         return 0.0
     area, perimeter = hull_area_perimeter(low, high, spacing)
     over_b = perimeter / (2.0 * area) if area > 1e-6 else 0.0
@@ -132,7 +129,7 @@ def wheel_contact(
     soil = np.empty(8)
     soil_at(field, side, meta, centre[0], centre[1], soil)
     cell = spacing * spacing
-    slack = EARLY if cast else 0.0
+    slack = EARLY if rules.cast else 0.0
     simplex, share = np.empty((4, 3)), np.empty(4)
     deepest = 0.0
     for a in range(columns):
@@ -145,7 +142,7 @@ def wheel_contact(
             key = tile_key(layer, row, column)
             slot = find_tile(keys, slots, key)
             x, y = i * spacing, j * spacing
-            if cast:
+            if rules.cast:
                 level = 0.0
                 if slot >= 0:
                     at = (i - row * TILE) * TILE + j - column * TILE
@@ -158,7 +155,7 @@ def wheel_contact(
                 if h <= 0.0:
                     continue
             if slot < 0:
-                slot = add_tile(keys, slots, count, key)
+                slot = add_tile(keys, slots, ground.count, key)
             node = nodes[slot, (i - row * TILE) * TILE + j - column * TILE]
             if not uniform:
                 soil_at(field, side, meta, x, y, soil)
@@ -176,10 +173,10 @@ def wheel_contact(
                 sigma = (soil[K_C] * over_b + soil[K_PHI]) * h ** soil[N]
                 node[YIELD] = sigma
                 node[PLASTIC] = h - sigma / soil[K_ELASTIC]
-            if damped:
+            if rules.damped:
                 sigma -= soil[DAMPING] * vz
             tau = (soil[C] + sigma * soil[TAN_PHI]) * (1.0 - math.exp(-node[SHEAR] / soil[K_SHEAR]))
-            slide = math.sqrt(speed * speed + creep * creep)
+            slide = math.sqrt(speed * speed + rules.creep * rules.creep)
             grip = -tau * cell / slide if slide > 0.0 else 0.0
             px, py, pz = grip * vx, grip * vy, sigma * cell
             force[0] += px

@@ -16,7 +16,10 @@ import numpy as np
 
 from softsoil.plant.contact import REACH, wheel_contact
 from softsoil.plant.driveline import axle_drive_torque, shift_gear, spin_rates
+from softsoil.plant.ground import Motion, Rules
 from softsoil.plant.kernel import inner
+from softsoil.plant.reference.idler import idler_moment
+from softsoil.plant.reference.joints import shaft_reaction
 from softsoil.plant.state import (
     GEAR,
     PITMAN,
@@ -30,10 +33,12 @@ from softsoil.plant.state import (
     TRAVEL,
     TRAVEL_RATE,
     VELOCITY,
+    Body,
+    Place,
     advance_pose,
     rotation,
 )
-from softsoil.plant.steering import advance_pitman, idler_moment, rods_lift, steering_target
+from softsoil.plant.steering import advance_pitman, rods_lift, steering_target
 from softsoil.plant.suspension import (
     AXLE_X,
     AXLE_Z,
@@ -167,7 +172,7 @@ def _external(state, machine, world, turn, gravity, rhs, extra):
 
 
 @inner
-def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spacing, field, meta, dt, info, extra):
+def step_vehicle(state, command, machine, world, ground, dt, info, extra):
     """Advance the vehicle and the soil by dt; report the forces at the step's start in info (4, INFO) and extra
     (EXTRA,).
 
@@ -191,12 +196,11 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
     theta, theta_rate = state[PITMAN], state[PITMAN_RATE]
     value, by_q, by_angle = np.empty((4, COUNT)), np.empty((4, COUNT)), np.empty((4, COUNT))
     torque, axle, arm = np.empty(4), np.empty((4, 3)), np.zeros(4)
+    body = Body(turn, velocity, omega, gravity_body)
     for w in range(4):
         carrier(machine.paths[w], state[TRAVEL + w], theta, value[w], by_q[w], by_angle[w])
-        arm[w] = _wheel(
-            w, state, command, machine, world, turn, velocity, omega, gravity_body, theta_rate, value[w], by_q[w],
-            by_angle[w], keys, slots, count, nodes, spacing, field, meta, dt, matrix, rhs, torque, axle[w], info[w],
-        )  # fmt: skip
+        place = Place(value[w], by_q[w], by_angle[w], theta_rate)
+        arm[w] = _wheel(w, state, command, machine, world, body, place, ground, dt, matrix, rhs, torque, axle[w], info[w])
         for i in range(3):
             extra[i] += info[w, i]
     for a in range(2):
@@ -220,9 +224,7 @@ def step_vehicle(state, command, machine, world, keys, slots, count, nodes, spac
     for w in range(4):
         shaft_torque = machine.spin_inertia * rates[w] - torque[w]
         info[w, 16] = shaft_torque
-        for i in range(3):
-            across = 1.0 if i == 1 else 0.0
-            rhs[3 + i] -= shaft_torque * (across + machine.joint_reaction * (axle[w, i] - across))
+        shaft_reaction(machine, shaft_torque, axle[w], rhs[3:6])
 
     target = steering_target(state, command[0], world.steering, dt)
     advance_pitman(state, machine, target, arm.sum(), dt)
@@ -268,12 +270,11 @@ def _sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bia
 
 
 @inner
-def _wheel(
-    w, state, command, machine, world, turn, velocity, omega, gravity_body, theta_rate, value, by_q, by_angle,
-    keys, slots, count, nodes, spacing, field, meta, dt, matrix, rhs, torque, axle, info,
-):  # fmt: skip
+def _wheel(w, state, command, machine, world, chassis, place, ground, dt, matrix, rhs, torque, axle, info):
     """One wheel and its carrier: mass, weight, soil, spring; writes the torque about its axle; returns that on the
     arm."""
+    turn, velocity, omega, gravity_body = chassis.turn, chassis.velocity, chassis.omega, chassis.gravity
+    value, by_q, by_angle, theta_rate = place.value, place.by_q, place.by_angle, place.theta_rate
     q_rate, spin = state[TRAVEL_RATE + w], state[SPIN + w]
     r, path, relative = value[0:3], by_q[0:3], np.empty(3)
     for i in range(3):
@@ -309,10 +310,9 @@ def _wheel(
     radius = machine.radius[w] * world.radius_factor[w] + world.out_of_round[w] * math.cos(angle)
     force, moment = np.empty(3), np.empty(3)
     layer = 0 if world.multipass > 0.0 else 1 + w
-    sinkage = wheel_contact(
-        keys, slots, count, nodes, layer, spacing, REACH, field, w % 2, meta, world.damped, world.creep, world.cast,
-        centre, world_axle, speed, rate, radius, machine.width[w] * world.width_factor[w], dt, force, moment,
-    )  # fmt: skip
+    rules, motion = Rules(REACH, world.damped, world.creep, world.cast), Motion(centre, world_axle, speed, rate)
+    width = machine.width[w] * world.width_factor[w]
+    sinkage = wheel_contact(ground, layer, w % 2, rules, motion, radius, width, dt, force, moment)
     for i in range(3):
         info[i], info[3 + i], info[6 + i], info[9 + i] = force[i], moment[i], centre[i], speed[i]
         info[12 + i] = world_axle[i]

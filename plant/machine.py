@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from softsoil.files.package_data import VEHICLES
 from softsoil.files.toml_file import read_toml
 from softsoil.plant.kinematics import fit_polynomials, solve_axle
+from softsoil.plant.reference.idler import idler_of
 
 Array = NDArray[np.float64]
 
@@ -90,7 +91,7 @@ def load_plant_vehicle(path: Path = REFERENCE) -> PlantVehicle:
 
     Raises ValueError naming the file and the missing section or key.
     """
-    table = read_toml(Path(path), "vehicle of the plant")
+    table = read_toml(Path(path), "plant's vehicle")
     for section in _SECTIONS:
         if section not in table:
             raise ValueError(f"{path}: expected a section [{section}], found {', '.join(table)}")
@@ -128,7 +129,7 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
     bars = [
         (axle.get("bar_stiffness", 0.0), axle.get("bar_damping", 0.0), axle.get("bar_lever", 1.0)) for axle in axles
     ]
-    idler_pivot, idler_load = _idler(table)
+    idler_pivot, idler_load = idler_of(table)
     final = drive["final_drive"]
     shaft, lock = drive["shaft_inertia"] * final**2, drive.get("axle_lock_limit", np.inf)
     machine = Machine(
@@ -175,16 +176,6 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
         l_r=float(centre[0] - design[2:, 0].mean()),
         max_steer=float(angle[-1]),
     )
-
-
-def _idler(table: dict[str, Any]) -> tuple[Array, Array]:
-    """Where the idler arm's pivot is and what it carries; nothing for a steering without one."""
-    steering = table["steering"]
-    if "idler_pivot" not in steering and not steering.get("idler_error"):
-        return np.zeros(3), np.zeros(3)
-    pivot = np.array(steering["idler_pivot"], dtype=float)
-    ends = 0.5 * table["front"]["tie_rod_chassis"][1] / pivot[1]
-    return pivot - table["chassis"]["position"], np.array([0.5 * steering["link_mass"], -0.5 - ends, ends - 0.5])
 
 
 def _sprung(table: dict[str, Any]) -> tuple[float, Array, Array]:

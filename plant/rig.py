@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from softsoil.plant.contact import REACH, tiles_within_reach, wheel_contact
 from softsoil.plant.grid import RutGrid
+from softsoil.plant.ground import Motion, Rules, ground_of
 from softsoil.plant.kernel import kernel
 from softsoil.plant.soil_field import SoilField
 from softsoil.symbolic.soil import Soil
@@ -79,17 +80,16 @@ class RigRun:
 
 
 @kernel
-def _run(
-    keys, slots, count, nodes, first, last, state, spacing, field, meta, rig, run, damped, creep, cast, every, out
-):  # fmt: skip
+def _run(ground, first, last, state, rig, run, rules, every, out):
     """Steps first..last of a run; state: x, z, dz/dt. Returns the step reached (short of `last` where the grid is
     full)."""
     radius, width, arm, mass, gravity, dt, delay, ramp, room = rig
     speed_end, spin_end, amplitude, frequency = run
     centre, axis, velocity = np.zeros(3), np.zeros(3), np.zeros(3)
     rate, force, moment = np.zeros(3), np.zeros(3), np.zeros(3)
+    motion = Motion(centre, axis, velocity, rate)
     for k in range(first, last):
-        if count[0] + room > nodes.shape[0] or 2 * (count[0] + room) > keys.shape[0]:
+        if ground.count[0] + room > ground.nodes.shape[0] or 2 * (ground.count[0] + room) > ground.keys.shape[0]:
             return k
         t = k * dt
         up = min(max((t - delay) / ramp, 0.0), 1.0)
@@ -103,10 +103,7 @@ def _run(
         velocity[0], velocity[1], velocity[2] = speed - arm * c * yaw_rate, -arm * s * yaw_rate, state[2]
         axis[0], axis[1] = -s, c
         rate[0], rate[1], rate[2] = -s * spin, c * spin, yaw_rate
-        wheel_contact(
-            keys, slots, count, nodes, 0, spacing, REACH, field, 0, meta, damped, creep, cast,
-            centre, axis, velocity, rate, radius, width, dt, force, moment,
-        )  # fmt: skip
+        wheel_contact(ground, 0, 0, rules, motion, radius, width, dt, force, moment)
         if k % every == 0:
             row = out[k // every]
             row[0], row[1], row[6] = yaw, spin, state[1]
@@ -130,7 +127,7 @@ def run_rig(
     """One run of the rig from the drop on: times (N,) and the CHANNELS (N, 7), every `every` steps.
 
     damping: with the soil's damping R; creep: speed below which shear fades (m/s), 0 as in the reference simulator; cast:
-    find the wheel as that does (`softsoil.plant.raycast`).
+    find the wheel as that does (`softsoil.plant.reference.raycast`).
     """
     rig = rig or Rig()
     soil = SoilField.uniform(run.soil)
@@ -142,13 +139,11 @@ def run_rig(
     mass = run.load / rig.gravity + rig.extra_mass
     machine = (rig.radius, rig.width, rig.arm, mass, rig.gravity, rig.step, rig.delay, rig.ramp, room)
     told = (run.speed, run.spin(rig.radius), run.amplitude, run.frequency)
+    rules = Rules(REACH, float(damping), float(creep), int(cast))
     step = 0
     while step <= steps:
         grid.reserve(2 * room)
-        step = _run(
-            grid.keys, grid.slots, grid.count, grid.nodes, step, steps + 1, state, grid.spacing, soil.values, soil.meta,
-            machine, told, damping, creep, int(cast), every, out,
-        )  # fmt: skip
+        step = _run(ground_of(grid, soil), step, steps + 1, state, machine, told, rules, every, out)
         if step > steps:
             break
     out[:, 6] += rig.zero

@@ -1,6 +1,8 @@
-"""The plant's state vector: where each quantity stands in it, and its start values."""
+"""The plant's state vector: where each quantity stands in it, its start values, and what its kernels derive from it together."""
 
 from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,24 @@ RING = 36  # MAX_DELAY_STEPS: past steering commands (rad)
 SIZE = RING + MAX_DELAY_STEPS
 
 Array = NDArray[np.float64]
+
+
+class Body(NamedTuple):
+    """The chassis: turn (3, 3) to world axes; velocity (m/s), omega (rad/s) and gravity (m/s^2) in its own, each (3,)."""
+
+    turn: Any
+    velocity: Any
+    omega: Any
+    gravity: Any
+
+
+class Place(NamedTuple):
+    """A carrier on its path: value (COUNT,) and its derivatives by travel and the arm's angle; theta_rate: the arm's (rad/s)."""
+
+    value: Any
+    by_q: Any
+    by_angle: Any
+    theta_rate: float
 
 
 @kernel

@@ -65,22 +65,3 @@ def _steered_momentum(machine, w, state, theta, theta_rate, value, by_angle, dt)
         turned = value[STEER_TURN + i] * rate - before[STEER_TURN + i] * theta_rate
         found += machine.wheel_mass * moved * by_angle[i] + machine.steer_inertia * turned * value[STEER_TURN + i]
     return found / dt
-
-
-@inner
-def idler_moment(machine, theta, weight, left, right, out):
-    """Add to out the moment (N m) on the chassis by which the reference's idler arm breaks Newton's third law.
-
-    The idler holds the steering link up: half its weight and, since the link may roll about its other end, nearly all
-    of what the right tie rod, which slopes, pulls it down by. That force comes back to the chassis at the link's end,
-    p + d from the chassis's centre of gravity (p: the idler's pivot, d: the idler, z: its axis); the reference has u x p,
-    u along the idler, where z x d should be. weight: of a kilogram (N); left, right: upward forces of the tie rods on
-    the link (N). The arms turn against theta, which is positive to the left: the rods stand behind the axle.
-    """
-    force = machine.idler_load[0] * weight + machine.idler_load[1] * left + machine.idler_load[2] * right
-    c, s = math.cos(theta), -math.sin(theta)
-    p, d = machine.idler_pivot, machine.link_arm
-    share = machine.idler_error * force
-    out[0] -= share * (s * p[2] - d * s)
-    out[1] -= share * (d * c - c * p[2])
-    out[2] -= share * (c * p[1] - s * p[0])

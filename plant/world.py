@@ -14,6 +14,7 @@ from softsoil.plant.contact import tiles_within_reach
 from softsoil.plant.dynamics import EXTRA, INFO, step_vehicle
 from softsoil.plant.effects import Effects
 from softsoil.plant.grid import RutGrid
+from softsoil.plant.ground import ground_of
 from softsoil.plant.kernel import kernel
 from softsoil.plant.machine import PlantVehicle, load_plant_vehicle
 from softsoil.plant.observe import COLUMNS, observe
@@ -31,14 +32,12 @@ SPACING = 0.03
 
 
 @kernel
-def _advance(state, commands, machine, world, keys, slots, count, nodes, spacing, field, meta, dt, room, info, extra):
+def _advance(state, commands, machine, world, ground, dt, room, info, extra):
     """Run the steps in commands (N, 3); returns how many were run, short of N where the grid is full."""
     for k in range(commands.shape[0]):
-        if count[0] + room > nodes.shape[0] or 2 * (count[0] + room) > keys.shape[0]:
+        if ground.count[0] + room > ground.nodes.shape[0] or 2 * (ground.count[0] + room) > ground.keys.shape[0]:
             return k
-        step_vehicle(
-            state, commands[k], machine, world, keys, slots, count, nodes, spacing, field, meta, dt, info, extra
-        )  # fmt: skip
+        step_vehicle(state, commands[k], machine, world, ground, dt, info, extra)
     return commands.shape[0]
 
 
@@ -60,7 +59,7 @@ class Plant:
 
     vehicle: PlantVehicle (default: the reference vehicle); soil: a Soil or a SoilField; effects: what is switched on;
     start: where and how fast the vehicle begins; step: s; spacing: of the soil's grid (m); cast: find the wheels over the
-    soil as the reference simulator does, up to 1 cm too low (`softsoil.plant.raycast`), at a third of the speed.
+    soil as the reference simulator does, up to 1 cm too low (`softsoil.plant.reference.raycast`), at a third of the speed.
     Deterministic: the same arguments and commands give the same numbers.
     """
 
@@ -101,10 +100,10 @@ class Plant:
         done = 0
         while done < len(commands):
             self.grid.reserve(4 * self._room)
-            g = self.grid
+            ground = ground_of(self.grid, self.soil)
             done += _advance(
-                self.state, commands[done:], self.vehicle.machine, self._world, g.keys, g.slots, g.count, g.nodes,
-                g.spacing, self.soil.values, self.soil.meta, self.dt, self._room, self.info, self.extra,
+                self.state, commands[done:], self.vehicle.machine, self._world, ground, self.dt, self._room, self.info,
+                self.extra,
             )  # fmt: skip
         self._command = commands[-1].copy()
         if not np.all(np.isfinite(self.state)):

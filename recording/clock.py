@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from softsoil.recording.drive import Array, Recording
+from softsoil.recording.drive import STATE_CHANNELS, Array, Recording
 
 LARGEST_JITTER = 0.1
 """Share of a step: below it, the clock is even enough for equal steps to be taken for granted."""
 REACH = 0.75
 """Steps: a sample farther away than this is not taken; a gap stays empty (NaN)."""
+SLOWEST_STEP, FINE_STEP = 0.03, 0.0125
+"""s: a log whose steps are longer than the first is run on steps of the second or less: a steering angle held for longer lags."""
 SLOPE_REACH = 3
 """Samples to each side that the local slope is taken over."""
 
@@ -36,10 +38,35 @@ def on_even_clock(recording: Recording) -> Recording:
     t, dt = recording.t, recording.dt
     clock = t[0] + dt * np.arange(int(np.floor((t[-1] - t[0]) / dt + 1e-6)) + 1)
     channels = {
-        name: clock if name == "t" else _at(clock, t, _unwrapped(name, v), dt) for name, v in recording.channels.items()
+        name: clock if name == "t" else at_clock(clock, t, _unwrapped(name, values), REACH * dt)
+        for name, values in recording.channels.items()
     }
-    truth = {name: _at(clock, t, values, dt) for name, values in recording.truth.items()}
+    truth = {name: at_clock(clock, t, values, REACH * dt) for name, values in recording.truth.items()}
     note = f"t: uneven steps brought to {dt:.4g} s; gaps stay empty"
+    return replace(recording, channels=channels, truth=truth, notes=(*recording.notes, note))
+
+
+def on_fine_clock(recording: Recording) -> Recording:
+    """A drive on equal steps slower than SLOWEST_STEP on a clock an even number of times finer, for a model to run on.
+
+    Inputs are straight lines between samples; state channels stand at their own samples and are empty between: nothing is
+    measured there. Unchanged where it is fast enough.
+    """
+    dt = recording.dt
+    if dt <= SLOWEST_STEP or len(recording) < 2:
+        return recording
+    times = 2 * int(np.ceil(dt / FINE_STEP / 2 - 1e-9))
+    t = recording.t
+    clock = t[0] + dt / times * np.arange(times * (len(t) - 1) + 1)
+    channels = {"t": clock}
+    for name, values in recording.channels.items():
+        if name in STATE_CHANNELS:
+            channels[name] = np.full(len(clock), np.nan)
+            channels[name][::times] = values
+        elif name != "t":
+            channels[name] = np.interp(clock, t, values)
+    truth = {name: np.interp(clock, t, values) for name, values in recording.truth.items()}
+    note = f"inputs interpolated from {dt:.4g} to {dt / times:.4g} s"
     return replace(recording, channels=channels, truth=truth, notes=(*recording.notes, note))
 
 
@@ -51,10 +78,10 @@ def _unwrapped(name: str, values: Array) -> Array:
     return out
 
 
-def _at(clock: Array, t: Array, values: Array, dt: float) -> Array:
-    """The nearest sample at each time of `clock`, moved along the local slope by what it lies apart.
+def at_clock(clock: Array, t: Array, values: Array, reach: float) -> Array:
+    """The sample nearest to each time of `clock` (M,), moved along the local slope by what it lies apart; NaN beyond reach (s).
 
-    Interpolation would halve the noise of some samples and tie neighbours together; this keeps it what it was.
+    t, values (N,): the samples. Interpolation would halve the noise of some samples and tie neighbours together; this keeps it.
     """
     good = np.isfinite(values)
     out = np.full(len(clock), np.nan)
@@ -66,6 +93,6 @@ def _at(clock: Array, t: Array, values: Array, dt: float) -> Array:
     first, last = np.maximum(nearest - SLOPE_REACH, 0), np.minimum(nearest + SLOPE_REACH, len(t) - 1)
     slope = (filled[last] - filled[first]) / (t[last] - t[first])
     apart = clock - t[nearest]
-    near = (np.abs(apart) <= REACH * dt) & good[nearest]
+    near = (np.abs(apart) <= reach) & good[nearest]
     out[near] = (values[nearest] + slope * apart)[near]
     return out

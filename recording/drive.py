@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,9 @@ STATE_CHANNELS = ("x", "y", "psi", "u", "v", "omega_z")
 WHEEL_CHANNELS = ("omega_fl", "omega_fr", "omega_rl", "omega_rr")
 TRUTH_PREFIX = "true_"
 
+ChannelState = Literal["measured", "derived", "absent"]
+"""measured: a sensor's own; derived: computed from other channels, so that it judges nothing; absent: not in the log."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -44,8 +48,9 @@ class Recording:
 
     name: file stem or manoeuvre; channels: sensor channels by name, each (N,), SI units as in CHANNEL_UNITS, all on `t`;
     truth: clean `true_*` columns, for evaluation only (nothing that estimates or traces may touch it);
-    notes: what the reader did to the data (gaps, outliers), one sentence each; meta: free text facts such as the soil.
-    Raises ValueError where lengths differ or `t` does not increase.
+    notes: what the reader did to the data (gaps, outliers), one sentence each; meta: free text facts such as the soil;
+    state: of channels that are not plainly measured, "measured", "derived" or "absent".
+    Raises ValueError where lengths differ, `t` does not increase or a state is none of the three.
 
     Example:
         >>> import numpy, softsoil
@@ -59,8 +64,12 @@ class Recording:
     truth: Mapping[str, Array] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     meta: Mapping[str, str] = field(default_factory=dict)
+    state: Mapping[str, ChannelState] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        for key, value in self.state.items():
+            if value not in ("measured", "derived", "absent"):
+                raise ValueError(f"{self.name}: state of {key}: expected measured, derived or absent; found {value!r}")
         if "t" not in self.channels:
             raise ValueError(f"{self.name}: expected a channel 't', found {', '.join(self.channels) or 'none'}")
         length = len(self.channels["t"])
@@ -94,6 +103,16 @@ class Recording:
 
     def __contains__(self, name: str) -> bool:
         return name in self.channels
+
+    def state_of(self, name: str) -> ChannelState:
+        """State of the channel called `name`; a channel without a number is absent."""
+        if name not in self.channels or not np.isfinite(self.channels[name]).any():
+            return "absent"
+        return self.state.get(name, "measured")
+
+    def measured(self, *names: str) -> bool:
+        """Whether all channels of these names are a sensor's own."""
+        return all(self.state_of(name) == "measured" for name in names)
 
     def stack(self, *names: str) -> Array:
         """(N, len(names)) sensor channels side by side."""

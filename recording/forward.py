@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,7 +34,7 @@ def forward_part(recording: Recording) -> Recording:
         f"is used ({last - first} of {len(t)} rows)"
     )
     part = recording.between(float(t[first]), float(until))
-    return Recording(part.name, part.channels, part.truth, (*part.notes, note), part.meta)
+    return replace(part, notes=(*part.notes, note))
 
 
 def _stretches(slow: NDArray[np.bool_], t: Array) -> list[tuple[int, int]]:

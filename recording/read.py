@@ -9,11 +9,14 @@ import numpy as np
 import pandas as pd
 
 from softsoil.recording.columns import Source
-from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS, TRUTH_PREFIX, WHEEL_CHANNELS, Array, Recording
+from softsoil.recording.drive import CHANNEL_UNITS, TRUTH_PREFIX, Array, ChannelState, Recording
 from softsoil.recording.plausible import check_units
 from softsoil.recording.table import numbers, read_table
 
-REQUIRED = ("t", *STATE_CHANNELS, "steer", *WHEEL_CHANNELS)
+REQUIRED = ("t", "u", "omega_z", "steer")
+"""The least that a drive has; `softsoil.recording.derive.completed` derives and marks the rest."""
+STATES_KEY = "softsoil_channel_states"
+"""Key of the metadata of a Parquet file under which the channels' states stand."""
 GAP_STEPS = 2.5
 """A step longer than this many median steps is reported as a gap."""
 
@@ -45,7 +48,15 @@ def read_drive(
     notes += _gaps(channels["t"])
     check_units(path, sources, channels)
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
-    return Recording(_stem(path), channels, truth, tuple(notes), {"path": str(path)})
+    return Recording(_stem(path), channels, truth, tuple(notes), {"path": str(path)}, _states(path, table, channels))
+
+
+def _states(path: Path, table: pd.DataFrame, channels: Mapping[str, Array]) -> dict[str, ChannelState]:
+    """States that an imported drive carries in its metadata, of the channels that it has."""
+    kept = table.attrs.get(STATES_KEY, {})
+    if not isinstance(kept, dict) or not all(value in ("measured", "derived", "absent") for value in kept.values()):
+        raise ValueError(f"{path}: metadata {STATES_KEY}: expected a state of each channel, found {kept!r}")
+    return {name: state for name, state in kept.items() if name in channels}
 
 
 def as_drive(log: Recording | str | Path) -> Recording:
@@ -54,7 +65,7 @@ def as_drive(log: Recording | str | Path) -> Recording:
 
 
 def write_drive(recording: Recording, path: str | Path) -> Path:
-    """Write a drive as CSV, CSV.gz or Parquet with the default column names; returns the path.
+    """Write a drive as CSV, CSV.gz or Parquet with the default column names; returns the path. Parquet keeps channel states.
 
     Example:
         >>> import softsoil, tempfile
@@ -66,6 +77,7 @@ def write_drive(recording: Recording, path: str | Path) -> Path:
     """
     path = Path(path)
     table = pd.DataFrame({**recording.channels, **recording.truth})
+    table.attrs[STATES_KEY] = {name: recording.state_of(name) for name in recording.channels}
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix == ".parquet":
         table.to_parquet(path, index=False)

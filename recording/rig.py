@@ -18,6 +18,7 @@ RIG_RADIUS, RIG_WIDTH, RIG_ARM = 0.330229, 0.2121, 0.3
 RIG_ZERO = 0.5
 """m: `wheel_z` is zero where the wheel's lowest point is this high above the soil."""
 RIG_STEP = 1e-3
+RIG_PATCH = 1.6
 """s: time step of the reference rig's runs."""
 SMOOTHING = 0.025
 """s: loads and forces are compared as means over this time."""
@@ -34,7 +35,8 @@ class WheelRun:
     slip: nominal longitudinal slip (paper's sign). All else (N,), SI: dt: sample interval (s), None for steady rows;
     v_x, v_y, omega, yaw_rate, steer_rate, dv_y, load: as in symbolic.wheel.Contact; f_x, f_y: measured force on the wheel
     in the wheel frame (N); yaw: wheel frame against the frame in which the lateral force is judged (rad);
-    sinkage (m) and m_y (N m): where measured; contact_step: time step of a simulated soil (s), 0 for a real one;
+    sinkage (m) and m_y (N m): where measured; contact_step, patch_length: time step of a simulated soil (s) and the
+    length over radius of the patch that its contact search finds, 0 for a real soil;
     reference_rig: whether the reference simulator's rig made it, whose numerics a calibration may know.
     Raises ValueError where lengths differ or a value is not finite.
     """
@@ -59,6 +61,7 @@ class WheelRun:
     sinkage: Array | None = None
     m_y: Array | None = None
     contact_step: float = 0.0
+    patch_length: float = 0.0
     reference_rig: bool = False
 
     def __post_init__(self) -> None:
@@ -188,7 +191,8 @@ def run_from_rig(
         name, group, MappingProxyType({key: told[key] for key in SOIL_KEYS}), radius, width, told["slip"], dt,
         v_x=told["speed"] * cos - RIG_ARM * rate, v_y=v_y, omega=ch["omega"], yaw_rate=rate, steer_rate=rate,
         dv_y=np.gradient(v_y, dt), load=moving_mean(ch["fz"], max(1, round(SMOOTHING / dt))),
-        f_x=f_x, f_y=f_y, yaw=psi, sinkage=sinkage, m_y=m_y, contact_step=RIG_STEP, reference_rig=reference,
+        f_x=f_x, f_y=f_y, yaw=psi, sinkage=sinkage, m_y=m_y, contact_step=RIG_STEP, patch_length=RIG_PATCH,
+        reference_rig=reference,
     )  # fmt: skip
 
 

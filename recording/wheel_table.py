@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.files.toml_file import read_toml
+from softsoil.files.toml_file import finite, read_toml
 from softsoil.recording.columns import Source, load_columns
 from softsoil.recording.rig import SMOOTHING, SOIL_KEYS, WheelRun, moving_mean
 from softsoil.recording.table import numbers, read_table
@@ -36,17 +36,20 @@ STEEPEST = 1.6
 
 
 def read_wheel(path: str | Path) -> dict[str, float]:
-    """radius, width (m) and contact_step (s, 0 unless given) from a TOML; ValueError naming key, expected and found."""
+    """radius, width (m) and, for a simulated soil, contact_step (s) and patch_length (over radius), 0 unless given, from a TOML.
+
+    Raises ValueError naming the file, the key, what was expected and what was found.
+    """
     path = Path(path)
     table = read_toml(path, "wheel")
     table = table.get("wheel", table)
-    found = {"contact_step": 0.0}
-    for key in ("radius", "width", "contact_step"):
-        value = table.get(key, found.get(key))
-        least = 0.0 if key == "contact_step" else 1e-6
-        if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value < 100:
+    found = {"contact_step": 0.0, "patch_length": 0.0}
+    least = {"radius": 1e-6, "width": 1e-6, **found}
+    for key in least:
+        value = finite(table.get(key, found.get(key)), f"{path}: key {key!r}")
+        if not least[key] <= value < 100:
             raise ValueError(f"{path}: key {key!r}: expected a positive number (m, s), found {value!r}")
-        found[key] = float(value)
+        found[key] = value
     return found
 
 
@@ -113,6 +116,7 @@ def _run(
         dv_y=ch.get("dv_y", np.gradient(v_y, dt) if dt else np.zeros(length)), load=ch["load"],
         f_x=ch["f_x"], f_y=ch["f_y"], yaw=np.zeros(length), sinkage=ch.get("sinkage"), m_y=ch.get("m_y"),
         contact_step=wheel.get("contact_step", 0.0),
+        patch_length=wheel.get("patch_length", 0.0),
     )  # fmt: skip
     if dt:
         run = replace(run, load=moving_mean(run.load, max(1, round(SMOOTHING / dt))))

@@ -6,11 +6,7 @@ import numpy as np
 
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Recording
-
-ONE_WAVE = 0.8
-"""Share of the steering's variance in one line of its spectrum beyond which a drive repeats one wave."""
-LINES = 1
-"""Lines to either side of the strongest that belong to it: the window's own width, and a period that is no whole number."""
+from softsoil.refinement.rules import RULES
 
 
 def strongest_line(recording: Recording) -> float:
@@ -28,9 +24,9 @@ def strongest_line(recording: Recording) -> float:
     if not total > 1e-12 * len(steer):
         return 0.0
     at = 1 + int(np.argmax(power[1:]))
-    return float(power[max(at - LINES, 1) : at + LINES + 1].sum() / total)
+    return float(power[max(at - RULES.lines, 1) : at + RULES.lines + 1].sum() / total)
 
 
 def one_wave(recording: Recording) -> bool:
     """Whether the steering repeats one wave, as in the paper's manoeuvre, which separates few effects."""
-    return strongest_line(recording) > ONE_WAVE
+    return strongest_line(recording) > RULES.one_wave

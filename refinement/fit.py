@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +89,8 @@ def fit(
     """
     problem = _Problem(tuple(shootings), tuple(windows), weights, tuple(free), p)
     starts = [problem.clip(row) for row in np.atleast_2d(np.asarray(start, dtype=float))]
-    tried = problem.residuals(np.array(starts))
+    raw = problem.raw(np.array(starts))
+    problem, tried = replace(problem, seen=max(float(np.isfinite(raw[0]).mean()), 1e-9)), np.nan_to_num(raw)
     costs = [problem.cost(value, z) for value, z in zip(starts, tried, strict=True)]
     chosen = int(np.argmin(costs))
     value, residual, cost, damping = starts[chosen], tried[chosen], costs[chosen], FIRST_DAMPING
@@ -123,6 +124,7 @@ class _Problem:
     weights: Weights
     free: tuple[Free, ...]
     p: Array
+    seen: float = 1.0  # share of the fit windows' values that were measured
 
     @property
     def scale(self) -> Array:
@@ -143,17 +145,21 @@ class _Problem:
         return self.residuals(value[None])[0]
 
     def residuals(self, values: Array) -> Array:
-        """(S, W, N, 6) residuals for many values (S, K) at once."""
+        """(S, W, N, 6) residuals for many values (S, K) at once; missing values are 0."""
+        return np.nan_to_num(self.raw(values))
+
+    def raw(self, values: Array) -> Array:
+        """(S, W, N, 6) residuals for many values (S, K) at once, NaN where nothing was measured."""
         p = np.array([self.full(value) for value in values])
         parts = [
             shooting.residual(p[:, d], windows)
             for d, (shooting, windows) in enumerate(zip(self.shootings, self.windows, strict=True))
         ]
-        return np.nan_to_num(np.concatenate(parts, axis=1) / self.weights.sigma)
+        return np.concatenate(parts, axis=1) / self.weights.sigma
 
     def cost(self, value: Array, z: Array) -> float:
         """Mean robust square of the residuals z (W, N, 6), and of what departs from what is known: as a channel of a window."""
-        return float(np.mean(_huber(z)) + np.sum(self._known(value)[0] ** 2) / (len(z) * z.shape[-1]))
+        return float(np.mean(_huber(z)) / self.seen + np.sum(self._known(value)[0] ** 2) / (len(z) * z.shape[-1]))
 
     def _known(self, value: Array) -> tuple[Array, Array]:
         """(K,) departures from what is known in standard deviations, and their derivatives; 0 where nothing is."""

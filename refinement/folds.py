@@ -10,12 +10,11 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from softsoil.refinement.fit import Fit, fit
+from softsoil.refinement.rules import RULES
 from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, gain_of, held_cost, of_effect
 
 Array = NDArray[np.float64]
 
-FOLDS = 3
-"""Turns in which windows are held out."""
 
 
 def cross_validated(
@@ -28,7 +27,7 @@ def cross_validated(
     """
     if not candidates:
         return []
-    parts = [folded(bench, fold, one_wave) for fold in range(FOLDS)]
+    parts = [folded(bench, fold, one_wave) for fold in range(RULES.folds)]
 
     def again(candidate: Candidate, part: Bench, errors: bool = False) -> Fit:
         tried = candidate.fit
@@ -39,8 +38,8 @@ def cross_validated(
     jobs += [delayed(lambda c, part: held_cost(part, again(c, part).p))(c, part) for c in candidates for part in parts]
     jobs += [delayed(again)(candidate, everything(bench), errors=True) for candidate in candidates]
     done = Parallel(n_jobs=workers, prefer="threads")(jobs)
-    ends = FOLDS * (1 + np.arange(1 + len(candidates)))
-    before, *after = [np.concatenate(done[end - FOLDS : end]) for end in ends]
+    ends = RULES.folds * (1 + np.arange(1 + len(candidates)))
+    before, *after = [np.concatenate(done[end - RULES.folds : end]) for end in ends]
 
     def judged(candidate: Candidate, cost: Array, overall: Fit) -> Candidate:
         gain, std = gain_of(before, cost, bench.floor)
@@ -59,7 +58,7 @@ def folded(bench: Bench, fold: int, one_wave: bool = False) -> Bench:
     fitted, held = [], []
     for shooting in bench.shootings:
         rows = np.arange(len(shooting.rows))
-        out = np.array_split(rows, FOLDS)[fold] if one_wave else rows[fold::FOLDS]
+        out = np.array_split(rows, RULES.folds)[fold] if one_wave else rows[fold::RULES.folds]
         held.append(out)
         fitted.append(np.setdiff1d(rows, out))
     return replace(bench, fitted=tuple(fitted), held=tuple(held))

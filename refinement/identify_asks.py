@@ -68,7 +68,7 @@ def _lock_speed(vehicle: Vehicle) -> float:
 MANOEUVRES = (
     Manoeuvre(
         "lock",
-        ("yaw_inertia", "scrub", "ackermann", "lean_steer", "steer_gain", "toe"),
+        ("yaw_inertia", "scrub", "ackermann", "lean_steer", "steering_gain", "toe"),
         lambda v: (
             f"20 s of sine steering to full lock ({v.max_steer:.2f} rad) with a period of 3 s at {_lock_speed(v):.0f} m/s: it "
             "pins down the yaw inertia and the steering's geometry"
@@ -77,8 +77,9 @@ MANOEUVRES = (
     ),
     Manoeuvre(
         "multi-sine",
-        ("kappa", "pressure_share", "toe_rear", "transfer_height", "roll_gain", "roll_stiffness_front", "roll_sweep", "pull",
-         "steer_offset", "roll_damping_front"),
+        ("kappa", "pressure_share", "toe_rear", "transfer_height", "roll_gain", "roll_stiffness_front", "roll_sweep",
+         "yaw_moment",
+         "steering_offset", "roll_damping_front"),
         lambda v: (
             f"45 s of steering by several sines together (periods of 1 to 8 s, up to {0.6 * v.max_steer:.2f} rad) while the "
             f"speed goes from {SLOWEST + 1:.0f} to {FASTEST:.0f} m/s and back: it tells n from the vehicle's numbers"

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
+from softsoil.files.toml_file import toml_text
 from softsoil.refinement.identify_result import Found, Identification
 from softsoil.refinement.vehicle_numbers import FIXED, by_name
-from softsoil.symbolic.vehicle import BOUNDS, Vehicle
+from softsoil.symbolic.vehicle import NUMBERS
 
 STATES = {"given": "given", "identified": "identified", "not_identifiable": "not identifiable: as expected of any vehicle"}
 
@@ -19,11 +18,11 @@ def vehicle_toml(found: Identification) -> str:
         f"# Identified from {', '.join(log for log in found.n if log != found.judged.log)}; judged on {found.judged.log}.",
         "# In brackets: change of n when the number is wrong by its standard deviation.",
         *(f"# Asked for: {words}." for words in found.asks),
-        f"name = {_text(vehicle.name)}",
+        f"name = {toml_text(vehicle.name)}",
     ]
-    for f in fields(Vehicle):
-        if f.name in BOUNDS:
-            lines.append(_line(f.name, getattr(vehicle, f.name), found.numbers.get(f.name), BOUNDS[f.name][2]))
+    lines += [_line(n.name, getattr(vehicle, n.name), found.numbers.get(n.name), n.unit) for n in NUMBERS]
+    if vehicle.simulator:
+        lines += ["", "[simulator]", *(f"{key} = {value:.6g}" for key, value in vehicle.simulator.items())]
     for effect, values in vehicle.effects.items():
         lines += ["", f"[effects.{effect}]"]
         for key, value in values.items():
@@ -49,8 +48,3 @@ def _line(name: str, value: float, number: Found | None, unit: str, fixed: bool 
 def _unit(name: str) -> str:
     number = by_name().get(name)
     return number.unit if number is not None else ""
-
-
-def _text(value: str) -> str:
-    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c):04x}" for c in value)
-    return f'"{escaped}"'

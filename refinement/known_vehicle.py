@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from softsoil.files.toml_file import finite_number, read_toml
-from softsoil.symbolic.vehicle import BOUNDS, Vehicle
+from softsoil.files.toml_file import finite, read_toml
+from softsoil.symbolic.vehicle import NUMBERS, SIMULATOR, Vehicle
 
 NEEDED = ("mass", "l_f", "l_r", "track", "radius", "width")
 """What a scale and a tape give: without them nothing can be said of the rest."""
 LOADS = ("load_front", "load_rear", "wheelbase")
 """In the place of l_f and l_r."""
 HEIGHT_OVER_TRACK = 0.38
+BOUNDS = {n.name: (n.lower, n.upper, n.unit) for n in NUMBERS}
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Known:
     """Numbers of a vehicle that are given.
 
     name; numbers: of the vehicle itself; effects: of declared effects, as in a vehicle file; stated: standard deviations that the
-    file states in its table [uncertainty]; file: where it comes from.
+    file states in its table [uncertainty]; file: where it comes from; simulator: as in a vehicle file, of a simulated soil.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Known:
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     stated: dict[str, float] = field(default_factory=dict)
     file: str = ""
+    simulator: dict[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> float:
         """A number that every known vehicle has."""
@@ -68,11 +70,11 @@ class Known:
         """The same without the numbers called `names`: as if nobody had given them."""
         numbers = {key: value for key, value in self.numbers.items() if key not in names}
         effects = {key: {k: v for k, v in t.items() if k not in names} for key, t in self.effects.items()}
-        return Known(self.name, numbers, effects, self.stated, self.file)
+        return replace(self, numbers=numbers, effects=effects)
 
     def with_numbers(self, **values: float) -> Known:
         """The same with other numbers, by name."""
-        return Known(self.name, {**self.numbers, **values}, self.effects, self.stated, self.file)
+        return replace(self, numbers={**self.numbers, **values})
 
 
 def load_known(path: str | Path) -> Known:
@@ -88,12 +90,12 @@ def load_known(path: str | Path) -> Known:
 
 def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     """Known numbers from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
-    keys = {f.name for f in fields(Vehicle)} | set(LOADS)
+    keys = ({f.name for f in fields(Vehicle)} - {"source"}) | set(LOADS)
     for key in table:
         if key not in keys:
             raise ValueError(f"{where}: expected keys {', '.join(sorted(keys))}; found {key!r}")
     numbers = {
-        key: finite_number(value, f"{where}: key {key!r}") for key, value in table.items() if key in BOUNDS or key in LOADS
+        key: finite(value, f"{where}: key {key!r}") for key, value in table.items() if key in BOUNDS or key in LOADS
     }
     if all(key in numbers for key in LOADS):
         front, rear, wheelbase = numbers["load_front"], numbers["load_rear"], numbers["wheelbase"]
@@ -112,12 +114,18 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
         if not lower <= value <= upper:
             raise ValueError(f"{where}: expected {key} in [{lower:g}, {upper:g}] {unit}, found {value:g}")
     effects = {
-        str(effect): {str(k): finite_number(v, f"{where}: effects.{effect}.{k}") for k, v in _table(values, where).items()}
+        str(effect): {str(k): finite(v, f"{where}: effects.{effect}.{k}") for k, v in _table(values, where).items()}
         for effect, values in _table(table.get("effects", {}), where).items()
     }
     stds = _table(table.get("uncertainty", {}), where)
-    stated = {str(key): finite_number(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
-    return Known(str(table.get("name", name)), numbers, effects, stated, where)
+    stated = {str(key): finite(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
+    simulator = {
+        str(key): finite(value, f"{where}: simulator.{key}") for key, value in _table(table.get("simulator", {}), where).items()
+    }
+    for key in simulator:
+        if key not in SIMULATOR:
+            raise ValueError(f"{where}: simulator: expected keys {', '.join(SIMULATOR.names)}; found {key!r}")
+    return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator)
 
 
 def _table(value: Any, where: str) -> dict[str, Any]:

@@ -7,16 +7,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from joblib import Parallel, delayed
 
-from softsoil.refinement.trace import FIT_SHARE, Bench, Candidate, try_effect
+from softsoil.refinement.rules import RULES
+from softsoil.refinement.trace import Bench, Candidate, try_effect
 from softsoil.symbolic.effect import Effect
-
-PLACE = ("change_x", "change_y", "change_heading")
-"""Parameters that say where something begins: they are tried, not fitted, since a window sees only what it crosses."""
-SIZES = (0.1, -0.1)
-"""What a change at a place is tried with."""
-PLACES = 6
-"""Places along the part of a drive that is fitted; the best of them is searched again on both sides, a third of the way to the
-next."""
 
 
 def starts_of(effect: Effect) -> list[dict[str, float]]:
@@ -30,22 +23,22 @@ def starts_of(effect: Effect) -> list[dict[str, float]]:
 
 
 def placed(effect: Effect) -> bool:
-    """Whether the effect begins at a place."""
-    return all(name in effect.parameters for name in PLACE)
+    """Whether the effect begins at a place, which is tried, not fitted: a window sees only what it crosses."""
+    return bool(effect.place)
 
 
 def try_places(bench: Bench, effect: Effect) -> Candidate:
     """An effect that begins at a place, tried at places along the first drive; the best on its fit windows."""
     drive = bench.shootings[0].drive
-    end = drive.first + (len(drive.t) - drive.first) * FIT_SHARE
-    spacing = (end - drive.first) / (PLACES + 1)
+    end = drive.first + (len(drive.t) - drive.first) * RULES.fit_share
+    spacing = (end - drive.first) / (RULES.places + 1)
     lead = effect.parameters[0].name
 
     def at(row: float) -> Candidate:
-        place = dict(zip(PLACE, drive.smooth[round(row), :3], strict=True))
-        return try_effect(bench, effect, [{lead: size, **place} for size in SIZES], PLACE)
+        place = dict(zip(effect.place, drive.smooth[round(row), :3], strict=True))
+        return try_effect(bench, effect, [{lead: size, **place} for size in RULES.place_sizes], effect.place)
 
-    tried = {row: at(row) for row in drive.first + spacing * np.arange(1, PLACES + 1)}
+    tried = {row: at(row) for row in drive.first + spacing * np.arange(1, RULES.places + 1)}
     best = min(tried, key=lambda row: tried[row].fit.cost)
     tried |= {row: at(row) for row in (best - spacing / 3, best + spacing / 3)}
     return min(tried.values(), key=lambda candidate: candidate.fit.cost)

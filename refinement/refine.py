@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.horizons import HORIZONS, START_UP
-from softsoil.estimator.shooting import Shooting
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.read import as_drive
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import N_NAMES, Fit
-from softsoil.refinement.selection import LEAST_GAIN, LEAST_SIZE, Selection, select, size
+from softsoil.refinement.observations import carried, ruled_out
+from softsoil.refinement.rules import RULES
+from softsoil.refinement.selection import Selection, select, size
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
-from softsoil.refinement.wheel_speeds import all_open, locked_axles
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import Effect
@@ -30,8 +30,6 @@ from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-NEARLY_ALL = 0.75
-"""Share of the held-out cost beyond noise. On drives whose effect the catalogue lacks none has removed more than half."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +50,8 @@ class Refinement:
     of the first round; holdout: (from, to) of the first drive (s); before, after: horizon -> state -> mean squared error on
     held-out windows, declared model and refined model, both fitted on the fit windows alone; n_before (fit windows), n_after
     (whole drives): per drive; structure: what is left at the end; declaration: the refined one, by the whole drives; bench:
-    the declared model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives; notes;
-    seconds.
+    the declared model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives;
+    carried: effects that the measured inputs are seen to contain; notes; seconds.
     """
 
     verdict: str
@@ -72,6 +70,7 @@ class Refinement:
     selection: Selection
     recordings: tuple[Recording, ...]
     seconds: float
+    carried: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default_factory=tuple)
 
     def as_json(self) -> dict[str, Any]:
@@ -125,9 +124,10 @@ def refine(
     """
     began = time.perf_counter()
     recordings = [forward_part(as_drive(log)) for log in logs]
-    bench = make_bench(recordings, declaration, start, names=_possible(recordings, declaration, candidates))
+    names = _possible(recordings, declaration, candidates)
+    bench = make_bench(recordings, declaration, start, names=names)
     repeated = all(one_wave(recording) for recording in recordings)
-    selection = select(loosened(bench, declaration), declaration, workers, progress, repeated)
+    selection = select(loosened(bench, declaration), declaration, workers, progress, repeated, names)
     final, last = settled(bench, selection.bench)
     left = _left(recordings, final, declaration.vehicle, start)
     if selection.accepted and any(s.left for s in left) and not _beyond_doubt(declaration, selection.accepted):
@@ -143,13 +143,24 @@ def refine(
     index = bench.model.p.index("n_f")
     n_before, n_after = tuple(bench.absent[:, index]), tuple(whole.absent[:, index])
     groups = inseparable(selection)
-    notes = _notes(recordings, declaration.vehicle, bench, selection)
-    verdict = "effect" if effects else ("unexplained" if any(s.left for s in left) else "none")
+    notes = _notes(recordings, declaration, bench, selection)
+    notes += tuple(
+        f"{name}: not tried, it rests on {', '.join(lacking)}, which the drives do not measure"
+        for name, lacking in unsupported(recordings, declaration, candidates).items()
+    )
+    notes += tuple(
+        f"{recording.name}: axle forces are not judged: v and omega_z are not both measured"
+        for recording, one in zip(recordings, left, strict=True)
+        if not one.judged
+    )
+    # Where axle forces are not judged, an n on its bound is what shows that something is left.
+    lacks = any(s.left for s in left) or (_on_bound(bench).any() and not all(s.judged for s in left))
+    verdict = "effect" if effects else ("unexplained" if lacks else "none")
     return Refinement(
         verdict=verdict,
         effects=effects,
         inseparable=groups,
-        would_separate=_would_separate(declaration, groups, verdict),
+        would_separate=_would_separate(declaration, groups, verdict, selection),
         ranking=selection.ranking,
         holdout=_holdout(bench),
         before=held_mse(bench, bench.absent),
@@ -162,6 +173,7 @@ def refine(
         selection=selection,
         recordings=tuple(recordings),
         seconds=time.perf_counter() - began,
+        carried=tuple(n for n, e in catalogue(declaration.vehicle).items() if carried(e, recordings, declaration.vehicle)),
         notes=notes,
     )
 
@@ -174,6 +186,12 @@ def inseparable(selection: Selection) -> tuple[tuple[str, ...], ...]:
     return tuple(group for group in groups if len(group) > 1)
 
 
+def _on_bound(bench: Bench) -> NDArray[np.bool_]:
+    """(D,) drives whose n ends on a bound with the declared model."""
+    n, value = bench.model.p[N_NAMES[0]], bench.absent[:, bench.model.p.index(N_NAMES[0])]
+    return (value <= n.lower + 1e-3) | (value >= n.upper - 1e-3)
+
+
 def _left(recordings: Sequence[Recording], bench: Bench, vehicle: Vehicle, start: float) -> tuple[Structure, ...]:
     pairs = zip(recordings, bench.absent, strict=True)
     return tuple(structure(recording, bench.model, vehicle, p, start) for recording, p in pairs)
@@ -183,7 +201,7 @@ def _beyond_doubt(declaration: Declaration, found: Sequence[Candidate]) -> bool:
     """Whether what the axle forces still lack is no doubt of the effects: the first removes nearly all that is held out, or one
     is of a sensor, and axle forces come from the records as they are, wrong sensors and all."""
     known = catalogue(declaration.vehicle)
-    return found[0].gain >= NEARLY_ALL or any("outputs" in known[candidate.name].corrections for candidate in found)
+    return found[0].gain >= RULES.nearly_all or any("outputs" in known[candidate.name].corrections for candidate in found)
 
 
 def settled(declared: Bench, found: Bench) -> tuple[Bench, Fit]:
@@ -205,10 +223,12 @@ def held_mse(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
             first = shooting.rows[held[0]] if len(held) else len(drive.t)
             if (len(drive.t) - drive.first - 1) * drive.dt < 2 * horizon:
                 continue
-            windows = Shooting(bench.model, drive, horizon)
+            windows = shooting.ahead(horizon)
             squares += [windows.residual(row)[windows.rows >= first].reshape(-1, len(STATE_CHANNELS)) ** 2]
         joined = np.concatenate(squares) if squares else np.empty((0, len(STATE_CHANNELS)))
-        means = np.nanmean(joined, axis=0) if len(joined) else np.full(len(STATE_CHANNELS), np.nan)
+        known = np.isfinite(joined)
+        count = known.sum(axis=0)
+        means = np.where(count > 0, np.where(known, joined, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)
         table[f"{horizon:.1f}"] = dict(zip(STATE_CHANNELS, map(float, means), strict=True))
     return table
 
@@ -223,15 +243,8 @@ def _holdout(bench: Bench) -> tuple[float, float]:
 def _traced(declaration: Declaration, name: str, final: Bench, last: Fit) -> TracedEffect:
     effect = catalogue(declaration.vehicle)[name]
     fitted = last.named()
-    parameters = {}
-    for signal in effect.parameters:
-        value, std = fitted.get(signal.name, (float(last.p[0, final.model.p.index(signal.name)]), 0.0))
-        parameters[signal.name] = (value, std, signal.unit)
-    if effect.name == "side_force":
-        (x, sx, unit), (y, sy, _) = parameters["side_force_x"], parameters["side_force_y"]
-        size = math.hypot(x, y)
-        parameters["side_force"] = (size, math.hypot(x * sx, y * sy) / max(size, 1e-9), unit)
-    return TracedEffect(effect.name, effect.doc, parameters)
+    at = {s.name: (float(last.p[0, final.model.p.index(s.name)]), 0.0) for s in effect.parameters}
+    return TracedEffect(effect.name, effect.doc, effect.sizes({**at, **fitted}))
 
 
 def _refined(declaration: Declaration, effects: Sequence[TracedEffect], final: Bench, n: float) -> Declaration:
@@ -239,14 +252,36 @@ def _refined(declaration: Declaration, effects: Sequence[TracedEffect], final: B
     tables = {e.name: {k: v for k, (v, _, _) in e.parameters.items() if k in known[e.name].parameters} for e in effects}
     moved = {f.name: float(final.absent[0, final.model.p.index(f.name)]) for f in final.loose}
     for name, values in declaration.vehicle.effects.items():
+        if name in tables:
+            continue
         tables[name] = {key: moved.get(key, value) for key, value in values.items()}
     return declaration.with_effects(tables).with_n(n)
 
 
-def _would_separate(declaration: Declaration, groups: Sequence[Sequence[str]], verdict: str) -> str:
+def close_calls(selection: Selection, known: Mapping[str, Effect]) -> tuple[tuple[str, str], ...]:
+    """(named, other) where an effect that looks like a named one (a signature in common) gained nearly as much: less than one
+    standard error of the two gains behind."""
+    gains = {c.name: c for c in selection.ranking}
+    return tuple(
+        (named.name, other.name)
+        for named in selection.accepted
+        for other in selection.ranking
+        if named.name in gains
+        and other.name not in {c.name for c in selection.accepted}
+        and known[named.name].looks_like(known[other.name])
+        and gains[named.name].gain - other.gain < math.hypot(gains[named.name].std, other.std)
+    )
+
+
+def _would_separate(
+    declaration: Declaration, groups: Sequence[Sequence[str]], verdict: str, selection: Selection
+) -> str:
     known = catalogue(declaration.vehicle)
-    if groups:
-        return "; ".join(f"{', '.join(group)}: {known[group[0]].separates}" for group in groups)
+    grouped = {frozenset((group[0], name)) for group in groups for name in group[1:]}
+    close = [pair for pair in close_calls(selection, known) if frozenset(pair) not in grouped]
+    doubtful = [*groups, *close]
+    if doubtful:
+        return "; ".join(f"{', '.join(group)}: {known[group[0]].separates}" for group in doubtful)
     if verdict == "unexplained":
         return "several speeds, steering rates and headings, straight stretches and tight turns in one drive"
     return ""
@@ -255,10 +290,23 @@ def _would_separate(declaration: Declaration, groups: Sequence[Sequence[str]], v
 def _possible(
     recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None
 ) -> Sequence[str] | None:
-    """Names of the effects to try, without those that a measurement excludes: wheels that turn apart are not locked."""
-    if not all(all_open(recording, declaration.vehicle) for recording in recordings):
-        return names
-    return [name for name in open_effects(declaration, names) if name != "locked_differential"]
+    """Names of the effects to try, without those that a measurement excludes and those that rest on a channel that a drive does
+    not measure."""
+    dropped = unsupported(recordings, declaration, names)
+    tried = {name: effect for name, effect in open_effects(declaration, names).items() if name not in dropped}
+    return [name for name, effect in tried.items() if not ruled_out(effect, recordings, declaration.vehicle)]
+
+
+def unsupported(
+    recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None = None
+) -> dict[str, tuple[str, ...]]:
+    """Open effect -> channels that it rests on and that a drive does not measure; names: of the candidates, default all."""
+    found = {}
+    for name, effect in open_effects(declaration, names).items():
+        lacking = tuple(channel for channel in effect.rests_on if not all(r.measured(channel) for r in recordings))
+        if lacking:
+            found[name] = lacking
+    return found
 
 
 def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
@@ -267,15 +315,11 @@ def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
     return f"{lead.name} {candidate.fit.named()[lead.name][0]:.2g} {lead.unit}".rstrip()
 
 
-def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, selection: Selection) -> tuple[str, ...]:
+def _notes(recordings: Sequence[Recording], declaration: Declaration, bench: Bench, selection: Selection) -> tuple[str, ...]:
     notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
-    for recording in recordings:
-        locked = locked_axles(recording, vehicle)
-        if locked:
-            notes.append(
-                f"{recording.name}: the {' and '.join(locked)} wheels turn together in turns: a locked axle differential; the "
-                "measured wheel speeds carry it, so the model needs no effect for it"
-            )
+    for effect in catalogue(declaration.vehicle).values():
+        for name, words in carried(effect, recordings, declaration.vehicle).items():
+            notes.append(f"{name}: {words}; the measured inputs carry it, so the model needs no effect for it")
     accepted = {c.name for c in selection.accepted}
     for free in selection.bench.loose:
         at = bench.model.p.index(free.name)
@@ -284,13 +328,13 @@ def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, sele
             f"{free.name} of the declared model was fitted again with what was found: {declared:.3g} -> {now:.3g}"
         )
     for candidate in selection.ranking:
-        if candidate.name not in accepted and candidate.gain > LEAST_GAIN and candidate.fit.at_bound:
+        if candidate.name not in accepted and candidate.gain > RULES.least_gain and candidate.fit.at_bound:
             notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
-    known = catalogue(vehicle)
+    tried = open_effects(declaration)
     for candidate in selection.ranking:
-        small = size(candidate.fit, known[candidate.name]) < LEAST_SIZE
-        if small and candidate.gain > LEAST_GAIN and candidate.name not in accepted:
-            notes.append(f"{candidate.name}: not named, smaller than the faults of a declared model ({_lead(candidate, known)})")
+        small = size(candidate.fit, tried[candidate.name]) < RULES.least_size
+        if small and candidate.gain > RULES.least_gain and candidate.name not in accepted:
+            notes.append(f"{candidate.name}: not named, smaller than the faults of a declared model ({_lead(candidate, tried)})")
     for group in selection.groups:
         if len(group) > 1 and group[0] not in accepted:
             notes.append(f"not named, since these data cannot separate them: {', '.join(group)}")
@@ -298,8 +342,8 @@ def _notes(recordings: Sequence[Recording], vehicle: Vehicle, bench: Bench, sele
             notes.append(
                 f"{group[0]} fits best, but leaves more of the axle forces than a known effect would: not named"
             )
-    n = bench.model.p[N_NAMES[0]]
-    for shooting, value in zip(bench.shootings, bench.absent[:, bench.model.p.index(N_NAMES[0])], strict=True):
-        if not n.lower + 1e-3 < value < n.upper - 1e-3:
+    values = bench.absent[:, bench.model.p.index(N_NAMES[0])]
+    for shooting, value, stuck in zip(bench.shootings, values, _on_bound(bench), strict=True):
+        if stuck:
             notes.append(f"{shooting.drive.name}: with the declared model n ends at its bound, {value:.2f}")
     return tuple(notes)

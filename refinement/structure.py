@@ -11,23 +11,20 @@ from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_s
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Recording
 from softsoil.refinement.residual import WINDOW, drive_residual, rms, slope, split_by_axle
+from softsoil.refinement.rules import RULES
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-LARGEST_SHARE = 0.27
-"""Share of an axle's lateral force that a good model may leave unexplained over half-second windows, noise taken off."""
-STRONG = 0.5
-"""A correlation is worth naming from here on."""
 
 
 @dataclass(frozen=True)
 class Structure:
     """Unexplained share of the lateral force per axle (rms over rms), and its correlations.
 
-    share: axle -> rms of the residual force over rms of the force; correlations: axle -> signal -> coefficient, the
-    strongest first.
+    share: axle -> rms of the residual force over rms of the force, NaN where v or omega_z is not measured; correlations:
+    axle -> signal -> coefficient, the strongest first.
     """
 
     share: dict[str, float]
@@ -36,7 +33,12 @@ class Structure:
     @property
     def left(self) -> bool:
         """Whether more is left than a good model leaves."""
-        return max(self.share.values()) > LARGEST_SHARE
+        return any(share > RULES.largest_share for share in self.share.values())
+
+    @property
+    def judged(self) -> bool:
+        """Whether the drive says anything of axle forces: v and omega_z are measured."""
+        return all(np.isfinite(share) for share in self.share.values())
 
 
 def structure(recording: Recording, model: Model, vehicle: Vehicle, p: Array, start: float) -> Structure:
@@ -46,7 +48,7 @@ def structure(recording: Recording, model: Model, vehicle: Vehicle, p: Array, st
     left = {"front": residual.force_f, "rear": residual.force_r}
     noise = _noise_force(recording, vehicle)
     share = {
-        axle: float(np.sqrt(max(rms(left[axle]) ** 2 - noise[axle] ** 2, 0.0)) / max(rms(total), 1e-9))
+        axle: float(np.sqrt(np.maximum(rms(left[axle]) ** 2 - noise[axle] ** 2, 0.0)) / np.maximum(rms(total), 1e-9))
         for axle, total in (("front", total_f), ("rear", total_r))
     }
     correlations = {axle: _correlations(values, signals) for axle, values in left.items()}
@@ -102,7 +104,7 @@ def _correlations(values: Array, signals: dict[str, Array]) -> dict[str, float]:
         good = np.isfinite(values) & np.isfinite(signal)
         a, b = values[good], signal[good]
         if name == "constant":
-            found[name] = float(a.mean() / max(np.sqrt(np.mean(a**2)), 1e-12))
+            found[name] = float(a.mean() / max(np.sqrt(np.mean(a**2)), 1e-12)) if len(a) else 0.0
         elif len(a) > 3 and a.std() > 0 and b.std() > 0:
             found[name] = float(np.corrcoef(a, b)[0, 1])
     return dict(sorted(found.items(), key=lambda item: -abs(item[1])))

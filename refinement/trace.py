@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.inputs import sensor_std
-from softsoil.estimator.shooting import Shooting, shooting_drive
+from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
+from softsoil.refinement.rules import RULES
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.effect import Effect, neutral
@@ -21,17 +22,6 @@ from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
 
-HORIZON = 2.0
-"""s: windows of the tracing: long against the vehicle's lateral dynamics, short enough for many of them."""
-FIT_SHARE = 2 / 3
-"""The first part of a drive is fitted, the rest judges."""
-LEAST_SIGMA = 0.5
-"""A channel's weight is its own unexplained rms, but at least this many sensor standard deviations."""
-DECLARED_WITHIN = 0.4
-"""Parameters of declared effects are known to this share of what they declare: the declared model may use it up before another
-effect is called for."""
-LEAST_BEYOND = 0.2
-"""Share of the cost that counts as beyond noise at least: the noise of the sensors is not known better."""
 
 
 @dataclass(frozen=True)
@@ -80,11 +70,14 @@ class Bench:
     @property
     def floor(self) -> float:
         """Mean cost of a window that sensor noise alone makes: what no model can remove."""
-        return float(np.mean((self.sensor / self.weights.sigma) ** 2))
+        seen = np.any([np.isfinite(shooting.recorded).any(axis=(0, 1)) for shooting in self.shootings], axis=0)
+        return float(np.mean(((self.sensor / self.weights.sigma) ** 2)[seen]))
 
 
 def open_effects(declaration: Declaration, names: Sequence[str] | None = None) -> dict[str, Effect]:
     """The effects of the catalogue that the declaration does not have, by name, or those of `names` alone.
+
+    Of its own, those of which a drive may have more (`repeats`) are among them: absent, they are as declared.
 
     Raises ValueError for a name that the catalogue lacks.
     """
@@ -92,15 +85,26 @@ def open_effects(declaration: Declaration, names: Sequence[str] | None = None) -
     for name in names or ():
         if name not in known:
             raise ValueError(f"candidates: expected names of {', '.join(known)}; found {name!r}")
-    wanted = known if names is None else names
-    return {name: known[name] for name in known if name in wanted and name not in declaration.vehicle.effects}
+    declared, wanted = declaration.vehicle.effects, known if names is None else names
+    return {
+        name: as_declared(effect, declared[name]) if name in declared else effect
+        for name, effect in known.items()
+        if name in wanted and (name not in declared or effect.repeats)
+    }
+
+
+def as_declared(effect: Effect, values: Mapping[str, float]) -> Effect:
+    """The effect with its declared values in the place of those at which it is absent: more or less of it is what is tried."""
+    typical = {s.name: effect.typical[s.name] - s.nominal + values.get(s.name, s.nominal) for s in effect.parameters}
+    bounded = {s.name: min(max(typical[s.name], s.lower), s.upper) for s in effect.parameters}
+    return replace(effect, parameters=effect.parameters.with_nominal(**values), typical=bounded)
 
 
 def whole_model(declaration: Declaration, names: Sequence[str] | None = None) -> Model:
     """The declared model with every open effect added, absent: one compilation serves all candidates."""
     model = declaration.build()
-    for effect in open_effects(declaration, names).values():
-        model = neutral(model, effect)
+    for name, effect in open_effects(declaration, names).items():
+        model = model if name in model.effects else neutral(model, effect)
     return model
 
 
@@ -108,7 +112,7 @@ def make_bench(
     recordings: Sequence[Recording],
     declaration: Declaration,
     start: float,
-    horizon: float = HORIZON,
+    horizon: float = RULES.horizon,
     names: Sequence[str] | None = None,
 ) -> Bench:
     """The tracing's bench for one or more drives on one class of soil; n of each drive fitted, weights set from what it leaves.
@@ -119,16 +123,16 @@ def make_bench(
     """
     model = whole_model(declaration, names)
     drives = [shooting_drive(recording, model, start) for recording in recordings]
-    shootings = tuple(Shooting(model, drive, horizon) for drive in drives)
-    counts = [len(shooting.rows) for shooting in shootings]
-    fitted = tuple(np.arange(max(round(count * FIT_SHARE), 1)) for count in counts)
+    windows = shootings(model, drives, horizon)
+    counts = [len(shooting.rows) for shooting in windows]
+    fitted = tuple(np.arange(max(round(count * RULES.fit_share), 1)) for count in counts)
     held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
     p = np.tile(model.p.nominal, (len(drives), 1))
     sensor = np.max([sensor_std(r, np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])) for r in recordings], axis=0)
-    bench = Bench(model, p, shootings, fitted, held, Weights(np.maximum(_unexplained(shootings, p), sensor)), sensor)
+    bench = Bench(model, p, windows, fitted, held, Weights(np.maximum(_unexplained(windows, p), sensor)), sensor)
     for _ in range(2):  # n moves the weights, the weights n: twice is enough
         base = fit_base(bench)
-        bench = reweighted(Bench(model, base.p, shootings, fitted, held, bench.weights, sensor))
+        bench = reweighted(Bench(model, base.p, windows, fitted, held, bench.weights, sensor))
     return bench
 
 
@@ -138,34 +142,41 @@ def everything(bench: Bench) -> Bench:
 
 
 def loosened(bench: Bench, declaration: Declaration) -> Bench:
-    """The bench with the parameters of declared effects (not the drawn ones) free within DECLARED_WITHIN, fitted with n."""
+    """The bench with the parameters of declared effects free within RULES.declared_within, fitted with n.
+
+    Not those that are drawn, nor those of effects that are tried again.
+    """
     loose = tuple(
         _within(effect.parameters[name], value)
         for key, values in declaration.vehicle.effects.items()
         for effect in (catalogue(declaration.vehicle)[key],)
         for name, value in values.items()
-        if value != effect.parameters[name].nominal and name not in effect.drawn
+        if not effect.repeats and value != effect.parameters[name].nominal and name not in effect.drawn
     )
     grown = replace(bench, loose=loose)
     return reweighted(replace(grown, absent=fit_base(grown).p)) if loose else bench
 
 
 def _within(signal: Signal, declared: float) -> Free:
-    spread = DECLARED_WITHIN * abs(declared - signal.nominal)
+    spread = RULES.declared_within * abs(declared - signal.nominal)
     lower, upper = max(declared - spread, signal.lower), min(declared + spread, signal.upper)
     return Free(signal.name, (signal.name,), spread / 2, lower, upper, known=(declared, spread))
 
 
 def reweighted(bench: Bench) -> Bench:
-    """The bench with each channel measured against what the present model leaves of it, at least LEAST_SIGMA of its noise."""
+    """The bench with each channel measured against what the model leaves of it, at least RULES.least_sigma of its noise."""
     left = _unexplained(bench.shootings, bench.absent)
-    return replace(bench, weights=Weights(np.maximum(left, LEAST_SIGMA * bench.sensor)))
+    return replace(bench, weights=Weights(np.maximum(left, RULES.least_sigma * bench.sensor)))
 
 
 def _unexplained(shootings: Sequence[Shooting], p: Array) -> Array:
     """(6,) rms of what is left per channel, robust against single samples."""
     squares = np.concatenate([s.residual(row).reshape(-1, 6) ** 2 for s, row in zip(shootings, p, strict=True)])
-    return np.sqrt(np.nanmean(np.minimum(squares, 25 * np.nanmedian(squares, axis=0) + 1e-18), axis=0))
+    left = np.ones(squares.shape[1])  # of a channel that is not measured: it has no residual to weigh
+    seen = np.isfinite(squares).any(axis=0)
+    squares = squares[:, seen]
+    left[seen] = np.sqrt(np.nanmean(np.minimum(squares, 25 * np.nanmedian(squares, axis=0) + 1e-18), axis=0))
+    return left
 
 
 def free_n(bench: Bench) -> list[Free]:
@@ -222,7 +233,7 @@ def gain_of(before: Array, after: Array, floor: float = 0.0) -> tuple[float, flo
     windows that differ in cost alone do not make the share uncertain.
     """
     mean = float(before.mean())
-    beyond = before - min(floor, (1.0 - LEAST_BEYOND) * mean)
+    beyond = before - min(floor, (1.0 - RULES.least_beyond) * mean)
     gain = float((before - after).sum() / beyond.sum())
     apart = before - after - gain * beyond
     return gain, float(apart.std(ddof=1) / np.sqrt(len(apart)) / beyond.mean())

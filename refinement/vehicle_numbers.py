@@ -10,9 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.known_vehicle import BOUNDS, Known
 from softsoil.symbolic.signals import Layout, Signal
-from softsoil.symbolic.vehicle import BOUNDS, Vehicle
+from softsoil.symbolic.vehicle import Vehicle
 
 Prior = Callable[[Known], tuple[float, float]]
 """(expected value, standard deviation) of a number nobody has measured."""
@@ -97,13 +97,13 @@ NUMBERS: tuple[Number, ...] = (
             "0.35 to 0.65 on cars", _plain(0.05), "drawings"),
     _number("roll_damping_front", "front share of the dampers that resist roll", lambda k: (0.5, 0.12),
             "as the springs'", _plain(0.05), "drawings"),
-    _number("pull", "yaw moment that is always there",
-            lambda k: (0.0, 0.002 * 9.81 * k["mass"] * k["track"]),
-            "a drag of 0.4 % of the weight on one side", _plain(10.0), "hands off the wheel on a flat straight"),
-    _number("steer_offset", "steering angle where `steer` says 0", lambda k: (0.0, 0.006),
-            "a third of a degree at the road wheels", _plain(0.001), "turn plates"),
-    _number("steer_gain", "road-wheel angle per `steer`", lambda k: (1.0, 0.02),
-            "a steering ratio is known to some per cent", _plain(0.005), "turn plates"),
+    _of("yaw_moment", "yaw_moment", "N m", "yaw moment that is always there, the vehicle's pull", -5000.0, 5000.0,
+        lambda k: (0.0, 0.002 * 9.81 * k["mass"] * k["track"]),
+        "a drag of 0.4 % of the weight on one side", 10.0, "hands off the wheel on a flat straight"),
+    _of("steering_offset", "steering_offset", "rad", "steering angle where `steer` says 0", -0.2, 0.2,
+        lambda k: (0.0, 0.006), "a third of a degree at the road wheels", 0.001, "turn plates"),
+    _of("steering_gain", "steering_gain", "", "road-wheel angle per `steer`", 0.5, 1.5,
+        lambda k: (1.0, 0.02), "a steering ratio is known to some per cent", 0.005, "turn plates"),
     _of("load_transfer", "transfer_height", "m", "effective height of the lateral load transfer", 0.0, 2.0,
         lambda k: (k.guess_h_cg, 0.2 * k.guess_h_cg), "the height of the centre of gravity, less what the roll centres carry",
         0.05, "scales under all wheels in a turn"),
@@ -162,14 +162,15 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
         if number.effect:
             effects.setdefault(number.effect, {})[number.name] = merged[number.name]
     own = {number.name: merged[number.name] for number in NUMBERS if not number.effect}
-    return Vehicle(name=known.name, effects=effects, uncertainty=stds or {}, **{**known.rest(set(own)), **own})
+    rest: dict[str, Any] = {**known.rest(set(own)), **own}
+    return Vehicle(name=known.name, effects=effects, simulator=known.simulator, uncertainty=stds or {}, **rest)
 
 
 def declared_vehicle(known: Known) -> Vehicle:
     """The vehicle that the known numbers declare by themselves: defaults of a vehicle file for the rest, no effects but those
     declared; yaw inertia and height of the centre of gravity, which have no default, as expected."""
     numbers: dict[str, Any] = {name: expected(known)[name][0] for name in ("yaw_inertia", "h_cg")} | known.numbers
-    return Vehicle(name=known.name, effects=known.effects, **numbers)
+    return Vehicle(name=known.name, effects=known.effects, simulator=known.simulator, **numbers)
 
 
 def free_layout(known: Known) -> Layout:

@@ -5,34 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 from softsoil.recording.drive import Recording
+from softsoil.refinement.rules import RULES
 from softsoil.symbolic.vehicle import Vehicle
 
 AXLES = {"front": ("omega_fl", "omega_fr"), "rear": ("omega_rl", "omega_rr")}
-TURNING = 0.1
-"""rad/s: slower turns say nothing."""
-FEWEST_ROWS = 50
-AVERAGED = 0.25
-"""s over which speed differences are averaged: sensor noise goes, a turn stays."""
-LOCKED, OPEN = 0.15, 0.25
-"""Speed difference over that of freely rolling wheels: below the first the wheels turn together, above the second apart.
-On soft soil open differentials are far from rolling freely, and the difference may have either sign: only its size tells."""
 
 
 def differential_shares(recording: Recording, vehicle: Vehicle) -> dict[str, float]:
     """Axle -> speed difference of its wheels in turns over that of freely rolling ones, track omega_z/radius (medians).
 
     0 for a locked differential; the median, since a lock may slip for a moment. Empty where the drive hardly turns; an
-    axle without both wheel speeds is left out. vehicle: its track and radius.
+    axle without two measured wheel speeds is left out. vehicle: its track and radius.
     """
     omega_z = recording["omega_z"]
-    size = max(round(AVERAGED / recording.dt), 1)
+    size = max(round(RULES.averaged / recording.dt), 1)
     shares = {}
     for axle, (left, right) in AXLES.items():
-        if left not in recording or right not in recording:
+        if not recording.measured(left, right):
             continue
         apart = np.convolve(recording[right] - recording[left], np.full(size, 1.0 / size), mode="same")
-        rows = (np.abs(omega_z) > TURNING) & np.isfinite(apart)
-        if rows.sum() >= FEWEST_ROWS:
+        rows = (np.abs(omega_z) > RULES.turning) & np.isfinite(apart)
+        if rows.sum() >= RULES.fewest_rows:
             free = vehicle.track / vehicle.radius * np.abs(omega_z[rows])
             shares[axle] = float(np.median(np.abs(apart[rows])) / np.median(free))
     return shares
@@ -40,10 +33,10 @@ def differential_shares(recording: Recording, vehicle: Vehicle) -> dict[str, flo
 
 def locked_axles(recording: Recording, vehicle: Vehicle) -> tuple[str, ...]:
     """Axles whose wheels turn together although the vehicle turns."""
-    return tuple(axle for axle, share in differential_shares(recording, vehicle).items() if share < LOCKED)
+    return tuple(axle for axle, share in differential_shares(recording, vehicle).items() if share < RULES.locked)
 
 
 def all_open(recording: Recording, vehicle: Vehicle) -> bool:
     """Whether both axles' wheels are seen to turn apart as on open differentials: no axle can be locked then."""
     shares = differential_shares(recording, vehicle)
-    return len(shares) == len(AXLES) and min(shares.values()) > OPEN
+    return len(shares) == len(AXLES) and min(shares.values()) > RULES.open

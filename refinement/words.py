@@ -102,7 +102,7 @@ def left_sentences(found: Refinement) -> list[str]:
         for axle, share in left.share.items():
             name, value = next(iter(left.correlations[axle].items()), ("", 0.0))
             with_ = f", goes with {effect_name(name)} ({value:+.2f})" if abs(value) >= 0.5 else ""
-            parts.append(f"{axle} axle {100 * share:.0f} %{with_}")
+            parts.append(f"{axle} axle {100 * share:.0f} %{with_}" if math.isfinite(share) else f"{axle} axle not judged")
         lines.append(f"{shooting.drive.name}: lateral force left unexplained: {'; '.join(parts)}")
     return lines
 

@@ -22,13 +22,11 @@ from typing import Any
 
 import casadi as ca
 
-from softsoil.symbolic.model import Model, Quantities, Stage
+from softsoil.symbolic.model import Model, Quantities, Scalar, Stage
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
-from softsoil.symbolic.vehicle import GRAVITY, Vehicle
-from softsoil.symbolic.wheel import Contact, ForceLaw, Wheel, WheelForce, force_law
-
-Scalar = Any
+from softsoil.symbolic.vehicle import GRAVITY, NUMBERS, Vehicle
+from softsoil.symbolic.wheel import Contact, ForceLaw, Wheel, WheelForce, force_law, simulated
 
 STATES = Layout.of(
     Signal("x", "m", "global x position of the front axle"),
@@ -55,7 +53,8 @@ class Corner:
 
     axle: "f" or "r"; side: +1 left, -1 right, 0 both; count: wheels it stands for; y: lateral position (m);
     load: per wheel (N); delta: steering angle (rad); spin (rad/s); x: position ahead of the axle (m); apart: what the wheel is
-    turned beyond delta, a small angle (rad); the rest is filled in by later stages.
+    turned beyond delta, a small angle (rad); scrub: how far left of the axis that it is steered about its centre is (m); the rest
+    is filled in by later stages.
     """
 
     axle: str
@@ -67,6 +66,7 @@ class Corner:
     spin: Scalar
     x: Scalar = 0.0
     apart: Scalar = 0.0
+    scrub: Scalar = 0.0
     soil: Soil | None = None
     contact: Contact | None = None
     force: WheelForce | None = None
@@ -95,12 +95,13 @@ def bicycle(
     """The paper's bicycle (eq. (bicycle)) on soft soil: states of eq. (bicycle_states), outputs the states.
 
     vehicle: its numbers; soil: nominal values of the soil parameters p (n once per axle, n_f and n_r);
-    law: per-wheel force law or its name; free: numbers of the vehicle that become parameters p in place of constants.
+    law: per-wheel force law, or its name: then on the soil that the vehicle's simulator, if any, stands for; free: numbers of the
+    vehicle that become parameters p in place of constants.
     Effects are added with `softsoil.symbolic.effect.add_effect`.
     """
-    law = force_law(law) if isinstance(law, str) else law
+    law = vehicle_law(vehicle, law)
     stages = (
-        Stage("inputs", lambda q: _inputs(q, vehicle, free)),
+        Stage("inputs", _inputs),
         Stage("vehicle", lambda q: _vehicle(vehicle, {name: q[name] for name in free.names})),
         Stage("loads", _loads),
         Stage("tracks", _tracks),
@@ -113,24 +114,26 @@ def bicycle(
     return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages)
 
 
+def vehicle_law(vehicle: Vehicle, law: ForceLaw | str) -> ForceLaw:
+    """The force law of a name as on the vehicle's simulated soil, where it declares one; a law itself as it is."""
+    return simulated(force_law(law), vehicle.simulator) if isinstance(law, str) else law
+
+
 def soil_parameters(soil: Soil) -> Layout:
     """Layout of the soil parameters: n_f, n_r, then the others, with `soil`'s values as nominal."""
     n = SOIL_SIGNALS["n"]
     values = soil.parameters()
-    both = Layout.of(
-        replace(n, name="n_f", doc="sinkage exponent, front"), replace(n, name="n_r", doc=f"{n.doc}, rear")
-    )
+    both = Layout.of(*(replace(n, name=f"n_{a}", doc=f"{n.doc}, {where}") for a, where in (("f", "front"), ("r", "rear"))))
     both = both.with_nominal(n_f=values["n"], n_r=values["n"])
     rest = SOIL_SIGNALS.without("n")
     return both + rest.with_nominal(**{name: values[name] for name in rest.names})
 
 
-def _inputs(q: Quantities, vehicle: Vehicle, free: Layout) -> Quantities:
-    offset, gain = (q[name] if name in free else getattr(vehicle, name) for name in ("steer_offset", "steer_gain"))
+def _inputs(q: Quantities) -> Quantities:
     spins = {f"spin_{corner}": q[f"omega_{corner}"] for corner in ("fl", "fr", "rl", "rr")}
     return {
-        "delta": gain * q["steer"] + offset,
-        "delta_rate": gain * q["steer_rate"],
+        "delta": q["steer"],
+        "delta_rate": q["steer_rate"],
         "du": q["a_x"],
         "specific_x": q["a_x"] - q["v"] * q["omega_z"],
         "gravity_x": 0.0,
@@ -141,31 +144,10 @@ def _inputs(q: Quantities, vehicle: Vehicle, free: Layout) -> Quantities:
 
 def _vehicle(vehicle: Vehicle, free: Quantities) -> Quantities:
     """Numbers of the vehicle as quantities; `free`: those that are parameters of the model."""
-    names = (
-        "mass",
-        "l_f",
-        "l_r",
-        "yaw_inertia",
-        "h_cg",
-        "roll_gain",
-        "pitch_gain",
-        "track",
-        "scrub",
-        "load_offset",
-        "pull",
-        "ackermann",
-        "toe",
-        "toe_rear",
-        "toe_rear_load",
-        "width",
-        "radius",
-    )
-    declared = {name: getattr(vehicle, name) for name in (*names, "roll_stiffness_front", "roll_damping_front")}
+    declared = {n.name: getattr(vehicle, n.name) for n in NUMBERS if n.modelled}
     numbers = {**declared, "track_rear": vehicle.rear_track, **free}
     return {
         **numbers,
-        "roll_share_f": numbers["roll_stiffness_front"],
-        "damper_share_f": numbers["roll_damping_front"],
         "burden": 1.0,
         "body_moment": 0.0,
         "axle_ahead": numbers["l_f"],
@@ -200,7 +182,7 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
     cos, sin = corner.heading
     steer_rate = q["delta_rate"] if corner.axle == "f" else 0.0
     contact = Contact(
-        v_x=v_x * cos + v_y * sin - corner.side * q["scrub"] * steer_rate,
+        v_x=v_x * cos + v_y * sin - corner.scrub * steer_rate,
         v_y=-v_x * sin + v_y * cos,
         omega=corner.spin,
         load=corner.load,
@@ -228,7 +210,7 @@ def body_force(corner: Corner) -> tuple[Scalar, Scalar]:
 
 
 def _balance(q: Quantities) -> Quantities:
-    """Sum of the lateral forces, their moment, the moment of longitudinal forces on two tracks, and the vehicle's pull."""
+    """Sum of the lateral forces, their moment, and the moment of longitudinal forces on two tracks."""
     axle = {"f": 0.0, "r": 0.0}
     track_moment = 0.0
     for corner in q["wheels"]:
@@ -239,7 +221,7 @@ def _balance(q: Quantities) -> Quantities:
         "force_f": axle["f"],
         "force_r": axle["r"],
         "force_y": axle["f"] + axle["r"],
-        "moment_z": axle["f"] * q["l_f"] - axle["r"] * q["l_r"] + track_moment + q["pull"],
+        "moment_z": axle["f"] * q["l_f"] - axle["r"] * q["l_r"] + track_moment,
     }
 
 

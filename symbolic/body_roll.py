@@ -1,7 +1,5 @@
 """How far the body has rolled: on its springs, by what pulls it sideways, and with the ground that its wheels press down."""
 
-from __future__ import annotations
-
 import casadi as ca
 
 from softsoil.symbolic.history import lag_share
@@ -12,8 +10,6 @@ ROLL_TIME = 0.165
 """s: how long a damped body takes to roll (first order)."""
 LOWEST = 0.05
 """m: the least h_cg by which a moment is turned into a lateral acceleration; a vehicle may declare 0."""
-
-
 LAYOUT = Layout.of(
     Signal("roll_a", "m/s^2", "lateral specific force that the body has followed"),
     Signal("roll_a_rate", "m/s^3", "its rate"),
@@ -54,10 +50,7 @@ def roll_angle(q: Quantities) -> tuple[Scalar, Scalar]:
     and the slope; a_m = body_moment/(M h_cg) rolls it as far as the moment on it does."""
     gain = q["roll_gain"] * q["burden"]
     by_moment = q["body_moment"] / (q["mass"] * ca.fmax(q["h_cg"], LOWEST))
-    return (
-        gain * (q["roll_a"] + by_moment) + q["roll_tilt"],
-        gain * q["roll_a_rate"] + q["roll_tilt_rate"],
-    )
+    return gain * (q["roll_a"] + by_moment) + q["roll_tilt"], gain * q["roll_a_rate"] + q["roll_tilt_rate"]
 
 
 def _tilt(q: Quantities) -> Scalar:

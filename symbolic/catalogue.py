@@ -1,27 +1,12 @@
-"""The effect catalogue by name, and models from a declared vehicle."""
+"""The effect catalogue by name, found in the package of effects, and models from a declared vehicle."""
 
-from __future__ import annotations
-
+import pkgutil
 from collections.abc import Mapping
+from importlib import import_module
 
+from softsoil.symbolic import effects as package
 from softsoil.symbolic.bicycle import bicycle
 from softsoil.symbolic.effect import Effect, add_effect
-from softsoil.symbolic.effects.body import (
-    bank,
-    grade,
-    locked_differential,
-    motion_resistance,
-    payload,
-    side_force,
-    yaw_moment,
-)
-from softsoil.symbolic.effects.contact import aligning_moment, pressure_offset
-from softsoil.symbolic.effects.delay import sensor_delay
-from softsoil.symbolic.effects.lean import wheel_lean
-from softsoil.symbolic.effects.sensor import gyro_bias, lever_arm, speed_scale
-from softsoil.symbolic.effects.soil import bulldozing, rate_damping, relaxation, slip_sinkage, soil_change
-from softsoil.symbolic.effects.steering import backlash, steering_delay, steering_gain, steering_lag, steering_offset
-from softsoil.symbolic.effects.track import load_transfer, multipass
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
 from softsoil.symbolic.soil import Soil
@@ -30,16 +15,23 @@ from softsoil.symbolic.wheel import ForceLaw
 
 
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
-    """Every known effect by name, sized for the vehicle.
+    """Every known effect by name, sized for the vehicle: `effect(vehicle)` of each module of `softsoil.symbolic.effects`.
+
+    Raises ValueError for a module whose effect has another name than its file.
     Example: "payload_mass" in softsoil.catalogue(softsoil.load_vehicle("paper"))["payload"].parameters.names
     """
-    effects = (
-        multipass(vehicle.wheelbase), load_transfer(), wheel_lean(), aligning_moment(), pressure_offset(), rate_damping(),
-        bulldozing(), slip_sinkage(), motion_resistance(), steering_lag(), steering_delay(), steering_offset(), steering_gain(),
-        backlash(), relaxation(), bank(), grade(), side_force(), payload(), yaw_moment(), locked_differential(), soil_change(),
-        gyro_bias(), lever_arm(), speed_scale(), sensor_delay(),
-    )  # fmt: skip
-    return {effect.name: effect for effect in effects}
+    known = {}
+    for name in effect_names():
+        effect = import_module(f"{package.__name__}.{name}").effect(vehicle)
+        if effect.name != name:
+            raise ValueError(f"symbolic/effects/{name}.py: expected an effect called {name!r}, found {effect.name!r}")
+        known[name] = effect
+    return known
+
+
+def effect_names() -> tuple[str, ...]:
+    """Names of the modules of effects, alphabetically; those with a leading underscore are none."""
+    return tuple(sorted(m.name for m in pkgutil.iter_modules(package.__path__) if not m.name.startswith("_")))
 
 
 def declared_model(
@@ -53,13 +45,28 @@ def declared_model(
 
     effects: name -> parameters, in place of the vehicle's own; {} gives the paper's structure.
     free: numbers of the vehicle that become parameters of the model.
-    Raises ValueError for an effect that the catalogue lacks, KeyError for a parameter that the effect lacks.
+    Raises ValueError for an effect that the catalogue lacks, or a parameter that the effect lacks or that is out of its bounds.
     Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).x.names[:3] == ("x", "y", "psi")
     """
+    chosen = vehicle.effects if effects is None else effects
     known = catalogue(vehicle)
+    _check_effects(chosen, known, vehicle.source or f"vehicle {vehicle.name}")
     model = bicycle(vehicle, soil, law, free)
-    for name, values in (vehicle.effects if effects is None else effects).items():
-        if name not in known:
-            raise ValueError(f"effects: expected names of {', '.join(known)}; found {name!r}")
+    for name, values in chosen.items():
         model = add_effect(model, known[name], values)
     return model
+
+
+def _check_effects(effects: Mapping[str, Mapping[str, float]], known: Mapping[str, Effect], where: str) -> None:
+    """Raise ValueError naming `where` and the key for an effect that is not known, or a parameter that it lacks or forbids."""
+    for name, values in effects.items():
+        if name not in known:
+            raise ValueError(f"{where}: effects: expected names of {', '.join(known)}; found {name!r}")
+        layout = known[name].parameters
+        for key, value in values.items():
+            if key not in layout:
+                raise ValueError(f"{where}: effects.{name}: expected parameters {', '.join(layout.names)}; found {key!r}")
+            signal = layout[key]
+            if not signal.lower <= value <= signal.upper:
+                bounds = f"[{signal.lower:g}, {signal.upper:g}] {signal.unit}".rstrip()
+                raise ValueError(f"{where}: effects.{name}.{key}: expected a number in {bounds}, found {value:g}")

@@ -12,14 +12,8 @@ import numpy as np
 
 from softsoil.symbolic.smooth import Scalar, smooth_min, smooth_positive
 from softsoil.symbolic.soil import Soil
-from softsoil.symbolic.wheel import Wheel
+from softsoil.symbolic.wheel import DEEPEST, LOAD_WIDTH, Wheel
 
-LOAD_WIDTH = 0.1
-"""N: loads below this are smoothed towards zero, so that a wheel in the air carries nothing instead of failing."""
-DEEPEST = 0.9
-"""Sinkage over radius at which the smooth cap bends; the contact line ends at the axle."""
-PATCH_LENGTH = 1.6
-"""Length over radius of the patch that sets k_c/b: the chord 0.4 r above the lowest point of the wheel."""
 SINKAGE_STEPS = 1
 """Newton steps in log(sinkage) on the quadrature: 0.02 % of h in the median, 1 % at worst; the pressures are then
 scaled to carry the load exactly."""
@@ -86,12 +80,8 @@ def rim_depth(square: Scalar, radius: Scalar) -> Scalar:
 
 
 def bulk_modulus(soil: Soil, wheel: Wheel) -> Scalar:
-    """k_eq = k_phi + k_c (1/b + 1/L), N/m^(n+2): half perimeter over area of a patch of width b and length L.
-
-    The patch of the soil contact model is what its contact search finds, which reaches above the soil: PATCH_LENGTH r
-    for every sinkage, instead of x_f; it also keeps the pressure growing with sinkage where n is small.
-    """
-    return soil.k_phi + soil.k_c * (1.0 / wheel.width + 1.0 / (PATCH_LENGTH * wheel.radius))
+    """k_eq = k_phi + k_c/b, N/m^(n+2) (paper, eq. (1))."""
+    return soil.k_phi + soil.k_c * (1.0 / wheel.width)
 
 
 def contact_line(soil: Soil, wheel: Wheel, load: Scalar, omega: Scalar, front_nodes: int) -> ContactLine:
@@ -150,7 +140,7 @@ class Shape:
     def _geometry(self, log_h: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
         """h (capped at the axle), x_f, sigma_m, x_r, d(log x_f)/d(log h)."""
         soil, r = self.soil, self.wheel.radius
-        h, bend = _capped(log_h, r)
+        h, bend = capped(log_h, r)
         x_front = ca.sqrt(h * (2.0 * r - h))
         sigma_m = self.stiffness * ca.exp(soil.n * log_h)
         return h, x_front, sigma_m, ca.sqrt(2.0 * r * sigma_m / soil.K), (r - h) / ((2.0 * r - h) * bend)
@@ -193,17 +183,12 @@ class Shape:
         return ContactLine([*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, rate))], h, x_front, x_rear)
 
 
-def _capped(log_h: Scalar, radius: Scalar) -> tuple[Scalar, Scalar]:
-    """h (m), capped at the axle, and h d(log h)/dh of the cap's inverse, 1 where it does not bend."""
+def capped(log_h: Scalar, radius: Scalar) -> tuple[Scalar, Scalar]:
+    """h (m) from log_h, capped at the axle of a wheel of radius (m), and h d(log h)/dh of the cap's inverse, 1 without a bend."""
     uncapped = ca.exp(log_h)
     ratio = uncapped * (1.0 / (DEEPEST * radius))
     bend = 1.0 + (ratio * ratio) ** 2
     return uncapped / ca.sqrt(ca.sqrt(bend)), bend
-
-
-def sinkage_capped(log_h: Scalar, radius: Scalar) -> Scalar:
-    """Sinkage (m) from its logarithm `log_h`, capped at the axle of a wheel of a radius (m)."""
-    return _capped(log_h, radius)[0]
 
 
 def tail_pressure(sigma_m: Scalar, x_rear: Scalar, rate: Scalar) -> Scalar:

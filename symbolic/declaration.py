@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
-from softsoil.files.toml_file import read_toml
+from softsoil.files.toml_file import read_toml, toml_number, toml_text
+from softsoil.symbolic.bicycle import vehicle_law
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.signals import Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil, soil_from_table
-from softsoil.symbolic.vehicle import Vehicle, vehicle_from_table
-from softsoil.symbolic.wheel import law_names
+from softsoil.symbolic.vehicle import NUMBERS, Vehicle, vehicle_from_table
+from softsoil.symbolic.wheel import ForceLaw, law_names
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,10 @@ class Declaration:
     def plain(self) -> Model:
         """The model without effects: the paper's structure."""
         return declared_model(self.vehicle, self.soil, self.law, {})
+
+    def force_law(self) -> ForceLaw:
+        """The force law with the options of the vehicle's simulated soil, where it declares one."""
+        return vehicle_law(self.vehicle, self.law)
 
     def with_effects(self, effects: Mapping[str, Mapping[str, float]]) -> Declaration:
         """The declaration with more effects, or with other parameters of those it has."""
@@ -65,31 +69,18 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     """The declaration as TOML text, `notes` as comments on top; `load_declaration` reads it back.
     Example: "[soil]" in softsoil.declaration_toml(softsoil.load_declaration("refined.toml"))
     """
-    lines = [f"# {note}" for note in notes] + [f'law = "{declaration.law}"', "", "[vehicle]"]
-    lines.append(f"name = {_text(declaration.vehicle.name)}")
-    for f in fields(Vehicle):
-        value = getattr(declaration.vehicle, f.name)
-        if isinstance(value, int | float):
-            lines.append(f"{f.name} = {_number(value)}")
-    for name, values in declaration.vehicle.effects.items():
-        lines += ["", f"[vehicle.effects.{name}]", *(f"{key} = {_number(value)}" for key, value in values.items())]
-    if declaration.vehicle.uncertainty:
-        lines += ["", "[vehicle.uncertainty]"]
-        lines += [f"{key} = {_number(value)}" for key, value in declaration.vehicle.uncertainty.items()]
-    lines += ["", "[soil]", f"name = {_text(declaration.soil.name)}"]
-    for signal in SOIL_SIGNALS:
-        lines.append(f"{signal.name} = {_number(getattr(declaration.soil, signal.name))}{_comment(signal)}")
+    vehicle, soil = declaration.vehicle, declaration.soil
+    lines = [f"# {note}" for note in notes] + [f'law = "{declaration.law}"', "", "[vehicle]", f"name = {toml_text(vehicle.name)}"]
+    lines += [_line(n.name, getattr(vehicle, n.name), f"{n.unit}: {n.doc}") for n in NUMBERS]
+    tables = {"simulator": vehicle.simulator, **{f"effects.{name}": values for name, values in vehicle.effects.items()}}
+    tables |= {"uncertainty": vehicle.uncertainty}
+    for name, values in tables.items():
+        if values or name.startswith("effects."):
+            lines += ["", f"[vehicle.{name}]", *(_line(key, value) for key, value in values.items())]
+    lines += ["", "[soil]", f"name = {toml_text(soil.name)}"]
+    lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS]
     return "\n".join(lines) + "\n"
 
 
-def _comment(signal: Signal) -> str:
-    return f"  # {signal.unit}" if signal.unit else ""
-
-
-def _number(value: float) -> str:
-    return repr(float(value))
-
-
-def _text(value: str) -> str:
-    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c):04x}" for c in value)
-    return f'"{escaped}"'
+def _line(key: str, value: float, comment: str = "") -> str:
+    return f"{key} = {toml_number(value)}" + (f"  # {comment}" if comment else "")

@@ -1,7 +1,5 @@
 """What follows late, from a history kept beside the states: dead times and first-order lags."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import casadi as ca

@@ -7,13 +7,13 @@ every state and the value `y_<output>` of every output.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 
-from softsoil.symbolic.signals import Layout, Signal
+from softsoil.symbolic.signals import Layout
 
 Scalar = Any
 Quantities = dict[str, Any]
@@ -22,11 +22,41 @@ Compute = Callable[[Quantities], Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
+class Correction:
+    """What an effect changes right after a stage.
+
+    compute: quantities so far -> changed and new ones; reads: quantities whose final value it needs; adds, scales: those that it
+    adds to or multiplies, by what does not depend on them; sets: those that it makes anew or replaces. A part of each wheel is
+    named wheel.<part>, e.g. wheel.soil.n. effect: name of the effect, empty for a probe, which sees what all effects leave.
+    """
+
+    compute: Compute
+    reads: tuple[str, ...] = ()
+    adds: tuple[str, ...] = ()
+    scales: tuple[str, ...] = ()
+    sets: tuple[str, ...] = ()
+    effect: str = ""
+
+    @property
+    def writes(self) -> frozenset[str]:
+        """All quantities that it changes."""
+        return frozenset((*self.adds, *self.scales, *self.sets))
+
+
+@dataclass(frozen=True)
 class Stage:
-    """One named step of the derivation; `compute` maps the quantities so far to the new ones."""
+    """One named step of the derivation; `compute` maps the quantities so far to the new ones, then corrections change them."""
 
     name: str
     compute: Compute
+    corrections: tuple[Correction, ...] = ()
+
+    def __call__(self, q: Quantities) -> Quantities:
+        """New and changed quantities from those so far, q."""
+        found = dict(self.compute(q))
+        for correction in self.corrections:
+            found |= correction.compute({**q, **found})
+        return found
 
 
 @dataclass(frozen=True)
@@ -48,11 +78,22 @@ class Memory:
 
 
 @dataclass(frozen=True)
+class Added:
+    """What one effect brought into a model: its name, states, parameters and memories."""
+
+    name: str
+    x: Layout
+    p: Layout
+    memories: tuple[Memory, ...]
+
+
+@dataclass(frozen=True)
 class Model:
     """Continuous-time model xdot = f(x, u, p), y = g(x, u, p); argument order always (x, u, p).
 
     x, u, p, y: layouts of states, inputs, parameters, outputs; stages: the derivation in order; memories: histories whose
-    provided signals are the last entries of u. Raises ValueError where one name stands for two quantities.
+    provided signals are the last entries of u; added: the effects in it, by name. Raises ValueError where one name stands for two
+    quantities.
     Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).ode().name_in() == ["x", "u", "p"]
     """
 
@@ -63,7 +104,7 @@ class Model:
     y: Layout
     stages: tuple[Stage, ...]
     memories: tuple[Memory, ...] = ()
-    effects: tuple[str, ...] = ()
+    added: tuple[Added, ...] = ()
 
     def __post_init__(self) -> None:
         _ = self.x + self.u + self.p  # raises where a name is taken twice
@@ -82,6 +123,11 @@ class Model:
         return cls(name, x, u, p, y, (Stage("model", compute),))
 
     @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the effects that were added, in alphabetical order."""
+        return tuple(added.name for added in self.added)
+
+    @property
     def external(self) -> Layout:
         """Inputs that the user supplies: u less what memories provide."""
         provided = [name for memory in self.memories for name in memory.provides.names]
@@ -98,7 +144,7 @@ class Model:
         for layout, vector in ((self.x, x), (self.u, u), (self.p, p)):
             q.update({name: vector[i] for i, name in enumerate(layout.names)})
         for stage in self.stages:
-            q.update(stage.compute(q))
+            q.update(stage(q))
         return q
 
     def ode(self) -> ca.Function:
@@ -131,41 +177,48 @@ class Model:
             raise KeyError(f"model {self.name}: expected its stages to compute {name!r}; found {', '.join(sorted(q))}")
         return q[name]
 
-    def correct(self, stage: str, compute: Compute) -> Model:
-        """The model with `compute` applied to the quantities right after the named stage; ValueError for no such stage."""
+    def correct(self, stage: str, correction: Correction | Compute) -> Model:
+        """The model with a correction after the named stage, put in order among those of other effects; a plain function comes
+        after all of them. Raises ValueError for no such stage, or corrections that have no order.
+        """
         names = [s.name for s in self.stages]
         if stage not in names:
             raise ValueError(f"model {self.name}: expected a stage of {', '.join(names)}; found {stage!r}")
         at = names.index(stage)
-        before = self.stages[at].compute
-
-        def corrected(q: Quantities) -> Quantities:
-            first = dict(before(q))
-            return {**first, **compute({**q, **first})}
-
-        return replace(self, stages=(*self.stages[:at], Stage(stage, corrected), *self.stages[at + 1 :]))
+        new = correction if isinstance(correction, Correction) else Correction(correction)
+        there = self.stages[at].corrections
+        probes = tuple(c for c in (*there, new) if not c.effect)
+        ordered = (*in_order(stage, [c for c in (*there, new) if c.effect]), *probes)
+        return replace(self, stages=(*self.stages[:at], replace(self.stages[at], corrections=ordered), *self.stages[at + 1 :]))
 
 
-def promote_parameters(model: Model, *names: str) -> Model:
-    """The model with the named parameters as states of zero rate (paper, eq. (bicycle_est)).
+def in_order(stage: str, corrections: Sequence[Correction]) -> list[Correction]:
+    """The corrections of a stage such that each comes after all that change what it reads, alphabetically where none does.
 
-    names: parameters, appended to x in this order with their bounds. Raises KeyError for a name that is not a parameter.
+    Raises ValueError for two that change one quantity in ways that do not commute, and for a circle.
     """
-    promoted = Layout(tuple(model.p[name] for name in names))
-    still = Stage("promoted", lambda q: {f"d_{name}": 0.0 for name in names})
-    return replace(model, x=model.x + promoted, p=model.p.without(*names), stages=(*model.stages, still))
-
-
-def tie_parameters(model: Model, signal: Signal, *names: str) -> Model:
-    """The model with one parameter in the place of several, e.g. n for n_f and n_r.
-
-    Raises KeyError for a name that is not a parameter.
-    """
-    remaining = model.p.without(*names)
-    spread = Stage(f"tie_{signal.name}", lambda q: dict.fromkeys(names, q[signal.name]))
-    return replace(model, p=Layout((signal, *remaining)), stages=(spread, *model.stages))
-
-
-def with_nominal(model: Model, **values: float) -> Model:
-    """The model with other nominal parameter values; KeyError for a name that is not a parameter."""
-    return replace(model, p=model.p.with_nominal(**values))
+    waiting = sorted(corrections, key=lambda c: c.effect)
+    for i, one in enumerate(waiting):
+        for other in waiting[:i]:
+            alike = set(one.adds) & set(other.adds) | set(one.scales) & set(other.scales)
+            clash = sorted((one.writes & other.writes) - alike)
+            if clash:
+                raise ValueError(
+                    f"effects {other.effect} and {one.effect}: expected both to add to {clash[0]} after stage {stage}, or both "
+                    "to multiply it; found one that does not: their order would matter"
+                )
+    ordered: list[Correction] = []
+    while waiting:
+        free = next(
+            (c for c in waiting if not any(c is not o and set(c.reads) & o.writes for o in waiting)), None
+        )
+        if free is None:
+            changed = {name for c in waiting for name in c.writes}
+            circle = "; ".join(f"{c.effect} reads {', '.join(sorted(changed & set(c.reads)))}" for c in waiting)
+            raise ValueError(
+                f"effects after stage {stage}: expected an order in which each reads what no later one changes, found a circle: "
+                f"{circle}"
+            )
+        waiting.remove(free)
+        ordered.append(free)
+    return ordered

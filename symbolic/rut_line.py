@@ -14,23 +14,10 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from softsoil.symbolic.contact_line import (
-    LOAD_WIDTH,
-    ContactLine,
-    Node,
-    Shape,
-    bulk_modulus,
-    contact_line,
-    parabola_area,
-    rim_depth,
-    sinkage_capped,
-    sinkage_guess,
-    tail_node,
-    tail_pressure,
-)
+from softsoil.symbolic import contact_line as fresh
 from softsoil.symbolic.smooth import Scalar, smooth_min, smooth_norm, smooth_positive
 from softsoil.symbolic.soil import Soil
-from softsoil.symbolic.wheel import Contact, Wheel
+from softsoil.symbolic.wheel import LOAD_WIDTH, Contact, Wheel
 
 RUT_NODES, BESIDE_NODES = 3, 4
 """Gauss nodes ahead of the wheel centre: in the rut, where the pressure has no root, and on the rest of the width."""
@@ -48,22 +35,19 @@ SINKAGE_STEPS = 1
 
 def contact_lines(
     soil: Soil, wheel: Wheel, contact: Contact, front_nodes: int
-) -> tuple[ContactLine, ContactLine | None]:
+) -> tuple[fresh.ContactLine, fresh.ContactLine | None]:
     """The line in fresh soil and, for a wheel that may meet a rut, the one in it; pressures such that both carry the load.
 
     contact: of the wheel, with the share of its width in the rut (overlap) and the rut's depth; front_nodes: ahead of the centre
     of a wheel that meets no rut.
     """
     if isinstance(contact.overlap, int | float) and contact.overlap == 0:
-        return contact_line(soil, wheel, contact.load, contact.omega, front_nodes), None
+        return fresh.contact_line(soil, wheel, contact.load, contact.omega, front_nodes), None
     carried = smooth_positive(contact.load, LOAD_WIDTH)
     rut = _Rut(soil, wheel, contact.omega, contact.rut_depth)
     log_h = _sinkage(soil, wheel, contact, carried, rut)
-    beside, inside, share = (
-        Shape.of(soil, wheel, contact.omega, BESIDE_NODES).line(log_h),
-        rut.line(log_h),
-        contact.overlap,
-    )
+    beside, inside = fresh.Shape.of(soil, wheel, contact.omega, BESIDE_NODES).line(log_h), rut.line(log_h)
+    share = contact.overlap
     scale = carried / (wheel.width * ((1.0 - share) * beside.load + share * inside.load))
     return beside.scaled(scale, 1.0 - share), inside.scaled(scale, share)
 
@@ -75,15 +59,14 @@ def _sinkage(soil: Soil, wheel: Wheel, contact: Contact, carried: Scalar, rut: _
     where that does not reach the floor, it is the sinkage.
     """
     beside, inside = _Beside(soil, wheel, contact.omega), contact.overlap
-    log_alone = sinkage_guess(soil, wheel, carried, contact.omega)
+    log_alone = fresh.sinkage_guess(soil, wheel, carried, contact.omega)
     left = smooth_norm(1.0 - inside, 0.0, LEAST_BESIDE)
     deepest = ca.log(0.8 * wheel.radius)
     log_most = smooth_min(log_alone - ca.log(left) / (soil.n + 0.5), deepest, NARROW)
     alone, most = ca.exp(log_alone), ca.exp(log_most)
     told, by_h = beside.load(most, rut.stiffness * ca.exp(soil.n * log_most))
-    log_most = smooth_min(
-        log_most - ca.log(left * wheel.width * told / carried) * told / (most * by_h), deepest, NARROW
-    )
+    log_most = log_most - ca.log(left * wheel.width * told / carried) * told / (most * by_h)
+    log_most = smooth_min(log_most, deepest, NARROW)
     reach = smooth_positive(ca.exp(log_most) - rut.floor, EDGE)
     own = rut.rise(alone, carried)
     ratio = own * own / (reach * reach + LOWEST * LOWEST)
@@ -103,7 +86,7 @@ class _Beside:
 
     def __init__(self, soil: Soil, wheel: Wheel, omega: Scalar) -> None:
         self.soil, self.wheel, self.rate = soil, wheel, soil.R * omega
-        self.area = parabola_area(soil.n)
+        self.area = fresh.parabola_area(soil.n)
 
     def load(self, h: Scalar, sigma_m: Scalar) -> tuple[Scalar, Scalar]:
         """int sigma dX (N/m) at sinkage h (m) with sigma_m = k_eq h^n (Pa), and its derivative to h."""
@@ -122,7 +105,7 @@ def _above(height: Scalar, radius: Scalar) -> Scalar:
 def _tail(sigma_m: Scalar, soil: Soil, rate: Scalar, radius: Scalar) -> Scalar:
     """Load per width behind the wheel centre (N/m)."""
     x_rear = ca.sqrt(2.0 * radius * sigma_m / soil.K)
-    return tail_pressure(sigma_m, x_rear, rate) * x_rear
+    return fresh.tail_pressure(sigma_m, x_rear, rate) * x_rear
 
 
 class _Rut:
@@ -130,7 +113,7 @@ class _Rut:
 
     def __init__(self, soil: Soil, wheel: Wheel, omega: Scalar, depth: Scalar) -> None:
         self.soil, self.wheel, self.rate = soil, wheel, soil.R * omega
-        self.stiffness = bulk_modulus(soil, wheel)
+        self.stiffness = fresh.bulk_modulus(soil, wheel)
         pressed = ca.fmax(depth, 0.0) + LOWEST
         yielded = self.stiffness * ca.exp(soil.n * ca.log(pressed))
         # Half the elastic rise, softly less than the rut's depth however soft the soil.
@@ -157,10 +140,10 @@ class _Rut:
         by_z = (longer + n * by_h) * static + 2.0 * longer * damping + 1.5 * n * by_h * tail
         return static + damping + tail, by_z / z
 
-    def line(self, log_h: Scalar) -> ContactLine:
+    def line(self, log_h: Scalar) -> fresh.ContactLine:
         """The nodes at a sinkage; none press where the wheel does not reach the floor."""
         soil, r = self.soil, self.wheel.radius
-        h = sinkage_capped(log_h, r)
+        h = fresh.capped(log_h, r)[0]
         over = h - self.floor
         height = 0.5 * (over + ca.sqrt(over * over + EDGE * EDGE))
         square = height * height
@@ -169,13 +152,12 @@ class _Rut:
         x_rear = ca.sqrt(2.0 * r * sigma_m / soil.K + LOWEST * LOWEST)
         for along, weight in _rule(RUT_NODES):
             x = along * x_front
-            depth = rim_depth(x * x, r)
+            depth = fresh.rim_depth(x * x, r)
             sunk = ca.fmax(1.0 - (r - depth) / h, 1e-6)
             sigma = sigma_m * ca.exp(soil.n * ca.log(sunk)) + self.rate * x
-            nodes.append(Node(x, weight * x_front, sigma, depth, along))
-        return ContactLine(
-            [*nodes, tail_node(r, x_rear, tail_pressure(sigma_m, x_rear, self.rate))], h, x_front, x_rear
-        )
+            nodes.append(fresh.Node(x, weight * x_front, sigma, depth, along))
+        nodes.append(fresh.tail_node(r, x_rear, fresh.tail_pressure(sigma_m, x_rear, self.rate)))
+        return fresh.ContactLine(nodes, h, x_front, x_rear)
 
 
 @lru_cache(maxsize=16)

@@ -12,13 +12,11 @@ cuts out of the soil, drives soil up and aside until the soil fails in passive s
 Nothing here knows the wheel's size or the soil but by r, h, gamma, c, phi: grousers come in as a larger radius.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import casadi as ca
 
-from softsoil.symbolic.smooth import Scalar, smooth_min, smooth_norm
+from softsoil.symbolic.smooth import Scalar, held, smooth_norm
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.wheel import Contact
 
@@ -66,9 +64,9 @@ def side_wall(wall: Wall, soil: Soil, radius: Scalar, contact: Contact, sinkage:
     share = speed / smooth_norm(speed, radius * contact.omega, wall.standstill)
     k_p = passive_pressure(soil.phi, wall.wall_friction * share * soil.phi)
     # No chord is longer than the diameter, no heap higher than the wheel.
-    sunk = smooth_min(sinkage, radius, 0.02 * radius)
+    sunk = held(sinkage, radius)
     length = 2.0 * ca.sqrt(sunk * (2.0 * radius - sunk))
-    height = smooth_min(sinkage * (1.0 + wall.heap), 2.0 * radius, 0.02 * radius)
+    height = held(sinkage * (1.0 + wall.heap), 2.0 * radius, 0.01)
     # Cohesion comes in with the weight: a wall against weightless soil is no wall, the effect is absent.
     present = wall.unit_weight / smooth_norm(wall.unit_weight, 0.0, 1e3)
     pressure = 0.5 * wall.unit_weight * height * height * k_p + 2.0 * present * soil.c * height * ca.sqrt(k_p)

@@ -130,12 +130,6 @@ class Layout(Sequence[Signal]):
             vector[self.index(name)] = value
         return vector
 
-    def unpack(self, vector: Sequence[float] | NDArray[np.float64]) -> dict[str, float]:
-        """Name -> value of a (n,) vector; ValueError for another length."""
-        if len(vector) != len(self):
-            raise ValueError(f"expected {len(self)} values ({', '.join(self.names)}), found {len(vector)}")
-        return {name: float(value) for name, value in zip(self.names, vector, strict=True)}
-
 
 def _vector(values: Iterable[float]) -> NDArray[np.float64]:
     import numpy as np

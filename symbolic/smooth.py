@@ -1,18 +1,11 @@
 """The few smooth replacements that keep every derivative finite, stated once."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import casadi as ca
 
 Scalar = Any
 """A CasADi SX or MX scalar, or a float."""
-
-
-def smooth_abs(value: Scalar, width: float) -> Scalar:
-    """sqrt(value^2 + width^2) - width: zero at zero, smooth, at most `width` below |value| (unit of value)."""
-    return ca.sqrt(value * value + width * width) - width
 
 
 def smooth_norm(a: Scalar, b: Scalar, width: float) -> Scalar:
@@ -30,6 +23,12 @@ def smooth_min(a: Scalar, b: Scalar, width: float) -> Scalar:
     return 0.5 * (a + b - ca.sqrt((a - b) * (a - b) + width * width))
 
 
-def power(base: Scalar, exponent: Scalar, floor: float = 1e-9) -> Scalar:
-    """base^exponent for base >= 0 with finite derivatives at 0: exp(exponent log(base + floor))."""
-    return ca.exp(exponent * ca.log(base + floor))
+def held(value: Scalar, most: Scalar, width: float = 0.02) -> Scalar:
+    """`value` >= 0 held smoothly at `most`, over width * most, and above zero however small it is (unit of value)."""
+    return smooth_positive(smooth_min(value, most, width * most), 0.5 * width * width * most)
+
+
+def fade_in(value: Scalar, full: Scalar) -> Scalar:
+    """s^2 (3 - 2 s) with s = value/full, at most 1: 0 at 0 and 1 from `full` on (unit of value), slope 0 at both."""
+    share = ca.fmin(value / full, 1.0)
+    return share * share * (3.0 - 2.0 * share)

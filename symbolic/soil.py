@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from softsoil.files.toml_file import finite_number, read_toml
+from softsoil.files.toml_file import finite, read_toml
 from softsoil.symbolic.signals import Layout, Signal
 
 Scalar = Any
@@ -90,13 +90,13 @@ def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
     for key in table:
         if key not in known:
             raise ValueError(f"{where}: expected keys {', '.join(sorted(known))}; found {key!r}")
+    missing = [s for s in SOIL_SIGNALS if s.name not in table and s.name not in ("K", "R")]
+    if missing:
+        keys = "; ".join(f"{s.name!r} ({s.doc}, {s.unit})" for s in missing)
+        raise ValueError(f"{where}: expected key{'s' if missing[1:] else ''} {keys}, found none")
     values: dict[str, float] = {}
-    for signal in SOIL_SIGNALS:
-        if signal.name not in table:
-            if signal.name in ("K", "R"):
-                continue
-            raise ValueError(f"{where}: expected key {signal.name!r} ({signal.doc}, {signal.unit}), found none")
-        values[signal.name] = finite_number(table[signal.name], f"{where}: key {signal.name!r}")
+    for signal in (s for s in SOIL_SIGNALS if s.name in table):
+        values[signal.name] = finite(table[signal.name], f"{where}: key {signal.name!r}")
     try:
         return Soil(str(table.get("name", name)), **values)
     except ValueError as error:

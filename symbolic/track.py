@@ -5,8 +5,6 @@ when the second has come `spacing` away from what was the first, so that a given
 time step and speed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any

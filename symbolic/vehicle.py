@@ -1,104 +1,94 @@
-"""The vehicle in numbers, from TOML."""
+"""The vehicle in numbers, from TOML: each declared once, in the class, with unit, bounds and how one measures it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 from softsoil.files.package_data import vehicle_file
-from softsoil.files.toml_file import finite_number, read_toml
+from softsoil.files.toml_file import finite, read_toml
+from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.wheel import Wheel
 
 GRAVITY = 9.81
 """m/s^2"""
 
-BOUNDS: dict[str, tuple[float, float, str]] = {
-    "mass": (0.1, 1e5, "kg"),
-    "l_f": (0.01, 20.0, "m"),
-    "l_r": (0.01, 20.0, "m"),
-    "yaw_inertia": (1e-4, 1e7, "kg m^2"),
-    "track": (0.01, 10.0, "m"),
-    "track_rear": (0.0, 10.0, "m"),
-    "scrub": (-1.0, 1.0, "m"),
-    "h_cg": (0.0, 5.0, "m"),
-    "load_offset": (-2.0, 2.0, "m"),
-    "pull": (-1e5, 1e5, "N m"),
-    "roll_stiffness_front": (0.0, 1.0, "1"),
-    "roll_damping_front": (0.0, 1.0, "1"),
-    "roll_gain": (0.0, 0.2, "rad s^2/m"),
-    "pitch_gain": (0.0, 10.0, "rad/(N m)"),
-    "ackermann": (-5.0, 5.0, "1/rad"),
-    "toe": (-0.2, 0.2, "rad"),
-    "toe_rear": (-0.2, 0.2, "rad"),
-    "toe_rear_load": (-0.1, 0.1, "rad/N"),
-    "steer_offset": (-0.2, 0.2, "rad"),
-    "steer_gain": (0.5, 1.5, "1"),
-    "max_steer": (0.01, 1.5, "rad"),
-    "max_steer_rate": (0.01, 50.0, "rad/s"),
-    "radius": (0.005, 5.0, "m"),
-    "width": (0.005, 5.0, "m"),
-}
-"""Numbers of a vehicle: least and greatest value, unit."""
+
+@dataclass(frozen=True)
+class VehicleNumber:
+    """One number of a vehicle: name, unit, bounds, default (None: it must be given), what it is and how one measures it.
+
+    spread, share: standard deviation of a plausible first guess, `spread` in its unit plus `share` of the value;
+    modelled: whether the model's equations may contain it.
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    default: float | None
+    doc: str
+    measured: str
+    spread: float = 0.0
+    share: float = 0.0
+    modelled: bool = True
+
+    def prior(self, value: float) -> float:
+        """Standard deviation of a first guess `value`."""
+        return self.spread + self.share * abs(value)
+
+
+def _number(unit: str, lower: float, upper: float, doc: str, measured: str, default: Any = MISSING, **more: Any) -> Any:
+    given = None if default is MISSING else default
+    return field(default=default, metadata={"number": (unit, lower, upper, given, doc, measured), "more": more})
 
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A two-axle vehicle with rigid wheels.
+    """A two-axle vehicle with rigid wheels: NUMBERS says what each number is.
 
-    mass (kg); l_f, l_r: centre of gravity to front and rear axle, at rest on level hard ground (m); yaw_inertia (kg m^2);
-    track: between the front wheels when they point ahead (m); track_rear: between the rear wheels (m, 0: as in front);
-    scrub: how far each front wheel's centre stands outside the axis it is steered about (m); h_cg: height of the centre of
-    gravity above the soil (m); load_offset: how far behind l_r, l_f say the static load acts (m, the e of the load balance);
-    pull: yaw moment that is there on every drive (N m, left positive);
-    roll_stiffness_front, roll_damping_front: the front axle's share of the springs and of the dampers that resist roll (1), and
-    so of the lateral load transfer; roll_gain: how far the body rolls on its springs per lateral acceleration (rad s^2/m);
-    pitch_gain: how far it leans back on them per pitching moment (rad/(N m));
-    ackermann, toe: delta_left - delta_right = ackermann delta^2 + toe (1/rad, rad); toe_rear: the same of the rear wheels (rad),
-    toe_rear_load: and how it goes with their axle's load beyond that at rest (rad/N);
-    steer_offset (rad), steer_gain (1): the mean road-wheel angle is steer_offset + steer_gain times the recorded `steer`;
-    max_steer (rad), max_steer_rate (rad/s);
-    radius, width: of the wheels (m); effects: declared effects by name, each a table of parameters; uncertainty: standard
-    deviations by name of numbers and of effects' parameters, in their units, as far as they are known.
+    effects: declared effects by name, each a table of parameters; simulator: where its logs come from a simulated soil, how that
+    meets a wheel (SIMULATOR), empty for a real one; uncertainty: standard deviations of numbers and effects' parameters, by name
+    and in their units, as far as they are known; source: its file, for messages.
     Raises ValueError for a number outside its physical bounds.
     Example: softsoil.load_vehicle("reference").with_(mass=2000.0).mass == 2000.0
     """
 
     name: str
-    mass: float
-    l_f: float
-    l_r: float
-    yaw_inertia: float
-    track: float
-    h_cg: float
-    radius: float
-    width: float
-    track_rear: float = 0.0
-    scrub: float = 0.0
-    load_offset: float = 0.0
-    pull: float = 0.0
-    roll_stiffness_front: float = 0.5
-    roll_damping_front: float = 0.5
-    roll_gain: float = 0.007
-    pitch_gain: float = 0.0
-    ackermann: float = 0.0
-    toe: float = 0.0
-    toe_rear: float = 0.0
-    toe_rear_load: float = 0.0
-    steer_offset: float = 0.0
-    steer_gain: float = 1.0
-    max_steer: float = 0.5
-    max_steer_rate: float = 1.0
+    mass: float = _number("kg", 0.1, 1e5, "mass", "a scale", share=0.03)
+    l_f: float = _number("m", 0.01, 20.0, "centre of gravity to front axle, at rest on hard ground", "axle loads", share=0.03)
+    l_r: float = _number("m", 0.01, 20.0, "centre of gravity to rear axle, at rest on hard ground", "axle loads", share=0.03)
+    yaw_inertia: float = _number("kg m^2", 1e-4, 1e7, "yaw inertia", "turns; mass l_f l_r as a first guess", share=0.3)
+    track: float = _number("m", 0.01, 10.0, "between the front wheels when they point ahead", "a tape", share=0.01)
+    h_cg: float = _number("m", 0.0, 5.0, "height of the centre of gravity above the soil", "axle loads, tilted", share=0.2)
+    radius: float = _number("m", 0.005, 5.0, "of the wheels", "way of ten turns at a crawl", share=0.01)
+    width: float = _number("m", 0.005, 5.0, "of the wheels", "a tape", share=0.02)
+    track_rear: float = _number("m", 0.0, 10.0, "between the rear wheels, 0: as in front", "a tape", 0.0, spread=0.01)
+    scrub: float = _number("m", -1.0, 1.0, "front wheels' centres outside their steering axes", "a tape", 0.0, spread=0.03)
+    load_offset: float = _number("m", -2.0, 2.0, "static load behind what l_f, l_r say", "drives", 0.0, spread=0.05)
+    roll_stiffness_front: float = _number("1", 0.0, 1.0, "front share of the springs in roll", "data sheet", 0.5, spread=0.1)
+    roll_damping_front: float = _number("1", 0.0, 1.0, "front share of the dampers in roll", "data sheet", 0.5, spread=0.15)
+    roll_gain: float = _number("rad s^2/m", 0.0, 0.2, "roll on the springs per a_y", "inclinometer in turns", 0.007, share=0.5)
+    pitch_gain: float = _number("rad/(N m)", 0.0, 10.0, "pitch on the springs per moment", "loads added", 0.0, spread=1e-5)
+    ackermann: float = _number("1/rad", -5.0, 5.0, "front: delta_l - delta_r = a delta^2 + toe", "turn plates", 0.0, spread=0.4)
+    toe: float = _number("rad", -0.2, 0.2, "front: delta_l - delta_r when pointing ahead", "wheel alignment", 0.0, spread=0.01)
+    toe_rear: float = _number("rad", -0.2, 0.2, "rear: delta_l - delta_r at rest", "wheel alignment", 0.0, spread=0.005)
+    toe_rear_load: float = _number("rad/N", -0.1, 0.1, "rear toe per axle load beyond rest", "loads added", 0.0, spread=4e-6)
+    max_steer: float = _number("rad", 0.01, 1.5, "greatest steering angle", "turn plates", 0.5, share=0.05, modelled=False)
+    max_steer_rate: float = _number("rad/s", 0.01, 50.0, "greatest steering rate", "steering log", 1.0, share=0.2, modelled=False)
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
+    simulator: dict[str, float] = field(default_factory=dict)
     uncertainty: dict[str, float] = field(default_factory=dict)
+    source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
-        for key, (lower, upper, unit) in BOUNDS.items():
-            value = getattr(self, key)
-            if not lower <= value <= upper:
-                raise ValueError(
-                    f"vehicle {self.name}: expected {key} in [{lower:g}, {upper:g}] {unit}, found {value:g}"
-                )
+        for n in NUMBERS:
+            value = getattr(self, n.name)
+            if not n.lower <= value <= n.upper:
+                bounds = f"[{n.lower:g}, {n.upper:g}] {n.unit}"
+                raise ValueError(f"vehicle {self.name}: expected {n.name} in {bounds}, found {value:g}")
 
     @property
     def wheel(self) -> Wheel:
@@ -120,9 +110,21 @@ class Vehicle:
         return replace(self, **values)
 
 
+NUMBERS = tuple(
+    VehicleNumber(f.name, *f.metadata["number"], **f.metadata["more"]) for f in fields(Vehicle) if "number" in f.metadata
+)
+"""Every number of a vehicle, in the order of its file."""
+SIMULATOR = Layout.of(
+    Signal("contact_step", "s", "time step of the simulated soil: its first contact counts a whole one", 0.0, 0.0, 0.1),
+    Signal("contact_entry", "", "share of the contact over which soil keeps the height of its entry", 0.1, 1e-3, 1.0),
+    Signal("patch_length", "", "length over radius of the patch that its contact search finds", 0.0, 0.0, 10.0),
+)
+"""What a simulated soil may declare of itself, in the table [simulator]: options of the force law."""
+
+
 def load_vehicle(source: str | Path) -> Vehicle:
-    """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file with the fields of Vehicle as keys and an
-    `[effects.<name>]` table for each declared effect.
+    """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file (keys: NUMBERS, `[effects.<name>]` tables of
+    declared effects, `[simulator]`).
 
     Raises ValueError naming the file, the key, what was expected and what was found.
     Example: softsoil.load_vehicle("paper").effects == {}
@@ -134,44 +136,43 @@ def load_vehicle(source: str | Path) -> Vehicle:
 
 def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     """Vehicle from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
-    known = {f.name: f for f in fields(Vehicle)}
+    known = {f.name for f in fields(Vehicle)} - {"source"}
     for key in table:
         if key not in known:
-            raise ValueError(f"{where}: expected keys {', '.join(known)}; found {key!r}")
-    values: dict[str, Any] = {"name": str(table.get("name", name)), "effects": _effects(table, where)}
-    values["uncertainty"] = _uncertainty(table, values["effects"], where)
-    for key, (_, _, unit) in BOUNDS.items():
-        if key not in table:
-            if known[key].default is known["mass"].default:
-                raise ValueError(f"{where}: expected key {key!r} ({unit}), found none")
-            continue
-        values[key] = finite_number(table[key], f"{where}: key {key!r}")
+            raise ValueError(f"{where}: expected keys {', '.join(sorted(known))}; found {key!r}")
+    missing = [f"{n.name} ({n.unit}: {n.doc})" for n in NUMBERS if n.default is None and n.name not in table]
+    if missing:
+        raise ValueError(f"{where}: expected keys {'; '.join(missing)}; found none of {'these' if missing[1:] else 'that name'}")
+    values: dict[str, Any] = {n.name: finite(table[n.name], f"{where}: key {n.name!r}") for n in NUMBERS if n.name in table}
+    simulator = _table(table, "simulator", where)
+    for key, value in simulator.items():
+        if key not in SIMULATOR:
+            raise ValueError(f"{where}: simulator: expected keys {', '.join(SIMULATOR.names)}; found {key!r}")
+        if not SIMULATOR[key].lower <= value <= SIMULATOR[key].upper:
+            raise ValueError(
+                f"{where}: simulator.{key}: expected {SIMULATOR[key].lower:g} to {SIMULATOR[key].upper:g}, found {value:g}"
+            )
+    effects = table.get("effects", {})
+    if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
+        raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
+    effects = {name: _table(effects, name, f"{where}: effects") for name in effects}
+    uncertainty = _table(table, "uncertainty", where)
+    there = {*(n.name for n in NUMBERS), *(key for values in effects.values() for key in values)}
+    for key, std in uncertainty.items():
+        if key not in there or not std > 0:
+            raise ValueError(
+                f"{where}: uncertainty.{key}: expected a positive standard deviation of a number of the vehicle or of a "
+                f"parameter of its effects, found {std:g}"
+            )
     try:
-        return Vehicle(**values)
+        values |= {"effects": effects, "simulator": simulator, "uncertainty": uncertainty, "source": where}
+        return Vehicle(str(table.get("name", name)), **values)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 
 
-def _effects(table: dict[str, Any], where: str) -> dict[str, dict[str, float]]:
-    effects = table.get("effects", {})
-    if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
-        raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
-    return {
-        name: {key: finite_number(value, f"{where}: effects.{name}.{key}") for key, value in values.items()}
-        for name, values in effects.items()
-    }
-
-
-def _uncertainty(table: dict[str, Any], effects: dict[str, dict[str, float]], where: str) -> dict[str, float]:
-    stds = table.get("uncertainty", {})
-    if not isinstance(stds, dict):
-        raise ValueError(f"{where}: expected a table [uncertainty] of standard deviations, found {stds!r}")
-    there = {*BOUNDS, *(key for values in effects.values() for key in values)}
-    numbers = {key: finite_number(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
-    for key, value in numbers.items():
-        if key not in there or not value > 0:
-            raise ValueError(
-                f"{where}: uncertainty.{key}: expected a positive standard deviation of a number of the vehicle or of a "
-                f"parameter of its effects, found {value:g}"
-            )
-    return numbers
+def _table(table: Mapping[str, Any], name: str, where: str) -> dict[str, float]:
+    values = table.get(name, {})
+    if not isinstance(values, dict):
+        raise ValueError(f"{where}: expected a table [{name}] of numbers, found {values!r}")
+    return {key: finite(value, f"{where}: {name}.{key}".replace("effects: ", "effects.")) for key, value in values.items()}

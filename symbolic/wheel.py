@@ -6,18 +6,23 @@ alpha = steering angle - course angle. Forces act on the wheel, in the wheel fra
 Longitudinal slip (paper): s = 1 - v_x/(r omega) when driving, s = r omega/v_x - 1 when braking.
 """
 
-from __future__ import annotations
-
+import pkgutil
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib import import_module
-from types import MappingProxyType
 from typing import Any, Protocol
 
+from softsoil.symbolic import laws
 from softsoil.symbolic.soil import Soil
 
 Scalar = Any
 """A CasADi SX scalar, or a float."""
+
+
+LOAD_WIDTH = 0.1
+"""N: loads below this are smoothed towards zero, so that a wheel in the air carries nothing instead of failing."""
+DEEPEST = 0.9
+"""Sinkage over radius at which the smooth cap of the sinkage bends, short of the axle."""
 
 
 @dataclass(frozen=True)
@@ -96,35 +101,30 @@ class ForceLaw(Protocol):
         ...
 
 
-_LAWS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "bekker": ("softsoil.symbolic.laws.bekker", "Bekker"),
-        "dallas": ("softsoil.symbolic.laws.dallas", "Dallas"),
-        "dallas_refit": ("softsoil.symbolic.laws.dallas_refit", "DallasRefit"),
-        "turn_slip": ("softsoil.symbolic.laws.turn_slip", "TurnSlip"),
-        "hard_ground": ("softsoil.symbolic.laws.hard_ground", "HardGround"),
-        "turn_slip_calibrated": ("softsoil.symbolic.laws.turn_slip_calibrated", "TurnSlipCalibrated"),
-    }
-)
-"""Name -> module and class, imported only when asked for: the laws import this module."""
-
-
 def law_names() -> tuple[str, ...]:
-    """Names that `force_law` knows."""
-    return tuple(_LAWS)
+    """Names of the modules of `softsoil.symbolic.laws`: those that `force_law` knows, alphabetically."""
+    return tuple(sorted(m.name for m in pkgutil.iter_modules(laws.__path__) if not m.name.startswith("_")))
 
 
 def force_law(name: str, **options: Any) -> ForceLaw:
     """The law called `name`; ValueError names the laws there are, and the options of the law for one that it lacks.
 
-    options: of the law's class, e.g. contact_step=0.0 for turn_slip on a real soil.
+    options: of the law's class (TurnSlip in turn_slip.py), e.g. contact_step=0.002 for turn_slip on a simulated soil.
     """
-    if name not in _LAWS:
-        raise ValueError(f"force law: expected one of {', '.join(_LAWS)}; found {name!r}")
-    module, cls = _LAWS[name]
-    law = getattr(import_module(module), cls)
+    if name not in law_names():
+        raise ValueError(f"force law: expected one of {', '.join(law_names())}; found {name!r}")
+    law = getattr(import_module(f"{laws.__name__}.{name}"), name.title().replace("_", ""))
     known = [field.name for field in fields(law)]
     for option in options:
         if option not in known:
             raise ValueError(f"force law {name}: expected options {', '.join(known)}; found {option!r}")
     return law(**options)
+
+
+def simulated(law: Any, options: Mapping[str, float]) -> Any:
+    """The law with those of the options that it, or the law it is built on (`base`), has."""
+    known = {field.name for field in fields(law)}
+    mine = {name: value for name, value in options.items() if name in known}
+    if "base" in known:
+        mine["base"] = simulated(law.base, options)
+    return replace(law, **mine) if mine else law

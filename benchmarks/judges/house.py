@@ -20,12 +20,13 @@ NOT_BELOW: Mapping[str, Set[str]] = MappingProxyType(
         "symbolic": {"files"},
         "estimator": {"files", "recording", "symbolic", "codegen"},
         "plant": {"files", "recording", "symbolic.signals", "symbolic.soil"},
-        "control": {"files", "symbolic", "codegen"},
+        "control": {"files", "recording", "symbolic", "codegen", "estimator"},
         "refinement": {"files", "recording", "symbolic", "codegen", "estimator"},
         "cases": {"files", "recording", "symbolic", "codegen", "estimator", "calibration", "refinement"},
     }
 )
-"""Rooms that may import less than all below them: the plant shares no equation with the model, and no estimator knows it."""
+"""Rooms that may import less than all below them: the plant shares no equation with the model, and neither what estimates nor
+what controls knows it. Control stands on the estimator: a driver carries its filter, a folder of C holds both."""
 ROOMS: Mapping[str, Set[str]] = MappingProxyType(
     {room: {room, *NOT_BELOW.get(room, ORDER[:i])} for i, room in enumerate(ORDER)}
 )

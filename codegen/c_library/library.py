@@ -78,16 +78,21 @@ def library_files(
     text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     values = _values(parts, numbers, dt, found) | readme_tables(parts)
     values["magic"] = hashlib.sha256(text.encode()).hexdigest()[:8]
-    folder = files("softsoil.codegen.c_library") / "templates"
-    out = {path: _fill((folder / name).read_text(encoding="utf-8"), values) for path, name in TEMPLATES.items()}
+    out = {path: fill(template(name), values) for path, name in TEMPLATES.items()}
     out |= {"src/softsoil_kernels.h": _kernels(parts), "formulation.json": text}
     return out | fmi_files(parts, values) if fmi else out
 
 
-def _fill(template: str, values: Mapping[str, str]) -> str:
+def template(name: str) -> str:
+    """The text of a template of the C library, by its file's name."""
+    return (files("softsoil.codegen.c_library") / "templates" / name).read_text(encoding="utf-8")
+
+
+def fill(text: str, values: Mapping[str, str]) -> str:
+    """A template's text with @key@ replaced by its value."""
     for key, value in values.items():
-        template = template.replace(f"@{key}@", value)
-    return template
+        text = text.replace(f"@{key}@", value)
+    return text
 
 
 def _kernels(parts: Parts) -> str:

@@ -108,7 +108,9 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     free = ca.SX.sym("free", len(shared))
     free_force = ca.vertcat(*_call(law, wheel, ca.vertsplit(free)))
     varying = [i for i, value in enumerate(shared) if value is None and ca.depends_on(free_force, free[i])]
-    shared = [0.0 if value is None else value for value in shared]
+    # What the law does not read may be any number that its argument can be.
+    unread = [signal.nominal for signal in SOIL_SIGNALS] + [0.0] * len(CONTACT)
+    shared = [number if value is None else value for number, value in zip(unread, shared, strict=True)]
     before = ca.vertcat(*[ca.SX(call[i]) for call in recorder.calls for i in varying])
     names = (*SOIL, *CONTACT)
     arguments = tuple(names[i] for i in varying)
@@ -184,7 +186,7 @@ def _call(law: ForceLaw, wheel: Wheel, values: list[Any]) -> list[Any]:
 
 
 def _provided(model: Model, x: ca.SX, external: ca.SX, p: ca.SX, m: ca.SX) -> ca.SX:
-    """What memories provide; see `softsoil.symbolic.discretize.read_memory`."""
+    """What memories provide; see `softsoil.codegen.discretize.read_memory`."""
     q: Quantities = {name: x[i] for i, name in enumerate(model.x.names)}
     q |= {name: external[i] for i, name in enumerate(model.external.names)}
     q |= {name: p[i] for i, name in enumerate(model.p.names)}

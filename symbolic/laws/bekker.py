@@ -19,12 +19,7 @@ import casadi as ca
 
 from softsoil.symbolic.smooth import Scalar, smooth_positive
 from softsoil.symbolic.soil import Soil
-from softsoil.symbolic.wheel import Contact, Wheel, WheelForce
-
-LOAD_WIDTH = 0.1
-"""N: loads below this are smoothed towards zero."""
-DEEPEST = 0.9
-"""Sinkage over radius at which the smooth cap bends."""
+from softsoil.symbolic.wheel import DEEPEST, LOAD_WIDTH, Contact, Wheel, WheelForce
 
 
 @dataclass(frozen=True)

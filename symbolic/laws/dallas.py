@@ -14,8 +14,6 @@ Delta-delta g_2, per branch (paper, eqs. (19), (21), (22) and appendix). What th
 Sinkage, longitudinal force and moments are those of the Bekker law.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -142,17 +140,9 @@ class Dallas:
         return [a - b for a, b in zip([1.0, *steps], [*steps, 0.0], strict=True)]
 
     def _side(
-        self,
-        soil: Soil,
-        wheel: Wheel,
-        contact: Contact,
-        roll: Rolling,
-        arc: Arc,
-        side: Scalar,
-        v: Scalar,
-        piece: SlipRange,
+        self, soil: Soil, wheel: Wheel, contact: Contact, roll: Rolling, arc: Arc, side: Scalar, v: Scalar, piece: SlipRange,
         branch: Branch,
-    ) -> tuple[Scalar, Scalar]:
+    ) -> tuple[Scalar, Scalar]:  # fmt: skip
         """F_y (N) and M_z (N m) of one curve, equations (17), (19), (21) and (22)."""
         r = wheel.radius
         n = _held(soil.n, *self.n_range, 0.02)

@@ -1,14 +1,12 @@
 """The paper's surrogate with correction factors fitted again, by the paper's procedure, on other single-wheel runs."""
 
-from __future__ import annotations
-
-import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from softsoil.files.toml_file import read_toml
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.dallas import Branch, Dallas, Factor, SlipRange
 from softsoil.symbolic.soil import Soil
@@ -51,10 +49,10 @@ def soil_class(name: str) -> str:
 
 def load_tables(path: Path) -> dict[str, list[SlipRange]]:
     """Correction factors from TOML; ValueError for what is not such a table."""
+    table = read_toml(path, "correction factors")
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
         return {name: [_slip_range(entry) for entry in entries] for name, entries in table["soil"].items()}
-    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"{path}: expected correction factors of dallas_refit, found: {error!r}") from None
 
 
@@ -79,17 +77,3 @@ def _factor(entry: Mapping[str, Any]) -> Factor:
         speed=(float(entry["speed"][0]), float(entry["speed"][1])),
         n_positive=bool(entry["n_positive"]),
     )
-
-
-def tables_to_toml(tables: Mapping[str, Sequence[SlipRange]], heading: str) -> str:
-    """The tables as TOML text under a one-line comment."""
-    lines = [f"# {heading}"]
-    for name, pieces in tables.items():
-        for piece in pieces:
-            lines += ["", f"[[soil.{name}]]", f"low = {piece.low!r}", f"high = {piece.high!r}"]
-            for branch in ("lower", "upper"):
-                for g, factor in asdict(getattr(piece, branch)).items():
-                    parts = [f"{k} = [{', '.join(f'{x:.6g}' for x in factor[k])}]" for k in ("n", "s", "load", "speed")]
-                    parts.append(f"n_positive = {str(factor['n_positive']).lower()}")
-                    lines.append(f"{branch}.{g} = {{ {', '.join(parts)} }}")
-    return "\n".join(lines) + "\n"

@@ -7,18 +7,14 @@ cornering stiffness mu F_z l/(2 k), saturating at mu F_z. Of the soil, phi and k
 and wheel speed does not matter: longitudinal slip takes no share of the friction.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import casadi as ca
 
 from softsoil.symbolic.smooth import smooth_norm, smooth_positive
 from softsoil.symbolic.soil import Soil
-from softsoil.symbolic.wheel import Contact, Wheel, WheelForce
+from softsoil.symbolic.wheel import LOAD_WIDTH, Contact, Wheel, WheelForce
 
-LOAD_WIDTH = 0.1
-"""N: loads below this are smoothed towards zero."""
 SLIP_WIDTH = 1e-3
 """Tangent of the slip angle below which the force is a straight line, smoothly."""
 

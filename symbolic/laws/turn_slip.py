@@ -1,6 +1,6 @@
 """The default force law: stresses on a contact line, with the wheel's own yaw in the sliding velocity; nothing fitted.
 
-X is forward of the wheel centre, x_f where the soil enters, -x_r where it leaves, k_eq = k_phi + k_c (1/b + 1/L):
+X is forward of the wheel centre, x_f where the soil enters, -x_r where it leaves, k_eq = k_phi + k_c/b:
   pressure   sigma = k_eq d(X)^n + R omega X,  d = sqrt(r^2 - X^2) - (r - h), for X >= 0,
              sigma = sigma_m (1 - (X/x_r)^2) + R omega X behind, sigma_m = k_eq h^n, x_r = sqrt(2 r sigma_m/K);
   sinkage    b int sigma dX = load;
@@ -25,10 +25,6 @@ from softsoil.symbolic.smooth import Scalar
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.wheel import Contact, Wheel, WheelForce
 
-ENTRY = 0.1
-"""Part of the contact over which soil that has just been touched is still met at the height where it entered: a simulated soil's
-step of 10 mm on a contact of 60 to 130 mm."""
-
 
 @dataclass(frozen=True)
 class Factors:
@@ -44,27 +40,32 @@ class Factors:
 
 @dataclass(frozen=True)
 class TurnSlip:
-    """The fit-free law.
+    """The fit-free law, of a real soil by default.
 
-    contact_step: s, time step of the simulated soil, whose first contact counts a whole step of shear, half a step too
-    much on average: 2 ms in the reference vehicle's runs, 1 ms on its single-wheel rig, 0 for a real soil;
+    Where data come from a simulated soil: contact_step (s), its time step, of which its first contact counts a whole one of
+    shear, half a step too much on average; contact_entry, the part of the contact over which soil that has just been touched is
+    still met at the height where it entered; patch_length, length over radius of the patch that its contact search finds, which
+    reaches above the soil: k_c then counts 1/b + 1/L, half the patch's perimeter over its area, instead of 1/b;
     speed_floor: m/s, v_x is used as sqrt(v_x^2 + speed_floor^2); slip_floor: pure number, sliding speeds are used as
     sqrt(|u|^2 + (slip_floor v_x)^2 + (yaw_rate b)^2/12), the last for the scrub over the width of a wheel that yaws (not
     of one that leans: its rim sweeps all of its width alike);
     front_nodes: Gauss nodes ahead of the wheel centre (one stands behind); factors: of a calibration.
-    Raises ValueError unless contact_step >= 0 and the others are positive.
+    Raises ValueError unless contact_step and patch_length are >= 0 and the others positive.
     """
 
-    contact_step: float = 0.002
+    contact_step: float = 0.0
     speed_floor: float = 0.1
     slip_floor: float = 0.003
     front_nodes: int = 5
     factors: Factors = field(default_factory=Factors)
+    contact_entry: float = 0.1
+    patch_length: float = 0.0
 
     def __post_init__(self) -> None:
-        if not self.contact_step >= 0:
-            raise ValueError(f"turn_slip: expected contact_step >= 0 s, found {self.contact_step}")
-        for name in ("speed_floor", "slip_floor", "front_nodes"):
+        for name in ("contact_step", "patch_length"):
+            if not getattr(self, name) >= 0:
+                raise ValueError(f"turn_slip: expected {name} >= 0, found {getattr(self, name)}")
+        for name in ("speed_floor", "slip_floor", "front_nodes", "contact_entry"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"turn_slip: expected {name} > 0, found {getattr(self, name)}")
 
@@ -76,13 +77,15 @@ class TurnSlip:
     def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
         """Forces on one wheel; see the module for the equations and softsoil.symbolic.wheel for conventions."""
         wheel = replace(wheel, width=wheel.width * self.factors.width)
+        if self.patch_length:
+            soil = replace(soil, k_phi=soil.k_phi + soil.k_c * (1.0 / (self.patch_length * wheel.radius)))
         scrub = contact.yaw_rate * self.factors.turn * wheel.width
         contact = replace(contact, yaw_rate=(contact.yaw_rate + contact.sweep) * self.factors.turn)
         beside, inside = contact_lines(soil, wheel, contact, self.front_nodes)
         v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
         least = (self.slip_floor * v) ** 2 + scrub**2 / 12.0
         extra, late = 0.5 * self.contact_step + self.factors.entry_time, self.contact_step * v
-        motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late if self.contact_step else 0.0)
+        motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late if self.contact_step else 0.0, self.contact_entry)
         # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.
         per_k, aside = (2.0 / soil.k) * self.factors.path, 2.0 / (v * wheel.width)
         f_x, f_y, m_y, m_z = _strip(soil, wheel, motion, beside, 1.0, per_k, aside)
@@ -126,7 +129,7 @@ class Sliding:
 
     twice_per_v: 2/v_x (s/m); least: square of the least sliding speed (m^2/s^2); extra: time that a path counts beyond its
     own (s); late: way (m) by which a simulated soil's surface lags behind the rim: it meets the wheel with the height of one
-    step before, where the rim moves more slowly backward.
+    step before, where the rim moves more slowly backward, over the part `entry` of the contact.
     """
 
     contact: Contact
@@ -135,6 +138,7 @@ class Sliding:
     least: Scalar
     extra: Scalar
     late: Scalar = 0.0
+    entry: float = 0.1
 
     def at(self, x: Scalar, depth: Scalar, along: float = 0.0) -> tuple[Scalar, Scalar, Scalar]:
         """u_x, u_y and the smooth |u| at x (m), with `depth` = sqrt(r^2 - x^2); along: x over the front end of the contact."""
@@ -146,7 +150,7 @@ class Sliding:
         """Depth below the axle (m) at which soil at x (m) is met: of the rim `late` further forward, less where it enters."""
         if isinstance(self.late, float) and self.late == 0.0:
             return depth
-        ahead = self.late * (1.0 - math.exp(-(1.0 - along) / ENTRY))
+        ahead = self.late * (1.0 - math.exp(-(1.0 - along) / self.entry))
         return depth - ahead * (x + 0.5 * ahead) * (1.0 / self.radius)
 
     def _length(self, u_x: Scalar, u_y: Scalar) -> Scalar:

@@ -6,15 +6,12 @@ the numerics of the reference rig (grid of 0.025 m, step of 1 ms, the wheel besi
 grid and step differ, [rig] factors make the front-wheel force worse, so they are used on that rig's runs only.
 """
 
-from __future__ import annotations
-
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from pathlib import Path
 
-from softsoil.files.toml_file import read_toml
+from softsoil.files.toml_file import finite, read_toml
 from softsoil.symbolic.laws.turn_slip import Factors, TurnSlip
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.wheel import Contact, Wheel, WheelForce
@@ -40,16 +37,9 @@ def load_factors(path: Path, section: str) -> Factors:
     values: dict[str, float] = {}
     for key, entry in table.get(section, {}).items():
         value = entry.get("value") if isinstance(entry, Mapping) else entry
-        if (
-            key not in known
-            or isinstance(value, bool)
-            or not isinstance(value, int | float)
-            or not math.isfinite(value)
-        ):
-            raise ValueError(
-                f"{path}: [{section}]: expected numbers for {', '.join(sorted(known))}; found {key} = {entry}"
-            )
-        values[key] = float(value)
+        if key not in known:
+            raise ValueError(f"{path}: [{section}]: expected keys {', '.join(sorted(known))}; found {key!r}")
+        values[key] = finite(value, f"{path}: [{section}]: {key}")
     return Factors(**values)
 
 
@@ -78,6 +68,4 @@ class TurnSlipCalibrated:
     def __call__(self, soil: Soil, wheel: Wheel, contact: Contact) -> WheelForce:
         """Forces on one wheel, as softsoil.symbolic.laws.turn_slip."""
         chosen = self.factors or _packaged("rig" if self.on_reference_rig else "soil")
-        base = self.base
-        law = TurnSlip(base.contact_step, base.speed_floor, base.slip_floor, base.front_nodes, chosen)
-        return law(soil, wheel, contact)
+        return replace(self.base, factors=chosen)(soil, wheel, contact)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from softsoil.calibration.calibration_study import calibrated_law, run_study
-from softsoil.calibration.refit_dallas import G2_SCALE, Matched, fit_branch, match_run, side_force
+from softsoil.calibration.refit_dallas import G2_SCALE, Matched, fit_branch, match_run, side_force, tables_to_toml
 from softsoil.calibration.single_wheel import law_for, run_errors
 from softsoil.calibration.turn_slip_fit import calibrate, with_soil
 from softsoil.figures.single_wheel import draw_force_against_slip
 from softsoil.recording.rig import WheelRun
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.dallas import Branch, Dallas, Factor, SlipRange
-from softsoil.symbolic.laws.dallas_refit import load_tables, tables_to_toml
+from softsoil.symbolic.laws.dallas_refit import load_tables
 from softsoil.symbolic.laws.turn_slip import Factors
 from softsoil.symbolic.laws.turn_slip_calibrated import load_factors
 from wheel_runs import own_data, sine_run

@@ -111,7 +111,7 @@ def test_a_bad_table_is_named(tmp_path, text, words):
 def test_a_wheel_file(tmp_path):
     path = tmp_path / "wheel.toml"
     path.write_text("radius = 0.058\nwidth = 0.05\n", encoding="utf-8")
-    assert read_wheel(path) == {"radius": 0.058, "width": 0.05, "contact_step": 0.0}
+    assert read_wheel(path) == {"radius": 0.058, "width": 0.05, "contact_step": 0.0, "patch_length": 0.0}
     path.write_text("radius = -1\nwidth = 0.05\n", encoding="utf-8")
     with pytest.raises(ValueError, match="'radius'"):
         read_wheel(path)

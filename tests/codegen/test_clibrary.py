@@ -11,14 +11,14 @@ from c_folders import NAMES, SCALAR, declared, library
 from drives import clay_drive, reference_vehicle
 from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.build import FLAGS
+from softsoil.codegen.discretize import start_memory, step_with_memory
+from softsoil.codegen.sampling import STEP
 from softsoil.estimator.c_library import c_parts, filter_numbers
 from softsoil.estimator.inputs import measured_inputs, measured_states
 from softsoil.estimator.ukf import UnscentedKalmanFilter
-from softsoil.symbolic.discretize import start_memory, step_with_memory
-from softsoil.symbolic.sampling import STEP
 from softsoil.symbolic.signals import Layout
 from softsoil.symbolic.soil import CLAY
-from softsoil.symbolic.wheel import Contact, force_law
+from softsoil.symbolic.wheel import Contact
 
 SAME = 1e-9
 """What the library promises; rounding alone is about 1e-12."""
@@ -81,7 +81,7 @@ def test_forces_equal_the_law():
     lib, wheel = library("plain"), reference_vehicle().wheel
     names = ("v_x", "v_y", "omega", "load", "yaw_rate", "steer_rate", "dv_y", "entry_path", "overlap")
     s = [ca.SX.sym(name) for name in names]
-    force = force_law("turn_slip")(CLAY, wheel, Contact(*s))
+    force = declared("plain").force_law()(CLAY, wheel, Contact(*s))
     law = ca.Function("law", s, [force.f_x, force.f_y, force.m_y, force.m_z, force.sinkage, force.exit_path])
     rng = np.random.default_rng(0)
     for _ in range(50):

@@ -5,15 +5,16 @@ import pytest
 from typer.testing import CliRunner
 
 from c_folders import declared, library
+from softsoil.codegen.sampling import STEP
 from softsoil.commands.cli import app
 from softsoil.symbolic.declaration import declaration_toml
-from softsoil.symbolic.sampling import STEP
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = pytest.mark.compiler
 SAME = 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plain", "tracks"])
 def test_unit_runs_in_fmpy(name, tmp_path):
     """Inputs that change at every step, against softsoil_step."""

@@ -10,12 +10,12 @@ from c_folders import folder, library
 from drives import CLAY_LOG, PROJECT, clay_drive
 from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.statuses import STATUSES
+from softsoil.codegen.sampling import STEP
 from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_std
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.bicycle import INPUTS
-from softsoil.symbolic.sampling import STEP
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
 
 pytestmark = pytest.mark.compiler
@@ -217,6 +217,7 @@ def test_wrong_soil_class_is_said_within_five_seconds():
     assert said_inconsistent(SAND) > 0 and said_inconsistent(SANDY_LOAM) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plain", "tracks"])
 def test_storm_under_sanitizers(name, tmp_path):
     """A few thousand steps of everything that can go wrong; `benchmarks/clibrary_trust.py storm` runs ten million."""

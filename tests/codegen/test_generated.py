@@ -52,6 +52,7 @@ def run(*command, **more):
     return subprocess.run(command, capture_output=True, text=True, check=False, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
 @pytest.mark.parametrize("name", NAMES)
@@ -65,6 +66,7 @@ def test_compilers_have_nothing_to_say(name, compiler, tmp_path):
         assert built.returncode == 0 and not built.stderr, built.stderr[:2000]
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("name", NAMES)
 def test_no_allocation_no_globals_libm_only(name, tmp_path):
@@ -92,6 +94,7 @@ MATHEMATICS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 def test_size_in_the_readme_is_the_size(tmp_path):
     if shutil.which("gcc") is None:

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from drives import CLAY_LOG, LOAM_LOG, PROJECT
 from softsoil.commands.cli import app
+from softsoil.estimator.verdict import WORDS
 from softsoil.mpc_demo.study import LATERAL
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.log_names import named_n, named_soil
@@ -57,7 +58,8 @@ def test_study_writes_what_it_says(home, short_log):
         assert f"wrote {name}" in result.output
     (entry,) = json.loads((home / "runs/study/study.json").read_text(encoding="utf-8"))["logs"]
     keys = {"log", "soil", "n_true", "n_initial", "n_estimated", "error_percent", "converged_s", "mse"}
-    assert set(entry) == keys and finite(entry)
+    keys |= {"verdict", "reason"}
+    assert set(entry) == keys and finite(entry) and entry["verdict"] in WORDS and entry["verdict"] in result.output
     assert (entry["log"], entry["soil"], entry["n_true"]) == ("short_clay_n0.50", "clay", 0.5)
     assert entry["n_initial"] == pytest.approx(0.7)
     assert entry["error_percent"] == pytest.approx(100 * abs(entry["n_estimated"] - 0.5) / 0.5)
@@ -88,6 +90,7 @@ def no_figures(monkeypatch):
     monkeypatch.setattr("softsoil.commands.study.draw_study", lambda study, path: path)
 
 
+@pytest.mark.slow
 def test_study_is_the_same_for_the_same_seed(home, short_log, no_figures):
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
         assert softsoil("study", short_log, "--seed", seed, "--out", home / name).exit_code == 0
@@ -103,8 +106,14 @@ def test_estimate_writes_what_it_says(home, short_log):
     assert files(home) == ["e/estimate.json", "e/estimate.png"]
     found = json.loads((home / "e/estimate.json").read_text(encoding="utf-8"))
     keys = {"software", "vehicle", "n_front", "n_rear", "n_front_std", "n_rear_std", "converged_s"}
-    keys |= {"nis_inside_95", "step_us", "trace"}
-    assert set(found) == keys and finite(found)
+    keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s"}
+    missing = {"nis_inside_95"}  # the log carries no sensor noise
+    assert set(found) == keys and finite({key: value for key, value in found.items() if key not in missing})
+    assert found["verdict"] in WORDS and found["nis_inside_95"] is None
+    lines = result.output.splitlines()
+    assert next(i for i, line in enumerate(lines) if found["verdict"] in line) < next(
+        i for i, line in enumerate(lines) if "n front" in line
+    )
     assert set(found["step_us"]) == {"median", "p99"} and set(found["trace"]) == {"t", "n_front", "n_rear"}
     assert found["trace"]["n_front"][-1] == found["n_front"]
     assert len({len(series) for series in found["trace"].values()}) == 1
@@ -141,6 +150,7 @@ def test_generate_again_writes_the_same(home):
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
+@pytest.mark.slow
 def test_truth_never_enters(home, short_log, no_figures):
     """The same JSON, apart from times, whether the log has its true_* columns or lies about them."""
     table = pd.read_csv(short_log)

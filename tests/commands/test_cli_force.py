@@ -57,6 +57,7 @@ def test_bad_input_is_one_line_and_code_2(arguments, words, tmp_path):
     assert words in done.output and "Traceback" not in done.output
 
 
+@pytest.mark.slow
 def test_sweep_resumes(tmp_path):
     arguments = ["sweep", "--workers", "1", "--out", str(tmp_path)]
     assert CliRunner().invoke(app, [*arguments, "--runs", "2"]).exit_code == 0

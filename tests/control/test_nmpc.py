@@ -1,5 +1,6 @@
 """The real-time solver: its derivatives, its subproblem and its solutions against CasADi's own."""
 
+import ctypes
 from functools import lru_cache
 
 import casadi as ca
@@ -8,13 +9,16 @@ import pytest
 
 from drives import reference_vehicle
 from nmpc_problem import N, small_ocp
-from softsoil.control.nmpc import Nmpc, clip
-from softsoil.control.nmpc_casadi import CasadiNmpc, fallback
+from softsoil.control.c_controller import controller_files
+from softsoil.control.nmpc import Nmpc
+from softsoil.control.nmpc_binding import CController
+from softsoil.control.nmpc_casadi import CasadiNmpc, answers_in_time, fallback
+from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.ocp_examples import closed_loop_cost, tanh_bicycle
-from softsoil.control.ocp_riccati import NOT_CONVEX, SOLVED, solve_qp
-from softsoil.control.ocp_stage import Stages
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.soil import CLAY
 
 OBSTACLES = np.array([[8.0, 2.2, 0.4]])
 
@@ -26,80 +30,59 @@ def straight(ocp: Ocp, y: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     return ref, np.stack([ocp.z.pack(u=5.0, x=place) for place in x])
 
 
+INSIDE = """
+#include <string.h>
+void inside_ab(const softsoil_nmpc_t *c, double *ab) {
+  for (int k = 0; k < QP_N; ++k)
+    for (int i = 0; i < NZ; ++i) memcpy(ab + (k * NZ + i) * NV, c->work.qp.AB[k][i], NV * sizeof(double));
+}
+void inside_clip(softsoil_nmpc_t *c, double *h) {
+  for (int k = 0; k < STAGES; ++k)
+    for (int i = 0; i < NV; ++i) memcpy(c->work.qp.H[k][i], h + (k * NV + i) * NV, NV * sizeof(double));
+  clip(&c->work.qp);
+  for (int k = 0; k < STAGES; ++k)
+    for (int i = 0; i < NV; ++i) memcpy(h + (k * NV + i) * NV, c->work.qp.H[k][i], NV * sizeof(double));
+}
+"""
+"""Windows into the C code for the tests below."""
+
+
+@lru_cache(maxsize=1)
+def inside() -> CController:
+    """The controller of the small problem with its insides in sight, started."""
+    texts = controller_files(small_ocp(), digits=17)
+    controller = CController(small_ocp(), {**texts, "src/softsoil_nmpc.c": texts["src/softsoil_nmpc.c"] + INSIDE})
+    controller.call("init", None, small_ocp().z.nominal)
+    return controller
+
+
 def test_sensitivities_are_those_of_the_casadi_step():
-    ocp = small_ocp()
-    stages, rng = Stages(ocp), np.random.default_rng(1)
+    ocp, controller, rng = small_ocp(), inside(), np.random.default_rng(1)
     ref, z = straight(ocp)
     z, w = z + 0.03 * rng.standard_normal(z.shape), 0.1 * rng.standard_normal((N, 2))
-    stages.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, np.zeros((N + 1, 2, 3)))
-    stages.linearise(z, w)
+    controller.call("guess", z, w)
+    controller.call("parameters", ocp.s.nominal, np.zeros((N, 1)), ref, np.zeros((N + 1, 2, 3)))
+    controller.call("linearise")
+    ab = np.zeros((N, len(ocp.z), len(ocp.z) + 2))
+    controller.c.inside_ab(controller.self, ab.ctypes.data_as(ctypes.c_void_p))
     a, b, r, s = ocp.symbols()
     end = ocp.step()(a, b, r, s)
     check = ca.Function("check", [a, b, r, s], [end, ca.jacobian(end, ca.vertcat(a, b))])
     for k in (0, N - 1):
         value, jacobian = check(z[k], w[k], np.zeros(0), ocp.s.nominal)
-        np.testing.assert_allclose(stages.end[k], np.array(value).ravel(), rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(stages.AB[k], np.array(jacobian), rtol=1e-9, atol=1e-10)
+        np.testing.assert_allclose(controller.view("end")[k], np.array(value).ravel(), rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(ab[k], np.array(jacobian), rtol=1e-9, atol=1e-10)
 
 
-def random_qp(seed: int, n: int = 6, nz: int = 3):
-    """A convex problem with limits on one state (soft) and both inputs (hard), and one general soft row."""
-    rng, nv = np.random.default_rng(seed), nz + 2
-    root = rng.standard_normal((n + 1, nv, nv))
-    H = root @ root.transpose(0, 2, 1) + 0.1 * np.eye(nv)
-    g, AB, b = rng.standard_normal((n + 1, nv)), 0.5 * rng.standard_normal((n, nz, nv)), rng.standard_normal((n, nz))
-    general = rng.standard_normal((n + 1, 1, nv))
-    general[n, :, nz:] = 0.0
-    c = rng.uniform(0.1, 0.6, (n + 1, 7))
-    on = np.ones((n + 1, 7), dtype=bool)
-    on[n, 2:6] = on[0, :2] = on[0, 6] = False
-    return H, g, AB, b, rng.standard_normal(nz), np.array([1, nz, nz + 1]), general, c, on
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_subproblem_agrees_with_a_general_solver(seed):
-    H, g, AB, b, z0, box, general, c, on = random_qp(seed)
-    n, nz, nv = AB.shape
-    soft, rho = np.array([True, True, False, False, False, False, True]), np.array([1.0, 4.0])
-    v, pi = np.zeros((n + 1, nv)), np.zeros((n + 1, nz))
-    rows = [np.zeros((n + 1, 7)) for _ in range(4)]
-    outcome, _ = solve_qp(H, g, AB, b, z0, box, general, c, on, soft, rho, v, pi, *rows, 0.1, 1e-10, 50)
-    assert outcome == SOLVED
-    opti = ca.Opti()
-    x, slack = opti.variable(nv, n + 1), opti.variable(3, n + 1)
-    cost = rho[0] * ca.sum(slack) + 0.5 * rho[1] * ca.sumsqr(slack)
-    opti.subject_to(ca.vec(slack) >= 0)
-    opti.subject_to(x[:nz, 0] == z0)
-    for k in range(n + 1):
-        cost += 0.5 * ca.bilin(H[k], x[:, k], x[:, k]) + ca.dot(g[k], x[:, k])
-        if k < n:
-            opti.subject_to(x[:nz, k + 1] == AB[k] @ x[:, k] + b[k])
-        else:
-            opti.subject_to(x[nz:, k] == 0)
-        for i, index in enumerate(box):
-            for side, sign in enumerate((1, -1)):
-                if on[k, 2 * i + side]:
-                    opti.subject_to(
-                        sign * x[int(index), k] + c[k, 2 * i + side] + (slack[side, k] if i == 0 else 0) >= 0
-                    )
-        if on[k, 6]:
-            opti.subject_to(ca.dot(general[k, 0], x[:, k]) + c[k, 6] + slack[2, k] >= 0)
-    opti.minimize(cost)
-    opti.solver("ipopt", {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10}})
-    np.testing.assert_allclose(v, np.array(opti.solve().value(x)).T, atol=2e-5)
-
-
-def test_a_concave_subproblem_is_said_and_clipping_cures_it():
-    H, g, AB, b, z0, box, general, c, on = random_qp(3)
-    n, nz, nv = AB.shape
-    soft, rho = np.array([True, True, False, False, False, False, True]), np.array([1.0, 4.0])
-    H = H - 30.0 * np.eye(nv)
-    outcomes = []
-    for hessian in (H, clip(H)):
-        v, pi = np.zeros((n + 1, nv)), np.zeros((n + 1, nz))
-        rows = [np.zeros((n + 1, 7)) for _ in range(4)]
-        outcomes.append(solve_qp(hessian, g, AB, b, z0, box, general, c, on, soft, rho, v, pi, *rows, 0.1, 1e-8, 50)[0])
-    assert outcomes == [NOT_CONVEX, SOLVED]
+def test_clipping_raises_the_eigenvalues_and_nothing_else():
+    nv, rng = len(small_ocp().z) + 2, np.random.default_rng(2)
+    root = rng.standard_normal((N + 1, nv, nv))
+    hessian = root + root.transpose(0, 2, 1)
+    values, vectors = np.linalg.eigh(hessian)
+    expected = (vectors * np.maximum(values, SETTINGS.least_curvature)[:, None, :]) @ vectors.transpose(0, 2, 1)
+    found = np.ascontiguousarray(hessian)
+    inside().c.inside_clip(inside().self, found.ctypes.data_as(ctypes.c_void_p))
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 def test_converged_plan_is_ipopts():
@@ -194,6 +177,11 @@ def test_fatrop_finds_the_stages_and_ipopts_plan():
     np.testing.assert_allclose(solvers[0].z, solvers[1].z, atol=1e-3)
 
 
+def test_a_plugin_that_never_returns_is_given_up():
+    assert answers_in_time("pass") and not answers_in_time("raise SystemExit(3)")
+    assert not answers_in_time("while True: pass", 0.3)
+
+
 def test_a_solver_that_casadi_lacks_is_refused(monkeypatch):
     monkeypatch.setattr(ca, "has_nlpsol", lambda name: name == "ipopt")
     assert fallback() == "ipopt"
@@ -241,3 +229,21 @@ def test_parameters_of_another_shape_are_refused(wrong):
     given = {"s": ocp.s.nominal, "r": np.zeros((40, 0)), "ref": np.zeros((41, 4)), "obstacles": None, **wrong}
     with pytest.raises(ValueError, match="expected"):
         Nmpc(ocp).set_parameters(**given)
+
+
+def test_histories_follow_the_plan():
+    plain = reference_vehicle().with_(effects={})
+    model = Declaration(plain, CLAY).with_effects({"multipass": {"kappa": 0.7}}).build()
+    ocp = Ocp(model, reference_vehicle(), OcpSettings(steps=20, dt=0.1))
+    solver = Nmpc(ocp)
+    memory = np.zeros(len(model.cells))
+    z = np.tile(ocp.z.pack(u=5.0, steer=0.2, omega_z=0.3), (21, 1))
+    solver.set_initial_guess(z, np.zeros((20, 2)))
+    r = solver.histories(memory, ocp.s.nominal)
+    names = [signal.name for memory in model.memories for signal in memory.provides]
+    assert r.shape == (20, len(names))
+    provided = dict(zip(names, r.T, strict=True))
+    assert provided["rut_path_l"][-1] > provided["rut_path_l"][0] >= 0, (
+        "the front wheels leave shear path that the rear ones meet later"
+    )
+    assert abs(provided["rut_offset_l"][-1]) > 0.01, "in a turn the rut lies beside the rear wheels"

@@ -1,17 +1,20 @@
 """The model in other tools' forms computes what the model computes."""
 
+import re
 import subprocess
+import sys
+import textwrap
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from drives import clay_bicycle, reference_vehicle
+from drives import PROJECT, clay_bicycle, reference_vehicle
 from softsoil.codegen.compiled import find_compiler
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_casadi import programme, write_solver
 from softsoil.control.ocp import REFERENCE, Ocp, OcpSettings
-from softsoil.control.plugs_acados import to_acados
+from softsoil.control.plugs_acados import to_acados, to_acados_ocp
 from softsoil.control.plugs_do_mpc import do_mpc_controller, to_do_mpc
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout, Signal
@@ -81,6 +84,45 @@ def test_acados_fields_hold_the_same_rates(whole):
     assert len(fields.x_labels) == fields.x.numel() and len(fields.p_labels) == fields.p.numel()
 
 
+@pytest.mark.parametrize("obstacles", (0, 2))
+def test_the_acados_problem_has_the_same_cost_and_limits(obstacles):
+    """Costs as acados adds them up, stages times the step and the last one as it is, against the programme's objective."""
+    model = clay_bicycle() if obstacles else linear_bicycle()
+    problem = Ocp(model, reference_vehicle(), OcpSettings(steps=4, dt=0.1, obstacles=obstacles))
+    fields, rng, n = to_acados_ocp(problem), np.random.default_rng(0), 4
+    m, dt = fields.model, problem.settings.dt
+    z = problem.z.pack(Z0) + 0.05 * rng.standard_normal((n + 1, len(problem.z)))
+    w = 0.1 * rng.standard_normal((n, 2))
+    ref, places = rng.standard_normal((n + 1, 4)), rng.uniform(4.0, 8.0, (n + 1, 3 * obstacles))
+    s, r = problem.s.nominal, np.zeros(len(problem.r))
+    p = [np.concatenate([s, r, ref[k], places[k]]) for k in range(n + 1)]
+    stage = ca.Function("stage", [m.x, m.u, m.p], [m.cost_expr_ext_cost, m.con_h_expr])
+    last = ca.Function("last", [m.x, m.p], [m.cost_expr_ext_cost_e, m.con_h_expr_e])
+    total = dt * sum(float(stage(z[k], w[k], p[k])[0]) for k in range(n)) + float(last(z[n], p[n])[0])
+    form = programme(problem)
+    values = ca.Function("values", [form.nlp["x"], form.nlp["p"]], [form.nlp["f"], form.nlp["g"]])
+    f, g = values(form.pack(z, w), np.concatenate([s, np.zeros(len(r) * n), ref.ravel(), places.ravel()]))
+    assert total == pytest.approx(float(f), rel=1e-12)
+    rows = (stage(z[2], w[2], p[2])[1], last(z[n], p[n])[1])
+    theirs = np.array(g).ravel()
+    for h, least, soft in zip(rows, ("lh", "lh_e"), ("idxsh", "idxsh_e"), strict=True):
+        h = np.array(h).ravel()
+        assert all(np.isclose(theirs, value, rtol=1e-12).any() for value in h)
+        assert len(h) == len(getattr(fields.constraints, least)) == len(getattr(fields.constraints, soft))
+    assert rows[0].numel() == 3 * obstacles + (2 if problem.bears else 0)
+    boxes = len(problem.state_box)
+    assert len(fields.cost.zl) == boxes + rows[0].numel() and len(fields.cost.Zu_e) == boxes + rows[1].numel()
+    assert fields.cost.zl_e[0] == pytest.approx(dt * problem.settings.weights.slack)
+    assert fields.cost.Zl[0] == pytest.approx(problem.settings.weights.slack_squared)
+    np.testing.assert_array_equal(fields.constraints.ubu, problem.w.upper)
+    np.testing.assert_array_equal(
+        [fields.constraints.lbx, fields.constraints.ubx], np.array(list(problem.state_box.values())).T
+    )
+    assert len(fields.parameter_values) == m.p.numel() == len(m.p_labels)
+    assert m.p_labels[-1:] == (["obstacle_1_radius"] if obstacles else ["ref_u"])
+    assert fields.solver_options.N_horizon == n and fields.solver_options.tf == pytest.approx(n * dt)
+
+
 def test_a_name_that_is_no_identifier_is_refused():
     with pytest.raises(ValueError, match="starts with a letter"):
         to_acados(ocp(), "1; rm")
@@ -114,3 +156,15 @@ def test_the_whole_solver_as_one_c_file_finds_the_same_plan(tmp_path):
     )
     _, w = form.unpack(np.array(found["x"]).ravel())
     np.testing.assert_allclose(w, ours.w, atol=2e-3)
+
+
+def test_the_do_mpc_example_of_the_docs_runs_as_printed():
+    text = (PROJECT / "docs" / "plugs.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"(?:^    .*\n|^\n)+", text, re.M)
+    (printed,) = [block for block in blocks if "mpc.make_step" in block]
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(printed)], capture_output=True, text=True, cwd=PROJECT, check=False
+    )
+    assert done.returncode == 0, done.stderr[-1000:]
+    steer_rate, _ = map(float, re.findall(r"-?[\d.]+(?:e-?\d+)?", done.stdout.splitlines()[-1]))
+    assert steer_rate > 0.05, "the path lies to the left"

@@ -6,10 +6,10 @@ import pytest
 from drives import clay_bicycle, clay_drive
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
+from softsoil.estimator.promote import tie_parameters
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import fit_windows
 from softsoil.recording.noise import TABLE5, add_noise
-from softsoil.symbolic.model import tie_parameters
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 SIGMA = np.array([TABLE5[name] for name in ("x", "y", "psi", "u", "v", "omega_z")])

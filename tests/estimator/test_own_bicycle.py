@@ -23,6 +23,7 @@ def estimates():
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axle", ["n_front", "n_rear"])
 def test_n_ends_at_the_truth_from_a_guess_off_by_0_2(estimates, axle):
     errors = np.array([abs(getattr(e, axle)[-1] / CLAY.n - 1) for e in estimates])
@@ -30,12 +31,14 @@ def test_n_ends_at_the_truth_from_a_guess_off_by_0_2(estimates, axle):
     assert errors.max() <= 0.05
 
 
+@pytest.mark.slow
 def test_nis_lies_in_its_band_as_often_as_it_should(estimates):
     inside = np.array([e.nis_inside_95 for e in estimates])
     assert inside.min() >= 0.90
     assert inside.max() <= 0.99
 
 
+@pytest.mark.slow
 def test_truth_lies_within_the_stated_uncertainty(estimates):
     away = np.array([abs(e.n_front[-1] - CLAY.n) / e.n_front_std[-1] for e in estimates])
     assert np.mean(away < 3) >= 0.9

@@ -75,7 +75,9 @@ def test_python_of_the_readme_prints_what_the_command_prints(tmp_path):
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
     found = json.loads((tmp_path / "out" / "estimate.json").read_text(encoding="utf-8"))
-    assert run.stdout.strip() == f"n {found['n_front']:.3f} ± {found['n_front_std']:.3f}"
+    verdict, number = run.stdout.splitlines()
+    assert verdict == found["verdict"] and result.output.splitlines()[1].startswith(f"{verdict}: ")
+    assert number == f"n {found['n_front']:.3f} ± {found['n_front_std']:.3f}"
     assert f"n front {found['n_front']:.3f} ± {found['n_front_std']:.3f}" in result.output
 
 

@@ -7,29 +7,18 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from drives import reference_vehicle
 from nmpc_problem import small_ocp
 from softsoil.commands.cli import app
 from softsoil.commands.drive import as_json, recovered
 from softsoil.control.courses import WARM_UP, straight
 from softsoil.control.nmpc import Nmpc
-from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.path import Path
 from softsoil.figures.drive import animate, draw_drive
 from softsoil.mpc_demo.closed_loop import DEADLINE, ClosedLoop, LoopLog
-from softsoil.mpc_demo.closed_loop_parts import (
-    TICK,
-    Faults,
-    Histories,
-    LoopEstimator,
-    NoisySensors,
-    Pedals,
-    PlanFollower,
-)
+from softsoil.mpc_demo.closed_loop_parts import TICK, Faults, NoisySensors
 from softsoil.mpc_demo.scenarios import scenarios
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
-from softsoil.symbolic.declaration import Declaration
 from softsoil.symbolic.soil import CLAY
 
 
@@ -92,32 +81,6 @@ def test_before_what_it_cannot_pass_the_vehicle_stops(where, radius):
     assert np.abs(run.column("truth")[:, 5]).max() < 1.5, "no wild turn"
 
 
-def test_the_estimator_begins_each_drive_anew():
-    estimator = LoopEstimator(small_ocp().model, np.full(6, 0.1))
-    inputs = {signal.name: signal.nominal for signal in small_ocp().model.external}
-    x0 = np.array([0.0, 0.0, 0.0, 5.0, 0.0, 0.0])
-    found = []
-    for _ in range(2):
-        estimator.start(x0, 0.7, True)
-        for k in range(50):
-            estimator.tick(inputs, x0 + [0.06 * (k + 1), 0.0, 0.0, 0.0, 0.0, 0.0])
-        found.append((estimator.filter.x, estimator.n_std))
-    np.testing.assert_array_equal(found[0][0], found[1][0])
-    assert found[0][1] == found[1][1]
-
-
-def test_a_filter_that_broke_down_starts_again_where_it_is_measured():
-    estimator = LoopEstimator(small_ocp().model, np.full(6, 0.1))
-    inputs = {signal.name: signal.nominal for signal in small_ocp().model.external}
-    x0 = np.array([1.0, 2.0, 0.0, 5.0, 0.0, 0.0])
-    estimator.start(x0, 0.7, True)
-    estimator.filter.x = np.full(7, np.nan)
-    for _ in range(4):
-        estimator.tick(inputs, x0)
-    assert np.isfinite(estimator.filter.x).all() and estimator.n == pytest.approx(0.7, abs=0.05)
-    np.testing.assert_allclose(estimator.states[:2], x0[:2], atol=0.5)
-
-
 def test_sensors_are_the_papers_and_faults_are_where_they_should_be():
     plant = Plant(CLAY, start=Start(u=5.0))
     sample = plant.step((0.0, 0.2, 0.0), TICK)
@@ -127,31 +90,6 @@ def test_sensors_are_the_papers_and_faults_are_where_they_should_be():
     assert np.isnan(sensors.read(1.5, sample)).all()
     wild = np.array([sensors.read(3.5, sample) for _ in range(200)])
     assert np.all(np.abs(wild - quiet.mean(axis=0)).max(axis=0) > 8 * sensors.std)
-
-
-def test_without_a_plan_the_vehicle_straightens_and_brakes():
-    follower = PlanFollower(0.1)
-    follower.take(0.0, np.full(11, 0.2), np.full(11, 5.0), np.zeros(10))
-    assert follower.command(0.5, 0.2) == pytest.approx((0.2, 5.0, 0.0))
-    steer, _, a_x = follower.command(1.5, 0.2)
-    assert 0.0 < steer < 0.2 and a_x < 0
-    throttle, brake = Pedals()(-2.0, 0.0, 5.0)
-    assert throttle == 0.0 and brake > 0
-
-
-def test_histories_follow_the_plan():
-    plain = reference_vehicle().with_(effects={})
-    model = Declaration(plain, CLAY).with_effects({"multipass": {"kappa": 0.7}}).build()
-    ocp = Ocp(model, reference_vehicle(), OcpSettings(steps=20, dt=0.1))
-    histories = Histories(ocp)
-    memory = np.zeros(len(model.cells))
-    z = np.tile(ocp.z.pack(u=5.0, steer=0.2, omega_z=0.3), (21, 1))
-    r = histories.along(memory, z, np.zeros((20, 2)), ocp.s.nominal)
-    names = [signal.name for memory in model.memories for signal in memory.provides]
-    assert r.shape == (20, len(names))
-    told = dict(zip(names, r.T, strict=True))
-    assert told["rut_path_l"][-1] > told["rut_path_l"][0] >= 0, "the front wheels leave shear path that the rear ones meet later"
-    assert abs(told["rut_offset_l"][-1]) > 0.01, "in a turn the rut lies beside the rear wheels"
 
 
 def test_paths_project_onto_themselves():

@@ -2,6 +2,7 @@
 
 import json
 import math
+import warnings
 from pathlib import Path
 
 import pytest
@@ -85,3 +86,15 @@ def test_the_same_on_a_dask_cluster(tmp_path):
     here = run_sweep(root, POINTS, tmp_path / "here", workers=1)
     assert sweep.results == here.results
     assert json.loads((tmp_path / RESULTS).read_text(encoding="utf-8").splitlines()[0])["result"]
+
+
+def noisy(point):
+    """A task that warns."""
+    warnings.warn("from a worker", RuntimeWarning, stacklevel=1)
+    return {"x": point["x"]}
+
+
+def test_warnings_of_tasks_stay_with_them(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not run_sweep(noisy, POINTS[:2], tmp_path, workers=1).failures

@@ -17,6 +17,7 @@ from softsoil.recording.read import read_drive
 from softsoil.symbolic.soil import CLAY, SAND
 
 
+@pytest.mark.slow
 @pytest.mark.shared
 def test_rig_matches_the_val_runs(shared_data: Path) -> None:
     found = np.concatenate([errors(p, 8) for p in sorted((shared_data / "chrono_rig").glob("*_val.npz"))])
@@ -24,6 +25,7 @@ def test_rig_matches_the_val_runs(shared_data: Path) -> None:
     assert np.percentile(found[:, 1], 95) < 0.12
 
 
+@pytest.mark.slow
 @pytest.mark.shared
 @pytest.mark.parametrize(
     ("name", "begin"), [("multi_clay_n0.65", 17.0), ("multi_sandyloam_n0.70", 2.0), ("paper_sand_n1.08", 2.0)]

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.judges.drive_windows import compare, window, with_the_others_steering
 from softsoil.plant.bed import SoilBed
 from softsoil.plant.kernel import kernel
-from softsoil.plant.raycast import EARLY, EDGE, ray_hit
+from softsoil.plant.reference.raycast import EARLY, EDGE, ray_hit
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.recording.read import read_drive
@@ -100,6 +100,7 @@ def test_a_plant_goes_on_as_it_was_saved(tmp_path: Path) -> None:
     assert not np.array_equal(exact.step((0.2, 0.3, 0.0), 0.024).row, here.row)
 
 
+@pytest.mark.slow
 @pytest.mark.shared
 @pytest.mark.parametrize(
     ("name", "begin", "speed"),

@@ -15,9 +15,9 @@ from benchmarks.judges.drive_windows import with_the_others_steering
 from softsoil.plant.dynamics import GRAVITY
 from softsoil.plant.kinematics import _double_wishbone, _pose
 from softsoil.plant.machine import REFERENCE, PlantVehicle, load_plant_vehicle
+from softsoil.plant.reference.idler import idler_moment
 from softsoil.plant.start import Start
 from softsoil.plant.state import SPIN
-from softsoil.plant.steering import idler_moment
 from softsoil.plant.suspension import AXLE_X, COUNT, ROD, carrier
 from softsoil.plant.world import Plant
 from softsoil.symbolic.soil import CLAY

@@ -21,10 +21,11 @@ from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
 from softsoil.refinement.excitation import one_wave, strongest_line
 from softsoil.refinement.fit import Fit, Free
-from softsoil.refinement.folds import FOLDS, folded
-from softsoil.refinement.refine import held_mse, inseparable, refine
-from softsoil.refinement.selection import LEAST_GAIN, Selection, least_sigmas, least_whole, placed_for_sure, supported
-from softsoil.refinement.trace import DECLARED_WITHIN, Candidate, everything, fit_base, gain_of, loosened, make_bench
+from softsoil.refinement.folds import folded
+from softsoil.refinement.refine import close_calls, held_mse, inseparable, refine
+from softsoil.refinement.rules import RULES
+from softsoil.refinement.selection import Selection, least_sigmas, least_whole, placed_for_sure, supported
+from softsoil.refinement.trace import Candidate, everything, fit_base, gain_of, loosened, make_bench
 from softsoil.refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from softsoil.symbolic.catalogue import catalogue, declared_model
 from softsoil.symbolic.declaration import Declaration, load_declaration
@@ -72,6 +73,33 @@ def test_offset_that_was_added_is_found_with_its_size(found):
     assert found.after["2.5"]["omega_z"] < 0.2 * found.before["2.5"]["omega_z"]
 
 
+def test_more_of_a_declared_effect_is_named_with_all_there_is_of_it():
+    """A vehicle that pulls by 22 N m as declared, on a drive with 500 N m: what is named is all of it."""
+    pulling = Declaration(reference_vehicle().with_(effects={"yaw_moment": {"yaw_moment": 22.0}}), CLAY)
+    more = refine([drive({"yaw_moment": {"yaw_moment": 500.0}})], pulling, workers=1, candidates=CANDIDATES)
+    assert [effect.name for effect in more.effects] == ["yaw_moment"]
+    assert more.effects[0].parameters["yaw_moment"][0] == pytest.approx(500.0, rel=0.1)
+    refined = more.declaration.vehicle.effects["yaw_moment"]["yaw_moment"]
+    assert refined == more.effects[0].parameters["yaw_moment"][0]
+    as_is = refine([drive({"yaw_moment": {"yaw_moment": 22.0}})], pulling, workers=1, candidates=CANDIDATES)
+    assert as_is.verdict == "none"
+
+
+def candidate(name, gain, std):
+    fit = Fit((), np.empty(0), np.empty(0), np.empty((1, 0)), 1.0, ())
+    return Candidate(name, fit, np.ones(4), gain, std)
+
+
+def test_like_effects_that_gained_nearly_as_much_are_said():
+    """A bank and a steering offset push alike: the second, hardly behind, is a close call; a backlash has another look."""
+    known = catalogue(reference_vehicle())
+    bank, offset, play = candidate("bank", 0.6, 0.05), candidate("steering_offset", 0.57, 0.05), candidate("backlash", 0.58, 0.05)
+    none = Selection((bank,), None, (bank, play, offset), (("bank",),))  # type: ignore[arg-type]
+    assert close_calls(none, known) == (("bank", "steering_offset"),)
+    far = Selection((bank,), None, (bank, candidate("steering_offset", 0.4, 0.05)), (("bank",),))  # type: ignore[arg-type]
+    assert close_calls(far, known) == ()
+
+
 def test_nothing_is_invented_where_nothing_was_added(declared):
     clean = refine([drive({})], declared, workers=1, candidates=CANDIDATES)
     assert clean.verdict == "none"
@@ -117,7 +145,7 @@ def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
 
 
 def test_unknown_candidate_is_named(offset_drive, declared):
-    with pytest.raises(ValueError, match=r"candidates: expected names of multipass.*found 'wind'"):
+    with pytest.raises(ValueError, match=r"candidates: expected names of aligning_moment.*found 'wind'"):
         refine([offset_drive], declared, candidates=["wind"])
 
 
@@ -134,7 +162,7 @@ def test_a_drive_that_ends_standing_and_reversing_is_refined_on_its_forward_part
 
 def test_an_effect_of_no_size_is_not_named_and_said(declared):
     found = refine([drive({"yaw_moment": {"yaw_moment": 50.0}})], declared, workers=1, candidates=("yaw_moment",))
-    assert found.ranking[0].gain > LEAST_GAIN
+    assert found.ranking[0].gain > RULES.least_gain
     assert found.verdict == "none" and not found.effects
     assert any(note.startswith("yaw_moment: not named, smaller than") for note in found.notes)
 
@@ -276,8 +304,8 @@ def test_few_windows_ask_for_more():
 @pytest.mark.parametrize("one_wave", [False, True])
 def test_every_window_is_held_out_once(declared, one_wave):
     bench = make_bench([drive({})], declared, 2.0, names=("bank",))
-    parts = [folded(bench, fold, one_wave) for fold in range(FOLDS)]
-    assert all(np.all(np.diff(part.held[0]) == (1 if one_wave else FOLDS)) for part in parts)
+    parts = [folded(bench, fold, one_wave) for fold in range(RULES.folds)]
+    assert all(np.all(np.diff(part.held[0]) == (1 if one_wave else RULES.folds)) for part in parts)
     held = np.concatenate([part.held[0] for part in parts])
     assert np.array_equal(np.sort(held), np.arange(len(bench.shootings[0].rows)))
     for part in parts:
@@ -292,7 +320,7 @@ def test_declared_parameters_move_within_what_is_known_of_them():
     effects = declared.vehicle.effects
     for free in loose.loose:
         value = next(values[free.name] for values in effects.values() if free.name in values)
-        assert free.lower == pytest.approx((1 - DECLARED_WITHIN) * value)
+        assert free.lower == pytest.approx((1 - RULES.declared_within) * value)
         assert free.lower <= loose.absent[0, loose.model.p.index(free.name)] <= free.upper
     assert {free.name for free in loose.loose} == {"kappa", "transfer_height", "roll_sweep", "pressure_share"}
     assert bench.loose == () and bench.known == ()

@@ -8,6 +8,7 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.symbolic.bicycle import Corner, bicycle
+from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
 from softsoil.symbolic.wheel import law_names
 
@@ -31,8 +32,7 @@ def inputs(u=6.0, steer=0.0, steer_rate=0.0, a_x=0.0, slip=0.05):
 
 @pytest.fixture(params=law_names(), scope="module")
 def model(request):
-    """On a vehicle that pulls to no side."""
-    return bicycle(reference_vehicle().with_(pull=0.0), CLAY, request.param)
+    return bicycle(reference_vehicle(), CLAY, request.param)
 
 
 def test_left_and_right_mirror_each_other(model):
@@ -89,8 +89,8 @@ def test_forces_and_moments_balance(model):
 
 
 def test_a_pull_turns_a_vehicle_that_drives_straight():
-    vehicle = reference_vehicle().with_(pull=30.0)
-    found = rates(bicycle(vehicle, CLAY), np.array([0, 0, 0, 6.0, 0, 0]), inputs())
+    vehicle = reference_vehicle().with_(effects={"yaw_moment": {"yaw_moment": 30.0}})
+    found = rates(declared_model(vehicle, CLAY), np.array([0, 0, 0, 6.0, 0, 0]), inputs())
     assert found[5] == pytest.approx(30.0 / vehicle.yaw_inertia)
     assert found[4] == pytest.approx(0.0, abs=1e-12)
 

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import Free, Weights, _Problem
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.declaration import Declaration
-from softsoil.symbolic.discretize import start_memory, step_with_memory
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLAY
@@ -56,8 +56,7 @@ def algorithmic(shooting: Shooting, p: np.ndarray, name: str) -> np.ndarray:
 def shooting() -> Shooting:
     vehicle = reference_vehicle()
     model = Declaration(vehicle, CLAY).build()
-    for name in ("steering_lag", "yaw_moment"):
-        model = neutral(model, catalogue(vehicle)[name])
+    model = neutral(model, catalogue(vehicle)["steering_lag"])
     return Shooting(model, shooting_drive(read_drive(MULTI_LOG), model, 1.0), 0.5)
 
 

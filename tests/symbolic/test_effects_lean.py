@@ -14,6 +14,7 @@ from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed
 from softsoil.plant.start import Start
 from softsoil.plant.state import PITMAN, TRAVEL, rotation
 from softsoil.plant.world import Plant
+from softsoil.recording.rig import RIG_PATCH
 from softsoil.symbolic.bicycle import Corner
 from softsoil.symbolic.body_roll import ROLL_TIME, body_roll
 from softsoil.symbolic.catalogue import catalogue, declared_model
@@ -44,7 +45,7 @@ def by_the_law(soil, angle: float, lean: float) -> float:
     contact = Contact(
         v_x=SPEED * np.cos(angle), v_y=-SPEED * np.sin(angle), omega=SPIN, load=LOAD, sweep=SPIN * np.sin(lean)
     )
-    return float(ca.DM(TurnSlip(contact_step=STEP)(soil, WHEEL, contact).f_y))
+    return float(ca.DM(TurnSlip(contact_step=STEP, patch_length=RIG_PATCH)(soil, WHEEL, contact).f_y))
 
 
 @pytest.mark.parametrize("soil", [CLAY.with_(n=0.6), SANDY_LOAM.with_(n=0.7)], ids=lambda soil: soil.name)

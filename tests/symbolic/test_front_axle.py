@@ -8,7 +8,7 @@ import pytest
 from benchmarks.judges.front_axle import force, judge
 from softsoil.calibration.rig_judge import draw_points, judge_point, summary
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.laws.turn_slip import TurnSlip
+from softsoil.symbolic.bicycle import vehicle_law
 from softsoil.symbolic.vehicle import load_vehicle
 
 PROJECT = Path(__file__).resolve().parents[2]
@@ -22,7 +22,7 @@ PROJECT = Path(__file__).resolve().parents[2]
 def test_front_axle_force_on_drives(shared_data, drive, own, model):
     """rms error over peak, with each wheel's own load and with the loads of a 3-DoF model."""
     vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
-    function = force(TurnSlip(), vehicle)
+    function = force(vehicle_law(vehicle, "turn_slip"), vehicle)
     log = read_drive(shared_data / "chrono_vehicle" / f"{drive}.csv.gz")
     log = log.between(2.0, log.t[-1])
     assert judge(log, function, vehicle, own=True)[0] < own
@@ -34,7 +34,7 @@ def test_front_axle_force_on_drives(shared_data, drive, own, model):
 def test_front_wheels_that_lean_bear_what_they_bear_in_the_log(shared_data, drive):
     """The declared lean takes more than a quarter of the law's error away where the wheels steer far."""
     vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
-    function = force(TurnSlip(), vehicle)
+    function = force(vehicle_law(vehicle, "turn_slip"), vehicle)
     log = read_drive(shared_data / "chrono_vehicle" / f"{drive}.csv.gz")
     log = log.between(2.0, log.t[-1])
     upright, leaning = (judge(log, function, vehicle, True, lean) for lean in (False, True))
@@ -42,6 +42,7 @@ def test_front_wheels_that_lean_bear_what_they_bear_in_the_log(shared_data, driv
     assert leaning[2] == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("any_soil", [False, True])
 def test_law_on_the_plants_own_rig(any_soil):
     """Against another program's stresses: soils of the paper, then any soil under wheels of other sizes."""

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from drives import reference_vehicle
+from softsoil.cases.ploughing import Digging, Ploughing
 from softsoil.symbolic.catalogue import catalogue, declared_model
-from softsoil.symbolic.laws.ploughing import Digging, Ploughing
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.side_wall import Wall, passive_pressure, side_wall
 from softsoil.symbolic.soil import CLAY, Soil

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from softsoil.calibration.domain import check_contact, check_sinkage
 from softsoil.symbolic.contact_line import bulk_modulus, contact_line, tan_phi
-from softsoil.symbolic.domain import check_contact, check_sinkage
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.rut_line import contact_lines
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, SOILS, Soil
@@ -66,7 +66,8 @@ def law(request):
 
 @pytest.fixture(scope="module")
 def turn_slip():
-    return function(TurnSlip())
+    """On the simulated soil of the reference vehicle."""
+    return function(TurnSlip(contact_step=0.002, patch_length=1.6))
 
 
 ODD_PLACES = [
@@ -187,7 +188,7 @@ def test_sinkage_against_bisection():
     r, b = WHEEL.radius, WHEEL.width
     worst = 0.0
     for soil in (CLAY, CLAY.with_(n=1.2), SANDY_LOAM):
-        stiffness = soil.k_phi + soil.k_c * (1 / b + 1 / (1.6 * r))
+        stiffness = soil.k_phi + soil.k_c / b
 
         def load(h, omega, soil=soil, stiffness=stiffness):
             xi = (np.arange(4000) + 0.5) / 4000

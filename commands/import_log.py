@@ -1,0 +1,89 @@
+"""`softsoil import`: bags and tables of any rate become one drive, with checks of every channel against the others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.figures.import_report import write_import_report
+from softsoil.recording.bring_in import Import, bring_in, inspect_sources, read_sources
+from softsoil.recording.cross_check import refuse_contradictions
+from softsoil.recording.draft_map import draft
+from softsoil.recording.import_map import ImportMap, load_map, map_from_table
+from softsoil.recording.read import write_drive
+
+
+def import_log(
+    sources: Annotated[
+        list[Path], typer.Argument(metavar="SOURCE...", help="Bags (file or folder) and tables.", show_default=False)
+    ],
+    map_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--map", help="Map TOML (default: standard messages and names, as inspect drafts it).", show_default=False
+        ),
+    ] = None,
+    vehicle: VehicleOption = None,
+    align: Annotated[bool, typer.Option("--align", help="Shift each source's clock by its estimated offset.")] = False,
+    out: OutOption = None,
+) -> None:
+    """Bags and tables become one drive on one clock; absent channels are derived and marked, all are checked.
+
+    A channel that contradicts the others beyond doubt ends the import: nothing is written.
+
+    Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
+    """
+    with progress(", ".join(path.name for path in sources)) as told:
+        plan = load_map(map_file) if map_file is not None else drafted(sources)
+        geometry = declared_vehicle(vehicle, None)
+        found = bring_in(_name(sources[0]), plan, read_sources(sources, plan, told), geometry, align)
+    _say(found)
+    refuse_contradictions(str(sources[0]), found.checks)
+    folder = output_folder(out, "import")
+    drive = write_drive(found.drive, folder / "drive.parquet")
+    written = [drive, write_result(folder / "import.json", found.as_json(), about_vehicle(vehicle))]
+    say_written([*written, write_import_report(found, folder / "report.html")])
+
+
+def drafted(sources: list[Path]) -> ImportMap:
+    """The map that inspect would draft for the sources."""
+    import tomllib
+
+    return map_from_table(tomllib.loads(draft(inspect_sources(sources))), "map drafted from the sources")
+
+
+def _name(source: Path) -> str:
+    return source.name.split(".")[0] or "drive"
+
+
+def _say(found: Import) -> None:
+    console.print(channel_table(found))
+    for offset in found.offsets:
+        words = f"{abs(offset.late_s):.3f} ± {offset.std:.3f} s {'late' if offset.late_s > 0 else 'early'}"
+        console.print(f"clock of {offset.group}: {words} against the {offset.against}, correlation {offset.before:.3f} -> "
+                      f"{offset.after:.3f}", highlight=False)  # fmt: skip
+    for source, shift in found.shifts.items():
+        console.print(f"{source}: clock shifted by {shift:+.3f} s", highlight=False, markup=False)
+    for check in found.checks:
+        if not check.passed:
+            style = "red" if check.beyond_doubt else "yellow"
+            console.print(f"{'contradiction' if check.beyond_doubt else 'warning'}: {check.sentence()}", style=style,
+                          highlight=False, markup=False, soft_wrap=True)  # fmt: skip
+    passed = sum(check.passed for check in found.checks)
+    console.print(f"{passed} of {len(found.checks)} checks passed", highlight=False)
+
+
+def channel_table(found: Import) -> Table:
+    """One row per channel: state, origin, rate, gaps."""
+    table = Table(title=f"{len(found.drive)} rows at {1 / found.drive.dt:.4g} Hz", title_justify="left")
+    for heading in ("channel", "state", "source", "Hz", "gaps"):
+        table.add_column(heading, justify="right" if heading in ("Hz", "gaps") else "left", overflow="fold")
+    for name, entry in found.as_json()["channels"].items():
+        rate = "" if entry["rate_hz"] is None else f"{entry['rate_hz']:.4g}"
+        table.add_row(name, entry["state"], entry["source"], rate, "" if entry["gaps"] is None else str(entry["gaps"]))
+    return table

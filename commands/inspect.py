@@ -1,0 +1,59 @@
+"""`softsoil inspect`: what a recording holds, and a draft of the map that imports it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from softsoil.commands.options_model import OutOption
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.recording.bring_in import inspect_sources
+from softsoil.recording.draft_map import draft, offers
+from softsoil.recording.sources import Holding
+
+MOST_FIELDS = 12
+"""Fields of a source that the terminal shows; inspect.json has all."""
+
+
+def inspect(
+    sources: Annotated[
+        list[Path], typer.Argument(metavar="SOURCE...", help="Bags (file or folder) and tables.", show_default=False)
+    ],
+    out: OutOption = None,
+) -> None:
+    """Topics or columns of bags and tables, their rates and clocks, units guessed; writes a draft of the map.
+
+    Example: softsoil inspect my_bag/ gps.csv --out runs/my_log
+    """
+    with progress(", ".join(path.name for path in sources)) as told:
+        holdings = inspect_sources(sources, told)
+    console.print(source_table(holdings))
+    for offer in sorted(offers(holdings), key=lambda offer: (offer.channel, -offer.score)):
+        unit = f" [{offer.unit}]" if offer.unit else ""
+        console.print(
+            f"{offer.channel}: {offer.source}:{offer.path}{unit}, by {offer.why}", highlight=False, markup=False
+        )
+    folder = output_folder(out, "inspect")
+    toml = folder / "map.toml"
+    toml.write_text(draft(holdings), encoding="utf-8")
+    content = {"sources": [holding.as_json() for holding in holdings]}
+    say_written([toml, write_result(folder / "inspect.json", content)])
+
+
+def source_table(holdings: list[Holding]) -> Table:
+    """One row per source: kind, count, rate, span, clock, fields."""
+    table = Table(title="Sources", title_justify="left")
+    for heading in ("source", "kind", "count", "Hz", "s", "clock", "fields"):
+        table.add_column(heading, justify="right" if heading in ("count", "Hz", "s") else "left", overflow="fold")
+    for h in holdings:
+        names = list(h.fields)
+        more = f" and {len(names) - MOST_FIELDS} more" if len(names) > MOST_FIELDS else ""
+        span = f"{h.stop_s - h.start_s:.1f}"
+        table.add_row(
+            h.name, h.kind, str(h.count), f"{h.rate_hz:.4g}", span, h.clock, escape(", ".join(names[:MOST_FIELDS]) + more)
+        )
+    return table

@@ -1,0 +1,240 @@
+"""A driver: estimator, model predictive control and the following of plans in one object that any vehicle can call.
+
+driver = Driver(declaration, path, speed=6.0, n0=0.7)
+while not command.finished:
+    command = driver.tick(t, vehicle.measure())
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softsoil.control.declared import for_control
+from softsoil.control.driver_types import (
+    IDENTIFIED,
+    NOT_JUDGED,
+    DriverCommand,
+    DriverSettings,
+    Judge,
+    Measured,
+)
+from softsoil.control.follower import PlanFollower
+from softsoil.control.horizon import reference, watched
+from softsoil.control.live_estimator import FIRST_SPREAD, LiveEstimator
+from softsoil.control.nmpc import Nmpc
+from softsoil.control.nmpc_settings import SETTINGS
+from softsoil.control.nmpc_status import Status
+from softsoil.control.ocp import Ocp
+from softsoil.control.path import Path
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.symbolic.declaration import Declaration
+from softsoil.symbolic.soil import SOIL_SIGNALS
+
+Array = NDArray[np.float64]
+END = 2.0
+"""m before the end of the path: there a drive is finished."""
+UNSEEN = (1.0, 1.0, 0.1, 1.0, 0.5, 0.2)
+"""Standard deviations of a first x, y, psi, u, v, omega_z that was not measured and is taken for 0, SI units."""
+
+
+class Driver:
+    """Drives a path at a speed.
+
+    model: a Declaration (vehicle, soil, effects), or an Ocp with settings of its own; path; speed: m/s; obstacles (K, 5):
+    x, y, radius (m) and velocity (m/s), at the time of the first tick 0; n0: first guess of n, default the declared soil's;
+    learn: whether n is estimated, else it stays n0 or what `set_n` sets; settings; solver, estimator: used again from
+    drive to drive; judge: verdict on the estimate, "not_judged" without one; start (6,): first state where it is known, else it
+    comes from the first measurements.
+    Raises ValueError for an n0 out of bounds or obstacles of another shape.
+    """
+
+    def __init__(
+        self, model: Declaration | Ocp, path: Path, speed: float, obstacles: ArrayLike = (), n0: float | None = None,
+        learn: bool = True, *, settings: DriverSettings | None = None, solver: Nmpc | None = None,
+        estimator: LiveEstimator | None = None, judge: Judge | None = None, start: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        self.ocp = _problem(model)
+        self.settings = settings or DriverSettings()
+        self.path, self.speed = path, speed
+        self.obstacles = np.asarray(obstacles, dtype=float) if np.size(obstacles) else np.zeros((0, 5))
+        if self.obstacles.ndim != 2 or self.obstacles.shape[1] != 5:
+            raise ValueError(f"obstacles: expected (K, 5): x, y, radius, velocity; found shape {self.obstacles.shape}")
+        self.n0 = float(self.ocp.model.p["n_f"].nominal) if n0 is None else n0
+        bounds = SOIL_SIGNALS["n"]
+        if not bounds.lower <= self.n0 <= bounds.upper:
+            raise ValueError(f"n0: expected a first guess in [{bounds.lower}, {bounds.upper}], found {self.n0}")
+        self.learn, self.judge = learn, judge
+        self.solver = solver or Nmpc(self.ocp)
+        self.estimator = estimator or LiveEstimator(self.ocp.model, self.settings.sensor_std, tick=self.settings.tick)
+        self.follower = PlanFollower(self.ocp.settings.dt, self.settings.tick)
+        self.slip, self.steer, self.steer_rate, self.a_x = self.ocp.settings.slip, 0.0, 0.0, 0.0
+        self.along, self.left, self._ticks, self._solves = 0.0, 0.0, 0, 0
+        self._begun: float | None = None
+        self._waiting: tuple[int, tuple] | None = None
+        self._halting, self._still, self.status = 0, 0, Status.BAD_STATE
+        self.verdict = NOT_JUDGED
+        """On the estimated n, of the last tick: what `judge` finds, else "not_judged"."""
+        self._known = None if start is None else np.asarray(start, dtype=float)
+
+    def set_n(self, n: float) -> None:
+        """Set n of a driver that does not learn."""
+        if self._begun is not None:
+            self.estimator.set_n(n)
+        elif not self.learn:
+            self.n0 = n
+
+    def tick(self, t: float, measured: Measured) -> DriverCommand:
+        """The command from t (s) on, from what was measured at t; call it every `settings.tick` seconds."""
+        solved = False
+        if self._begun is None:
+            self._begin(t, measured)
+        else:
+            self._estimate(measured)
+        if self._begun is not None:
+            self.verdict = NOT_JUDGED if self.judge is None else self.judge(self.estimator)
+            if self._ticks % self.settings.plan_every == 0:
+                self._solve(t)
+                solved = True
+            if self._waiting is not None and self._ticks >= self._waiting[0]:
+                self.follower.take(*self._waiting[1])
+                self._waiting = None
+            self._ticks += 1
+        lost = self.follower.lost(t)
+        before = self.steer
+        self.steer, speed, self.a_x = self.follower.command(t + self.settings.tick, before)
+        self.steer_rate = (self.steer - before) / self.settings.tick
+        return self._command(t, speed, lost, solved)
+
+    def _begin(self, t: float, measured: Measured) -> None:
+        """Start where the vehicle is known or measured to be; wait where it is neither."""
+        first, spread = self._known, np.array(FIRST_SPREAD)
+        if first is None:
+            first, spread = _states(measured), np.array(self.settings.sensor_std)
+            needed = [STATE_CHANNELS.index(name) for name in ("x", "y", "psi", "u")]
+            if not np.isfinite(first[needed]).all():
+                return
+            spread = np.where(np.isfinite(first), spread, UNSEEN)
+            first = np.where(np.isfinite(first), first, 0.0)
+        self._begun = t
+        self.estimator.start(first, self.n0, self.learn, spread)
+        self.along, self.left = self.path.project(first[0], first[1])
+        n = self.ocp.settings.steps
+        z = np.tile(self.ocp.z.nominal, (n + 1, 1))
+        named = [self.ocp.z.index(name) for name in ("x", "y", "psi", "u")]
+        z[:, named] = reference(self.ocp, self.path, self.along, max(first[3], SETTINGS.slowest), self._z0())
+        z[:, named[3]] = max(first[3], SETTINGS.slowest)
+        self.solver.set_initial_guess(z, np.zeros((n, len(self.ocp.w))))
+        self._follow_from(t, z, np.zeros((n, len(self.ocp.w))), False)
+        if self._known is None:
+            self.steer = _given(measured, "steer", 0.0)
+
+    def _estimate(self, measured: Measured) -> None:
+        states = self.estimator.states
+        steer = _given(measured, "steer", self.steer)
+        u, v, omega_z = (states[STATE_CHANNELS.index(name)] for name in ("u", "v", "omega_z"))
+        accelerometer = _given(measured, "a_x_imu", np.nan)
+        a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else self.a_x
+        wheels = {name: _given(measured, name, np.nan) for name in WHEEL_CHANNELS}
+        seen = np.array(list(wheels.values()))
+        if np.isfinite(seen).all():
+            slip = float(np.clip(1.0 - u / max(self.ocp.vehicle.radius * seen.mean(), 0.1), -0.3, 0.6))
+        else:
+            inputs = self.solver.model_inputs(
+                self._z0(), np.array([self.steer_rate, a_x]), self._parameters(self.estimator.n)
+            )
+            assumed = dict(zip(self.ocp.model.external.names, inputs, strict=True))
+            wheels = {name: value if np.isfinite(value) else assumed[name] for name, value in wheels.items()}
+            slip = self.slip
+        self.estimator.tick({"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, _states(measured))
+        self.slip += self.settings.slip_share * (slip - self.slip)
+        self.steer = steer
+
+    def _solve(self, t: float) -> None:
+        solver, z0 = self.solver, self._z0()
+        self.along, self.left = self.path.project(z0[0], z0[1], self.along if self._solves else None)
+        s = self._parameters(self.n_used)
+        if self._solves:
+            solver.shift(self.settings.period)
+        solver.set_parameters(
+            s, solver.histories(self.estimator.filter.memory, s), reference(self.ocp, self.path, self.along, self.speed, z0),
+            watched(self.ocp, self.obstacles, t - (self._begun or 0.0), z0),
+        )  # fmt: skip
+        self._solves += 1
+        solver.make_step(z0)
+        stats = solver.stats
+        self.status = Status.LATE if stats.seconds > self.settings.period and stats.status.usable else stats.status
+        if stats.status.usable:
+            took = max(1, int(np.ceil(stats.seconds / self.settings.tick))) if self.settings.wall else 1
+            self._follow_from(t, solver.z, solver.w, self._must_halt(z0), self._ticks + took)
+
+    def _follow_from(self, t: float, z: Array, w: Array, halt: bool, ready: int | None = None) -> None:
+        """Follow a plan at once, or from the tick `ready` on."""
+        steer, u, a_x = self.ocp.z.index("steer"), self.ocp.z.index("u"), self.ocp.w.index("a_x")
+        plan = (t, z[:, steer].copy(), z[:, u].copy(), w[:, a_x].copy(), halt)
+        if ready is None:
+            self.follower.take(*plan)
+        else:
+            self._waiting = (ready, plan)
+
+    def _must_halt(self, z0: Array) -> bool:
+        """Whether the plan meets an obstacle so near that the brakes are due; then until plans are clear for a while."""
+        stage = self.solver.stats.touch
+        if stage < 0:
+            self._halting = max(self._halting - 1, 0)
+        elif self._halting:
+            self._halting = SETTINGS.clear_steps
+        else:
+            moves = np.diff(self.solver.z[: stage + 1, :2], axis=0)
+            due = self.follower.must_halt(float(z0[self.ocp.z.index("u")]), float(np.hypot(*moves.T).sum()))
+            self._halting = SETTINGS.clear_steps if due else 0
+        return self._halting > 0
+
+    def _command(self, t: float, speed: float, lost: bool, solved: bool) -> DriverCommand:
+        u = float(self.estimator.states[STATE_CHANNELS.index("u")]) if self._begun is not None else 0.0
+        slow = (self.follower.halt or lost) and abs(u) < self.settings.standing
+        self._still = self._still + 1 if slow else 0
+        drives = self._begun is not None and not lost and not self.follower.halt
+        asked = self.a_x + (self.settings.speed_gain * (speed - u) if drives else 0.0)
+        estimate = self.estimator
+        known = self._begun is not None
+        return DriverCommand(
+            t, self.steer, self.steer_rate, speed, self.a_x, asked, self.status, lost, self.follower.halt,
+            bool(self.along > self.path.s[-1] - END), self._still * self.settings.tick > self.settings.stands,
+            estimate.n if known else self.n0, estimate.n_std if known else estimate.tuning.n_std,
+            self.n_used if known else self.n0, self.verdict, self.slip, self._z0() if known else self.ocp.z.nominal, solved,
+            self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,
+        )  # fmt: skip
+
+    @property
+    def n_used(self) -> float:
+        """The n that the controller drives on: the estimate, on the safe side while it is uncertain; see `DriverSettings`."""
+        n = self.estimator.n
+        if not self.learn or self.verdict == IDENTIFIED:
+            return n
+        more = self.settings.caution * (self.estimator.n_std - self.settings.settled)
+        return min(n + float(np.clip(more, 0.0, self.settings.most)), SOIL_SIGNALS["n"].upper)
+
+    def _z0(self) -> Array:
+        return np.append(self.estimator.states, self.steer)
+
+    def _parameters(self, n: float) -> Array:
+        p = self.ocp.model.p.pack(n_f=n, n_r=n)
+        return np.concatenate([p, [self.slip, self.ocp.settings.slip_gain]])
+
+
+def _problem(model: Declaration | Ocp) -> Ocp:
+    if isinstance(model, Ocp):
+        return model
+    declared = for_control(model)
+    return Ocp(declared.build(), declared.vehicle)
+
+
+def _states(measured: Measured) -> Array:
+    return np.array([_given(measured, name, np.nan) for name in STATE_CHANNELS])
+
+
+def _given(measured: Measured, name: str, default: float) -> float:
+    """A measurement that is there and finite, else the default."""
+    value = measured.get(name)
+    return default if value is None or not np.isfinite(value) else float(value)

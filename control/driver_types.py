@@ -1,0 +1,118 @@
+"""What a driver takes and gives: measurements, commands, periods, and the vehicle on the other side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.codegen.sampling import STEP
+from softsoil.control.live_estimator import LiveEstimator
+from softsoil.control.nmpc_status import Status
+from softsoil.recording.noise import TABLE5
+
+Array = NDArray[np.float64]
+Measured = Mapping[str, float]
+"""Measurements by name, SI units, ISO 8855:
+
+x, y: of the middle of the front axle (m); psi: heading (rad, wrapped anywhere); u, v: velocity of the centre of gravity in the
+yaw frame, forward and to the left (m/s); omega_z: yaw rate (rad/s, positive to the left). Each may be NaN or absent at any
+tick; the first state needs x, y, psi and u once.
+omega_fl, omega_fr, omega_rl, omega_rr: wheel speeds (rad/s, positive forward); without them they follow from the motion and
+the nominal slip. a_x_imu: what an accelerometer along the vehicle reads, du/dt - v omega_z (m/s^2); without it the
+commanded acceleration is taken. steer: angle at the road wheels (rad); without it the commanded one is taken.
+Other names are passed over."""
+Judge = Callable[[LiveEstimator], str]
+"""A verdict on the estimated n."""
+IDENTIFIED, NOT_JUDGED = "identified", "not_judged"
+
+
+@dataclass(frozen=True)
+class DriverSettings:
+    """Periods, sensors and caution of a driver.
+
+    tick: s between calls; plan_every: ticks between solves; wall: a plan is followed from as many ticks on as its solve took,
+    one at least, else always from the next tick on, which makes drives repeat to the bit; sensor_std: of x, y, psi, u, v,
+    omega_z (SI); slip_share: share of a tick's measured slip in its running mean; speed_gain: acceleration per error in
+    speed that a vehicle which takes accelerations is given beyond the plan's (1/s);
+    caution, settled, most: while n is not identified the controller drives on n + caution (n_std - settled), by `most` at most:
+    an n that is too low promises lateral force that the soil does not give, one that is too high costs next to nothing.
+    standing, stands: slower than `standing` (m/s) for `stands` (s) while halted or without a plan, the vehicle has stopped.
+    Raises ValueError for a period that is not positive.
+    """
+
+    tick: float = STEP
+    plan_every: int = 4
+    wall: bool = False
+    sensor_std: tuple[float, ...] = tuple(TABLE5[name] for name in ("x", "y", "psi", "u", "v", "omega_z"))
+    slip_share: float = 0.02
+    speed_gain: float = 1.0
+    caution: float = 2.0
+    settled: float = 0.1
+    most: float = 0.25
+    standing: float = 0.5
+    stands: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not self.tick > 0 or self.plan_every < 1:
+            raise ValueError(
+                f"driver: expected tick > 0 s and plan_every >= 1, found {self.tick} and {self.plan_every}"
+            )
+        if len(self.sensor_std) != 6 or not all(value > 0 for value in self.sensor_std):
+            raise ValueError(f"driver: expected six positive sensor_std, found {self.sensor_std}")
+
+    @property
+    def period(self) -> float:
+        """s between solves."""
+        return self.tick * self.plan_every
+
+
+@dataclass(frozen=True)
+class DriverCommand:
+    """What the vehicle is to do until the next tick.
+
+    steer (rad) at the end of the tick, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the plan; a_asked: a_x and
+    what the speed's error adds; status: of the last solve; lost: there is no plan, the command is the safe one; halt: braking
+    before what cannot be passed; finished: the end of the path; stopped: came to a stand; n, n_std: estimate; n_used: what
+    the controller drives on; verdict: on n, do not use n for anything else unless it is "identified"; slip: of the wheels;
+    state (n_z,): estimate that the driver acts on; solved: whether this tick has a new plan; plan_z (N + 1, n_z),
+    plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m).
+    """
+
+    t: float
+    steer: float
+    steer_rate: float
+    speed: float
+    a_x: float
+    a_asked: float
+    status: Status
+    lost: bool
+    halt: bool
+    finished: bool
+    stopped: bool
+    n: float
+    n_std: float
+    n_used: float
+    verdict: str
+    slip: float
+    state: Array
+    solved: bool
+    plan_z: Array
+    plan_w: Array
+    along: float
+    left: float
+
+
+class DrivenVehicle(Protocol):
+    """A vehicle or simulator that a driver drives."""
+
+    def measure(self) -> Measured:
+        """The measurements now; see `Measured`."""
+        ...
+
+    def apply(self, command: DriverCommand, seconds: float) -> None:
+        """Carry out the command for so many seconds."""
+        ...

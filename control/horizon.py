@@ -1,0 +1,44 @@
+"""What a course asks of the controller over its horizon: the reference along the path, and the obstacles that are watched."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.control.ocp import Ocp
+from softsoil.control.path import Path
+
+Array = NDArray[np.float64]
+RUN_IN = 1.5
+"""s: the vehicle's speed runs into the wanted one with this time constant."""
+BEHIND, AHEAD = -6.0, 60.0
+"""m: obstacles between these are watched."""
+
+
+def reference(ocp: Ocp, path: Path, along: float, speed: float, z0: Array) -> Array:
+    """(N + 1, 4) x, y, psi, u of the path from `along` (m) on at `speed` (m/s), for a vehicle in the state z0 (n_z,)."""
+    n, dt = ocp.settings.steps, ocp.settings.dt
+    pace = speed + (z0[ocp.z.index("u")] - speed) * np.exp(-dt * np.arange(n) / RUN_IN)
+    places = path.at(along + np.concatenate([[0.0], np.cumsum(dt * pace)]))
+    places[:, 2] += 2 * np.pi * np.round((z0[ocp.z.index("psi")] - places[0, 2]) / (2 * np.pi))
+    return np.column_stack([places, np.full(n + 1, speed)])
+
+
+def watched(ocp: Ocp, obstacles: Array, t: float, z0: Array) -> Array:
+    """(N + 1, n, 3) x, y, radius of the nearest obstacles that are not yet behind, over the horizon from t (s) on.
+
+    obstacles (K, 5): x, y, radius (m) and velocity (m/s) at time 0; z0 (n_z,): the vehicle.
+    """
+    n = ocp.settings.steps
+    if not len(obstacles):
+        return np.zeros((n + 1, 0, 3))
+    x, y, psi = (z0[ocp.z.index(name)] for name in ("x", "y", "psi"))
+    now = obstacles[:, :2] + t * obstacles[:, 3:]
+    ahead = (now - [x, y]) @ np.array([np.cos(psi), np.sin(psi)])
+    near = np.flatnonzero((ahead > BEHIND) & (ahead < AHEAD))
+    near = near[np.argsort(ahead[near])][: ocp.settings.obstacles]
+    times = t + ocp.settings.dt * np.arange(n + 1)
+    placed = np.zeros((n + 1, len(near), 3))
+    placed[:, :, :2] = obstacles[near, :2] + times[:, None, None] * obstacles[near, 3:]
+    placed[:, :, 2] = obstacles[near, 2]
+    return placed

@@ -1,0 +1,35 @@
+"""Clocks of the channels against each other."""
+
+from __future__ import annotations
+
+from softsoil.recording.check_words import LIMITS, Check
+from softsoil.recording.drive import Recording
+from softsoil.recording.geometry import Geometry
+from softsoil.recording.offsets import time_offsets
+
+CHANNELS = {"psi": "psi", "u": "u", "wheels": "omega_fl..rr", "position": "x, y", "steer": "steer"}
+WRONG = 0.25
+"""s: two sensors of one vehicle whose clocks are farther apart contradict each other."""
+WRONG_EARLY = 0.7
+"""s: a steering angle that is earlier than this is no actuator's lag any more."""
+
+
+def clock_checks(recording: Recording, geometry: Geometry) -> list[Check]:
+    """One check per group of channels whose time offset can be estimated; geometry: of the vehicle."""
+    checks = []
+    for offset in time_offsets(recording, geometry):
+        late = offset.late_s
+        doubtful = abs(late) > max(LIMITS.clock, 3.0 * offset.std) and offset.after - offset.before > 0.002
+        found = f"{abs(late):.3f} +- {offset.std:.3f} s {'late' if late > 0 else 'early'} against the {offset.against}"
+        found += f" (correlation {offset.before:.3f}, {offset.after:.3f} when shifted)"
+        cure = "softsoil import --align shifts it"
+        if offset.group == "steer" and -WRONG_EARLY < late < 0:
+            cure += "; or the steering itself lags, which `softsoil refine` tells"
+        wrong = doubtful and (late > WRONG or late < -(WRONG_EARLY if offset.group == "steer" else WRONG))
+        wrong = wrong and offset.group != "wheels" and offset.after > 0.9
+        channel = CHANNELS[offset.group]
+        cure = cure if doubtful else ""
+        checks.append(
+            Check(f"clock_{offset.group}", channel, not doubtful, found, "one clock for all channels", cure, wrong)
+        )
+    return checks

@@ -1,0 +1,293 @@
+"""Heading against yaw rate, accelerometer against velocities, position against velocities: rigid-body kinematics alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from softsoil.recording.check_words import LIMITS, Check
+from softsoil.recording.drive import CHANNEL_UNITS, Array
+from softsoil.recording.evidence import Line, Motion, interpolated, regress
+from softsoil.recording.geometry import Geometry
+
+
+def scale_check(
+    name: str, channel: str, line: Line, index: int, expected: str, cure: str, doubtful_at: float = LIMITS.scale
+) -> Check:
+    """A coefficient (number `index` of `line`) that must be 1: flipped, in another unit, of another scale, or right.
+
+    name, channel, expected: as of Check; cure: for a wrong scale; doubtful_at: departure from 1 that is doubtful.
+    """
+    value, std = float(line.value[index]), float(line.std[index])
+    low, high = LIMITS.wrong_scale
+    found = f"a scale of {value:.3f} +- {std:.3f}"
+    sure = std < 0.15
+    if sure and value < -0.3 and value < -LIMITS.sigmas * std:
+        return Check(name, channel, False, found, expected, f"sign = -1 for {channel}", True)
+    if sure and not low <= value <= high and abs(value - 1.0) > LIMITS.sigmas * std:
+        return Check(name, channel, False, found, expected, cure + unit_hint(channel, value), True)
+    doubtful = abs(value - 1.0) > max(doubtful_at, LIMITS.sigmas * std)
+    return Check(name, channel, not doubtful, found, expected, cure if doubtful else "")
+
+
+UNIT_RATIOS = {
+    "rad": ((180 / np.pi, "degrees"),),
+    "rad/s": ((180 / np.pi, "deg/s"), (30 / np.pi, "rpm")),
+    "m/s": ((3.6, "km/h"), (2.23694, "mph"), (1000.0, "mm/s")),
+    "m/s^2": ((1.0 / 9.80665, "g"), (1000.0, "mm/s^2")),
+}
+"""SI unit -> what a channel in another unit is too large by."""
+
+
+def unit_hint(channel: str, scale: float) -> str:
+    """Which mistaken unit makes the channel so called `scale` times what it must be, or converted twice; empty for none."""
+    for ratio, words in UNIT_RATIOS.get(CHANNEL_UNITS.get(channel, ""), ()):
+        for factor, doubt in ((ratio, f" ({words}?)"), (1.0 / ratio, f" (converted from {words} twice?)")):
+            if 0.9 < abs(scale) / factor < 1.1:
+                return doubt
+    return ""
+
+
+def heading_checks(m: Motion) -> list[Check]:
+    """d psi/dt = omega_z: sign, scale and bias of the gyro."""
+    omega = m.channel("omega_z")
+    psi = m.channel("psi")
+    turned, expected = m.slope(psi), m.slope(m.integral(omega), psi)
+    if np.nansum(expected**2) * m.size * m.log.dt < 0.1:
+        return []
+    line = regress(turned, expected, np.ones_like(turned))
+    if line is None:
+        return []
+    if line.r2 < 0.3:
+        found = f"r^2 = {line.r2:.2f} between the heading's rate and the yaw rate"
+        words = "a heading that turns as the yaw rate says"
+        return [Check("yaw_rate_heading", "psi", False, found, words, "map another column to psi or omega_z", True)]
+    checks = [
+        scale_check(
+            "yaw_rate_heading",
+            "psi",
+            line,
+            0,
+            "a heading that turns as the yaw rate says (scale 1)",
+            "correct the unit or the scale of psi or omega_z",
+        )
+    ]
+    if checks[0].passed:
+        checks.append(_bias("yaw_rate_bias", "omega_z", -float(line.value[1]), float(line.std[1]), LIMITS.gyro, "rad/s"))
+    return checks
+
+
+def _bias(name: str, channel: str, value: float, std: float, limit: float, unit: str) -> Check:
+    doubtful = abs(value) > max(limit, LIMITS.sigmas * std)
+    cure = (
+        f"offset = {-value:.4g} for {channel}{' (or the ground is sloped)' if channel.startswith('a_') else ''}"
+        if doubtful
+        else ""
+    )
+    found = f"a bias of {value:+.4f} +- {std:.4f} {unit}"
+    return Check(name, channel, not doubtful, found, f"no bias beyond {limit:g} {unit}", cure)
+
+
+def inertial_checks(m: Motion) -> list[Check]:
+    """a_x = du/dt - v omega_z and a_y = dv/dt + u omega_z (specific force): sign, scale and bias of the accelerometer."""
+    reach = round(0.5 / m.log.dt)
+    u, v, omega = (interpolated(m.channel(name), reach) for name in ("u", "v", "omega_z"))
+    has_v = bool(np.isfinite(v).any())
+    swept = np.where(np.isfinite(v), v, 0.0) if not has_v else v
+    one = np.ones(m.windows)
+    checks: list[Check] = []
+    a_x, a_y = (interpolated(m.channel(name), reach) for name in ("a_x_imu", "a_y_imu"))
+    turning = m.slope(m.integral(u * omega))
+    ahead = m.slope(u) - m.slope(m.integral(swept * omega))
+    aside = (m.slope(v) if has_v else 0.0) + turning
+    force_x, force_y = m.slope(m.integral(a_x)), m.slope(m.integral(a_y))
+    for name, channel, force, expected, other in (
+        ("accelerometer_x", "a_x_imu", force_x, ahead, force_y),
+        ("accelerometer_y", "a_y_imu", force_y, aside, force_x),
+    ):
+        words = "du/dt - v omega_z (scale 1)" if channel == "a_x_imu" else "dv/dt + u omega_z (scale 1)"
+        expected = m.driven(expected)
+        if not np.isfinite(force).any() or np.nanstd(expected) < 0.3:
+            continue
+        line, crossed = regress(force, expected, one), regress(other, expected, one)
+        if line is None:
+            continue
+        rated = "u" if channel == "a_x_imu" else "v"
+        line = line.unattenuated(0, m.slope_noise(rated) / float(np.nanvar(expected)))
+        if crossed is not None and line.r2 < 0.3 and crossed.r2 > 0.8 and abs(crossed.value[0]) > 0.5:
+            found = f"r^2 = {line.r2:.2f}, while the other axis of the accelerometer has {crossed.r2:.2f}"
+            checks.append(
+                Check(
+                    name, channel, False, found, words, "swap a_x_imu and a_y_imu, or turn the mounting by 90 deg", True
+                )
+            )
+            continue
+        if line.r2 < 0.3 and not has_v:
+            continue
+        checks.append(scale_check(name, channel, line, 0, words, f"correct sign, unit or axis of {channel}"))
+        if checks[-1].passed:
+            checks.append(
+                _bias(f"{name}_bias", channel, float(line.value[1]), float(line.std[1]), LIMITS.accelerometer, "m/s^2")
+            )
+    if has_v and np.isfinite(force_y).any() and np.nanstd(m.driven(m.slope(v))) > 0.05:
+        line = regress(m.driven(force_y), m.driven(m.slope(v)), m.driven(turning), one)
+        noise = m.slope_noise("v") / float(np.nanvar(m.driven(m.slope(v))))
+        line = None if line is None else line.unattenuated(0, noise)
+        if line is not None and line.std[0] < 0.15:
+            checks.append(
+                scale_check(
+                    "lateral_velocity_rate",
+                    "v",
+                    line.only(0),
+                    0,
+                    "a rate of v of a_y - u omega_z (scale 1)",
+                    "correct sign or unit of v",
+                    LIMITS.lateral,
+                )
+            )
+    return checks
+
+
+def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
+    """Velocity from positions, in the heading's frame, against (u, v + l omega_z): speed scale, heading, v and reference point.
+
+    The regression is rotate(-psi) d(x, y)/dt = s (u, 0) + b (0, u) + a (0, v) + l (0, omega_z) over windows of all headings.
+    """
+    x, y = m.channel("x"), m.channel("y")
+    reach = round(0.5 / m.log.dt)
+    psi, u, v, omega = (interpolated(m.channel(name), reach) for name in ("psi", "u", "v", "omega_z"))
+    if not (np.isfinite(x).any() and np.isfinite(psi).any()):
+        return _speed_without_heading(m)
+    has_v = bool(np.isfinite(v).any())
+    v = v if has_v else np.zeros_like(u)
+    cos, sin = np.cos(psi), np.sin(psi)
+    middle = np.unwrap(np.nan_to_num(m.mean(psi)))
+    c, s = np.cos(middle), np.sin(middle)
+
+    def turned(ahead: Array, aside: Array) -> tuple[Array, Array]:
+        """Slopes of the path that (ahead, aside) in the body frame makes, in the frame of the window's mean heading."""
+        path_x, path_y = m.integral(ahead * cos - aside * sin), m.integral(ahead * sin + aside * cos)
+        rate_x, rate_y = m.slope(path_x, x), m.slope(path_y, y)
+        return c * rate_x + s * rate_y, -s * rate_x + c * rate_y
+
+    zero = np.zeros_like(u)
+    moved_x, moved_y = m.slope(x), m.slope(y)
+    moved = (m.driven(c * moved_x + s * moved_y), m.driven(-s * moved_x + c * moved_y))
+    parts = [turned(u, zero), turned(zero, u), turned(zero, omega)] + ([turned(zero, v)] if has_v else [])
+    course = _course(moved, parts[0])
+    if course is not None and not course.passed:
+        return [course]
+    features = [np.concatenate(part) for part in parts]
+    line = regress(np.concatenate(moved), *features)
+    if line is None:
+        return []
+    mirrored = _mirrored(m, (moved_x, moved_y), (c, s), features, line)
+    if mirrored is not None:
+        return [mirrored]
+    checks = [] if course is None else [course]
+    ahead = regress(moved[0], parts[0][0])
+    if ahead is not None:
+        slope = max(float(ahead.value[0]), 1e-9)
+        inverse = replace(ahead, value=np.array([1.0 / slope]), std=ahead.std / slope**2)
+        checks.append(
+            scale_check(
+                "speed_position",
+                "u",
+                inverse,
+                0,
+                "a speed as the positions move (scale 1)",
+                "correct unit or scale of u",
+            )
+        )
+    heading, heading_std = float(line.value[1]), float(line.std[1])
+    doubtful = abs(heading) > max(LIMITS.heading, LIMITS.sigmas * heading_std)
+    checks.append(
+        Check(
+            "heading_course",
+            "psi",
+            not doubtful,
+            f"course less heading and side slip {heading:+.4f} +- {heading_std:.4f} rad",
+            "a heading along the vehicle's axis (0 rad)",
+            f"offset = {heading:.4f} for psi (mounting angle)" if doubtful else "",
+        )
+    )
+    if has_v:
+        checks.append(
+            scale_check(
+                "lateral_velocity",
+                "v",
+                line.only(3),
+                0,
+                "a lateral velocity as course minus heading says (scale 1)",
+                "correct sign, unit or place of v",
+                LIMITS.lateral,
+            )
+        )
+        away, std = float(line.value[2]) - geometry.l_f, float(line.std[2])
+        doubtful = abs(away) > max(LIMITS.reference, LIMITS.sigmas * std)
+        checks.append(
+            Check(
+                "reference_point",
+                "x, y",
+                not doubtful,
+                f"a point {away:+.2f} +- {std:.2f} m ahead of the front axle",
+                "the position of the front axle",
+                "give the antenna's place in [mount]" if doubtful else "",
+            )
+        )
+    return checks
+
+
+def _mirrored(
+    m: Motion, rates: tuple[Array, Array], heading: tuple[Array, Array], features: list[Array], line: Line
+) -> Check | None:
+    """A contradiction where positions with an axis flipped or swapped fit the velocities far better."""
+    c, s = heading
+    for words, (east, north) in (
+        ("sign = -1 for y", (rates[0], -rates[1])), ("sign = -1 for x", (-rates[0], rates[1])), ("swap x and y", rates[::-1]),
+    ):  # fmt: skip
+        other = regress(np.concatenate((m.driven(c * east + s * north), m.driven(-s * east + c * north))), *features)
+        if other is not None and other.scale < 0.3 * line.scale and other.scale < 0.5:
+            found = f"{line.scale:.2f} m/s between positions and velocities, {other.scale:.2f} m/s with {words}"
+            return Check(
+                "course_heading", "x, y", False, found, "positions that move where the heading points", words, True
+            )
+    return None
+
+
+def _course(moved: tuple[Array, Array], ahead: tuple[Array, Array]) -> Check | None:
+    """Direction of motion against the heading, as a mean direction: mirrored or swapped axes and wrong frames leave none."""
+    angle = np.arctan2(moved[1], moved[0]) - np.arctan2(ahead[1], ahead[0])
+    size = np.hypot(*moved)
+    good = np.isfinite(angle) & (size > 0.5)
+    if good.sum() < 8:
+        return None
+    mean = np.mean(np.exp(1j * angle[good]))
+    length, offset = float(abs(mean)), float(np.angle(mean))
+    expected = "positions that move where the heading points"
+    if length < 0.6:
+        found = f"directions of motion that scatter about the heading (mean direction {length:.2f} long, 1 for a rigid body)"
+        cure = "x and y swapped, one of them flipped, or a compass heading? sign = -1, compass = true, or swap"
+        return Check("course_heading", "x, y, psi", False, found, expected, cure, True)
+    if abs(offset) > LIMITS.wrong_heading:
+        found = f"motion {offset:+.2f} rad off the heading"
+        cure = f"offset = {offset:.3f} for psi, or another frame (compass = true), or u backwards"
+        return Check("course_heading", "psi", False, found, expected, cure, True)
+    return Check("course_heading", "psi", True, f"motion {offset:+.3f} rad off the heading on the mean", expected)
+
+
+def _speed_without_heading(m: Motion) -> list[Check]:
+    """Positions without a heading: distance against speed."""
+    x, y = m.channel("x"), m.channel("y")
+    if not np.isfinite(x).any():
+        return []
+    speed = np.hypot(m.slope(x), m.slope(y))
+    line = regress(m.driven(m.speed), m.driven(speed))
+    if line is None:
+        return []
+    return [
+        scale_check(
+            "speed_position", "u", line, 0, "a speed as the positions move (scale 1)", "correct unit or scale of u"
+        )
+    ]

@@ -1,0 +1,133 @@
+"""Sensors that freeze or saturate, and drives that do not move or steer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from softsoil.recording.check_words import LIMITS, Check
+from softsoil.recording.drive import WHEEL_CHANNELS, Array
+from softsoil.recording.evidence import Motion
+
+WATCHED = ("x", "y", "psi", "u", "v", "omega_z", "a_x_imu", "a_y_imu", "steer", *WHEEL_CHANNELS)
+LEAST_SPEED = 0.5
+"""m/s: a drive that never exceeds this stands."""
+LEAST_STEERING = 0.015
+"""rad: spread of the steering angle below which a drive is straight."""
+
+
+def single_checks(m: Motion) -> list[Check]:
+    """Stretches in which a channel does not change while the vehicle moves, and samples at one extreme."""
+    checks = []
+    dt = m.log.dt
+    u = np.repeat(np.nan_to_num(m.speed), m.size)
+    moving = np.zeros(len(m.log), dtype=bool)
+    moving[: len(u)] = u > LEAST_SPEED
+    turning = _turning(m)
+    for name in WATCHED:
+        values = m.channel(name)
+        good = np.isfinite(values)
+        if good.sum() < 20:
+            continue
+        active = moving if name in ("x", "y") else moving & turning
+        if name == "steer":
+            active = moving & _turning(m, (("omega_z", 0.15),))
+        if name == "u":  # without positions, nothing says that the speed must have changed
+            active &= bool(np.isfinite(m.channel("x")).any() or np.isfinite(m.channel("omega_fl")).any())
+        longest, share = _frozen(values, good, active, dt)
+        if longest > (2.0 if name == "steer" else 1.0) * LIMITS.frozen:
+            found = f"the same value for {longest:.1f} s while the vehicle moves ({100 * share:.0f} % of the samples)"
+            checks.append(Check(f"frozen_{name}", name, False, found, "a channel that changes with the motion",
+                                f"leave {name} out of the map, or cut the stretch", share > 0.5))  # fmt: skip
+        if name not in ("x", "y", "steer"):
+            stuck = _saturated(values[good])
+            if stuck > LIMITS.saturated:
+                found = f"{100 * stuck:.1f} % of the samples at an extreme"
+                checks.append(
+                    Check(
+                        f"saturated_{name}",
+                        name,
+                        False,
+                        found,
+                        "no clipped extremes",
+                        f"a wider range of the sensor for {name}",
+                    )
+                )
+    return checks
+
+
+def _turning(m: Motion, least: Sequence[tuple[str, float]] = (("steer", 0.03), ("omega_z", 0.05))) -> Array:
+    """(N,) whether one of the channels changes by its least spread in the second of a sample."""
+    reach = max(round(1.0 / m.log.dt), 3)
+    out = np.zeros(len(m.log), dtype=bool)
+    for name, needed in least:
+        values = np.nan_to_num(m.channel(name))
+        rows = len(values) // reach
+        if rows < 1:
+            continue
+        spread = np.ptp(values[: rows * reach].reshape(rows, reach), axis=1) > needed
+        out[: rows * reach] |= np.repeat(spread, reach)
+    return out
+
+
+def _frozen(values: Array, good: Array, active: Array, dt: float) -> tuple[float, float]:
+    """Longest time (s) without a change while `active`, and the share of active samples in stretches over LIMITS.frozen."""
+    rows = np.flatnonzero(good)
+    same = np.diff(values[rows]) == 0.0
+    counted = same & active[rows[1:]]
+    edges = np.flatnonzero(np.diff(counted.astype(int), prepend=0, append=0)).reshape(-1, 2)
+    times = np.array([(rows[stop] - rows[start]) * dt for start, stop in edges]) if len(edges) else np.zeros(0)
+    long = times > LIMITS.frozen
+    total = max(float(active.sum()) * dt, 1e-9)
+    return float(times.max(initial=0.0)), float(times[long].sum() / total)
+
+
+def _saturated(values: Array) -> float:
+    """Share of samples that equal the largest or the smallest value, in runs of three or more."""
+    if np.ptp(values) < 1e-9:
+        return 0.0
+    most = 0.0
+    for extreme in (values.max(), values.min()):
+        at = values == extreme
+        if extreme != 0.0:
+            most = max(most, float((at[2:] & at[1:-1] & at[:-2]).mean()))
+    return most
+
+
+def excitation_checks(m: Motion) -> list[Check]:
+    """Whether the vehicle drives, and whether it steers."""
+    speed = float(np.nanmax(np.abs(m.speed), initial=0.0)) if np.isfinite(m.speed).any() else 0.0
+    if speed < LEAST_SPEED:
+        found = f"at most {speed:.3g} m/s"
+        return [
+            Check(
+                "drives",
+                "u",
+                False,
+                found,
+                f"a vehicle that moves (more than {LEAST_SPEED:g} m/s)",
+                "a log of a drive",
+                True,
+            )
+        ]
+    backwards = float(np.mean(m.speed[np.isfinite(m.speed)] < -0.2))
+    if backwards > 0.5:
+        found = f"reversing in {100 * backwards:.0f} % of the log"
+        return [
+            Check(
+                "drives", "u", False, found, "forward motion (u > 0)", "sign = -1 for u, or a log driven forwards", True
+            )
+        ]
+    steer = m.driven(m.mean(m.channel("steer")))
+    spread = float(np.nanstd(steer)) if np.isfinite(steer).any() else 0.0
+    steered = spread > LEAST_STEERING
+    cure = (
+        ""
+        if steered
+        else "steer: on a straight path the soil does not show in the lateral motion, and n is not identified"
+    )
+    return [
+        Check("drives", "u", True, f"up to {speed:.3g} m/s", f"more than {LEAST_SPEED:g} m/s"),
+        Check("steered", "steer", steered, f"a spread of {spread:.4f} rad", f"more than {LEAST_STEERING:g} rad", cure),
+    ]

@@ -1,0 +1,158 @@
+"""Wheel speeds against the speed of each wheel's centre, and the steering angle against the motion that it causes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsoil.recording.check_motion import unit_hint
+from softsoil.recording.check_words import LIMITS, Check
+from softsoil.recording.evidence import Motion, interpolated, regress
+from softsoil.recording.geometry import Geometry, corners
+
+GRAVITY = 9.81
+"""m/s^2"""
+
+
+def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
+    """r omega over the speed of the wheel's centre in its plane, per wheel: 1 + slip for every wheel.
+
+    geometry: place of the wheels and their radius.
+    """
+    reach = round(0.5 / m.log.dt)
+    u, omega_z, steer = (interpolated(m.channel(name), reach) for name in ("u", "omega_z", "steer"))
+    v = interpolated(m.channel("v"), reach)
+    v = np.where(np.isfinite(v), v, 0.0)
+    ratios: dict[str, float] = {}
+    for name, (x, y, steered) in corners(geometry).items():
+        spin = m.channel(name)
+        if not np.isfinite(spin).any():
+            continue
+        angle = steer if steered else np.zeros_like(steer)
+        centre = (u - y * omega_z) * np.cos(angle) + (v + x * omega_z) * np.sin(angle)
+        rolled = m.driven(m.mean(geometry.radius * spin)) / m.mean(centre)
+        if np.isfinite(rolled).sum() >= 8:
+            ratios[name] = float(np.nanmedian(rolled))
+    if not ratios:
+        return []
+    low, high = LIMITS.wheel
+    middle = float(np.median(list(ratios.values())))
+    checks = []
+    for name, ratio in ratios.items():
+        found, expected = f"rim speed over ground speed {ratio:.3f}", f"1 + slip, within {low:g} to {high:g}"
+        if ratio < 0.0 and abs(ratio) > 0.1:
+            checks.append(Check(f"wheel_{name}", name, False, found, expected, f"sign = -1 for {name}", True))
+        elif not low <= ratio <= high:
+            cure = f"correct the unit of {name}{unit_hint(name, ratio)}, its radius, or leave it out"
+            checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
+        else:
+            odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart
+            slips = not 1.0 - 2.0 * LIMITS.wheel_apart <= ratio <= 1.0 + 2.0 * LIMITS.wheel_apart
+            cure = f"factor = {1 / ratio:.3f} for {name}, or another radius" if odd or slips else ""
+            expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected
+            checks.append(Check(f"wheel_{name}", name, not (odd or slips), found, expected, cure))
+    return checks
+
+
+def side_checks(m: Motion, geometry: Geometry) -> list[Check]:
+    """Right wheel less left wheel of an axle: track omega_z by rolling, less what the lighter, inner wheel slips, ~ u^2 omega_z.
+
+    The first share is 0 on a locked axle and 1 or more on an open one, never below: there left and right are swapped.
+    geometry: tracks and radius.
+    """
+    checks = []
+    turning, speed = m.mean(m.channel("omega_z")), m.speed
+    for axle, track in (("f", geometry.track), ("r", geometry.rear_track)):
+        left, right = m.channel(f"omega_{axle}l"), m.channel(f"omega_{axle}r")
+        apart = m.driven(geometry.radius * (m.mean(right) - m.mean(left)))
+        line = regress(apart, track * turning, speed**2 * turning / GRAVITY, np.ones(m.windows))
+        if line is None or not line.std[0] < 0.25:
+            continue
+        value, std = float(line.value[0]), float(line.std[0])
+        wrong = value < -0.4 and value < -LIMITS.sigmas * std
+        names = f"omega_{axle}l, omega_{axle}r"
+        found = f"{value:+.2f} +- {std:.2f} of it"
+        expected = "a right wheel that is faster than the left one in a left turn (track omega_z)"
+        cure = "left and right wheels swapped?" if wrong else ""
+        checks.append(Check(f"wheel_sides_{axle}", names, not wrong, found, expected, cure, wrong))
+    return checks
+
+
+def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
+    """L omega_z/u = g steer over windows, g in (0, 1] on ground that gives way: its sign, and its size against units.
+
+    Correlations are taken within 1 s of delay: a steering that lags is an effect, not a contradiction. geometry: wheelbase.
+    """
+    reach = round(0.5 / m.log.dt)
+    steer, omega = (interpolated(m.channel(name), reach) for name in ("steer", "omega_z"))
+    speed = np.where(m.speed > 0.5, m.speed, np.nan)
+    wheelbase = geometry.l_f + geometry.l_r
+    delta, turning = m.driven(m.mean(steer)), m.driven(wheelbase * m.mean(omega) / speed)
+    good = np.isfinite(delta) & np.isfinite(turning)
+    if good.sum() < 12 or np.nanstd(turning[good]) < 0.005:
+        return []
+    delta, turning = delta[good], turning[good]
+    if np.std(delta) < 1e-6:
+        found = f"a constant angle of {np.median(delta):.4f} rad while the path's curvature varies"
+        return [
+            Check(
+                "steer_yaw_rate",
+                "steer",
+                False,
+                found,
+                "a steering angle that turns the vehicle",
+                "map another column to steer",
+                True,
+            )
+        ]
+    correlation = [_lagged(delta, turning, lag) for lag in range(-2, 3)]
+    best, worst = max(correlation), min(correlation)
+    gain = float(np.std(turning) / np.std(delta))
+    found = f"correlation {correlation[2]:+.2f} ({best:+.2f} at best within 1 s), gain {gain:.3f}"
+    expected = "a yaw rate that follows the steering angle, L omega_z/u = gain steer"
+    if best < 0.3 and worst < -0.6:
+        return [
+            Check(
+                "steer_yaw_rate",
+                "steer",
+                False,
+                found,
+                expected,
+                "sign = -1 for steer (positive to the left), or its clock is off by a second or more",
+                True,
+            )
+        ]
+    low, high = LIMITS.steer_gain
+    if best > 0.6 and not low <= gain <= high:
+        hint = unit_hint("steer", 1.0 / gain) or " (the angle of the steering wheel? give ratio)"
+        return [
+            Check(
+                "steer_yaw_rate",
+                "steer",
+                False,
+                found,
+                f"{expected}, gain {low:g} to {high:g}",
+                f"correct the unit of steer{hint}",
+                True,
+            )
+        ]
+    if best < 0.6:
+        return [
+            Check(
+                "steer_yaw_rate",
+                "steer",
+                False,
+                found,
+                expected,
+                "steer does not explain the turning: another column, clock or vehicle?",
+                best < 0.15,
+            )
+        ]
+    return [Check("steer_yaw_rate", "steer", True, found, expected)]
+
+
+def _lagged(a: np.ndarray, b: np.ndarray, lag: int) -> float:
+    """Correlation of a (M,) with b (M,) shifted by `lag` windows."""
+    first, second = (a[max(lag, 0) : len(a) + min(lag, 0)], b[max(-lag, 0) : len(b) + min(-lag, 0)])
+    if np.std(first) < 1e-12 or np.std(second) < 1e-12:
+        return 0.0
+    return float(np.corrcoef(first, second)[0, 1])

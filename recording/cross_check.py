@@ -1,0 +1,49 @@
+"""Channels of a drive checked against each other: signs, units, scales, offsets, clocks, frozen and saturated sensors.
+
+No model of tyre or soil is needed: rigid-body kinematics says what one channel must be, given the others. Only measured channels
+are compared: one that was derived from others agrees with them by construction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from softsoil.recording.check_clocks import clock_checks
+from softsoil.recording.check_motion import heading_checks, inertial_checks, pose_checks
+from softsoil.recording.check_single import excitation_checks, single_checks
+from softsoil.recording.check_wheels import side_checks, steering_checks, wheel_checks
+from softsoil.recording.check_words import Check
+from softsoil.recording.drive import Recording
+from softsoil.recording.evidence import Motion
+from softsoil.recording.geometry import Geometry
+
+FEWEST_WINDOWS = 4
+"""A drive shorter than so many windows cannot be checked."""
+
+
+def check_channels(recording: Recording, geometry: Geometry) -> tuple[Check, ...]:
+    """Every check that the measured channels of a drive allow; geometry: of the vehicle."""
+    motion = Motion.of(recording)
+    if motion.windows < FEWEST_WINDOWS:
+        return ()
+    checks = excitation_checks(motion)
+    if not checks[0].passed:
+        return tuple(checks)
+    checks += clock_checks(recording, geometry)  # first: a clock that is off makes other checks fail
+    checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
+    checks += wheel_checks(motion, geometry) + side_checks(motion, geometry)
+    checks += steering_checks(motion, geometry) + single_checks(motion)
+    return tuple(checks)
+
+
+def refuse_contradictions(where: str, checks: Sequence[Check]) -> None:
+    """Raise ValueError naming `where`, channel, evidence and cure for the first check that failed beyond doubt."""
+    wrong = [check for check in checks if not check.passed and check.beyond_doubt]
+    if wrong:
+        more = f" ({len(wrong) - 1} more: {', '.join(check.name for check in wrong[1:])})" if len(wrong) > 1 else ""
+        raise ValueError(f"{where}: {wrong[0].sentence()}{more}")
+
+
+def warnings(checks: Sequence[Check]) -> tuple[str, ...]:
+    """One sentence per doubtful check."""
+    return tuple(check.sentence() for check in checks if not check.passed and not check.beyond_doubt)

@@ -1,0 +1,245 @@
+"""Time offsets between the channels of a drive, estimated from physics within +-REACH seconds.
+
+Each comparison has a channel that may be late, y(t + tau), and what the others say it must be: heading rate against the gyro,
+speed against the accelerometer, wheel speed against speed, course against heading, and the steering angle against the motion
+that it causes. The last one is the force balance of the front axle: delta = (v + l_f omega_z)/u + C(F) with
+F = a_y + k^2/l_r d(omega_z)/dt per mass (k: radius of gyration) and C odd: the lateral force follows the slip angle at once,
+while the yaw rate itself lags.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.recording.clock import on_even_clock
+from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
+from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated
+from softsoil.recording.geometry import Geometry
+
+REACH = 2.0
+"""s: largest offset that is looked for."""
+STEP = 0.02
+"""s: clock of the comparison; the best offset is interpolated between its steps."""
+SMOOTHING = 0.1
+"""s: moving mean over all signals before they are compared, the same for both sides."""
+SYSTEMATIC = {"steer": 0.02, "psi": 0.005, "position": 0.01, "u": 0.01, "wheels": 0.1}
+"""s: what the comparison itself is off by on drives with one clock (steer: 0.00 to 0.02 on multi-sine drives of two vehicles)."""
+LEAD = {"wheels": 0.28, "steer": -0.01}
+"""s: by how much a channel leads what it is compared with on one clock: slip follows the acceleration, so that on soft soil the
+rim speed leads the speed by 0.19 to 0.47 s (26 drives of two vehicles); the steering lags the force balance by 0.004 to 0.015 s
+(8 multi-sine drives)."""
+MOST_ROWS = 60_000
+"""Rows of a long drive that are compared: its middle 20 minutes."""
+LEAST_R2 = 0.5
+"""Share of the variance that the best offset must explain; below it no offset is given."""
+
+
+@dataclass(frozen=True)
+class Offset:
+    """By how much a group of channels is late.
+
+    group: steer, psi, position, u or wheels; against: what it was compared with; late_s: how late its clock is (s, negative:
+    early); std: standard error (s), the systematic part included; before, after: correlation without and with the shift.
+    """
+
+    group: str
+    against: str
+    late_s: float
+    std: float
+    before: float
+    after: float
+
+
+def time_offsets(recording: Recording, geometry: Geometry) -> tuple[Offset, ...]:
+    """The offsets that a drive's measured channels allow; geometry: of the vehicle.
+
+    Groups whose partners are not measured, or which hardly move, are left out.
+    """
+    c = _Clocked.of(recording)
+    found = [
+        _rate_of_heading(c),
+        _speed(c),
+        _wheels(c, geometry),
+        _position(c, geometry),
+        _steering(c, geometry),
+    ]
+    return tuple(offset for offset in found if offset is not None)
+
+
+@dataclass(frozen=True)
+class _Clocked:
+    """Measured channels on a clock of STEP seconds, smoothed; rate(name): their slopes; period: of each channel (s)."""
+
+    dt: float
+    channels: dict[str, Array]
+    period: dict[str, float]
+
+    @classmethod
+    def of(cls, recording: Recording) -> _Clocked:
+        log = on_even_clock(recording)
+        dt = max(STEP, log.dt)
+        clock = np.arange(log.t[0], log.t[-1], dt)
+        if len(clock) > MOST_ROWS:
+            first = (len(clock) - MOST_ROWS) // 2
+            clock = clock[first : first + MOST_ROWS]
+        reach = max(round(0.5 / log.dt), 3)
+        out, period = {}, {}
+        for name in log.channels:
+            if name == "t" or not log.measured(name):
+                continue
+            values = log[name]
+            if name.startswith("a_"):
+                values = np.where(np.abs(values) > SPIKE, np.nan, values)
+            if name == "psi":
+                values, good = values.copy(), np.isfinite(values)
+                values[good] = np.unwrap(values[good])
+            known = np.flatnonzero(np.isfinite(values))
+            period[name] = float(np.median(np.diff(known))) * log.dt if len(known) > 2 else np.inf
+            filled = _mean(interpolated(values, reach), max(round(SMOOTHING / log.dt), 1))
+            out[name] = np.interp(clock, log.t, filled)
+        return cls(dt, out, period)
+
+    def has(self, *names: str) -> bool:
+        return all(name in self.channels for name in names)
+
+    def __getitem__(self, name: str) -> Array:
+        return self.channels[name]
+
+    def rate(self, name: str) -> Array:
+        return _mean(np.gradient(self.channels[name], self.dt), max(round(SMOOTHING / self.dt), 1))
+
+    @property
+    def driving(self) -> Array:
+        """1 where the vehicle drives forwards, NaN elsewhere."""
+        u = self.channels.get("u")
+        return np.ones(1) if u is None else np.where(u > SLOWEST, 1.0, np.nan)
+
+
+def _mean(values: Array, size: int) -> Array:
+    """Centred moving mean over an odd number of samples; NaN where one of them is."""
+    size = size // 2 * 2 + 1
+    padded = np.pad(values, size // 2, mode="edge")
+    bad = np.isnan(padded)
+    total = np.cumsum(np.concatenate([[0.0], np.where(bad, 0.0, padded)]))
+    count = np.cumsum(np.concatenate([[0], bad]))
+    out = (total[size:] - total[:-size]) / size
+    return np.where(count[size:] - count[:-size] > 0, np.nan, out)
+
+
+def _rate_of_heading(c: _Clocked) -> Offset | None:
+    if not c.has("psi", "omega_z"):
+        return None
+    return best_offset("psi", "yaw rate", c.rate("psi"), np.zeros_like(c["psi"]), [c["omega_z"]], c.dt)
+
+
+def _speed(c: _Clocked) -> Offset | None:
+    if not c.has("u", "a_x_imu", "omega_z"):
+        return None
+    v = c["v"] if c.has("v") else np.zeros_like(c["u"])
+    return best_offset("u", "accelerometer", c.rate("u"), np.zeros_like(v), [c["a_x_imu"] + v * c["omega_z"]], c.dt)
+
+
+def _wheels(c: _Clocked, geometry: Geometry) -> Offset | None:
+    names = [name for name in WHEEL_CHANNELS if c.has(name)]
+    if not names or not c.has("u"):
+        return None
+    rim = geometry.radius * np.mean([c[name] for name in names], axis=0)
+    return best_offset("wheels", "speed", rim, np.zeros_like(rim), [c["u"]], c.dt)
+
+
+def _position(c: _Clocked, geometry: Geometry) -> Offset | None:
+    if not c.has("x", "y", "psi", "u", "v", "omega_z"):  # without v, side slip would be taken for an offset
+        return None
+    slow = max(c.period["x"], c.period["psi"])
+    size = max(round(max(SMOOTHING, 3.0 * slow) / c.dt), 1)
+    rates = [np.gradient(_mean(c[name], size), c.dt) for name in ("x", "y")]
+    course = np.arctan2(_mean(rates[1], size), _mean(rates[0], size))
+    course[np.isfinite(course)] = np.unwrap(course[np.isfinite(course)])
+    slip = np.arctan2(c["v"] + geometry.l_f * c["omega_z"], np.maximum(c["u"], SLOWEST))
+    expected = _mean(_mean((c["psi"] + slip) * c.driving, size), size)
+    # Rates, so that a lap does not count as a trend.
+    turning = [_mean(np.gradient(values, c.dt), size) for values in (course * c.driving, expected)]
+    found = best_offset("position", "heading", turning[0], np.zeros_like(course), [turning[1]], c.dt)
+    return None if found is None else replace(found, std=float(np.hypot(found.std, slow / 4)))
+
+
+def _steering(c: _Clocked, geometry: Geometry) -> Offset | None:
+    if not c.has("steer", "u", "omega_z"):
+        return None
+    u = np.where(c["u"] > SLOWEST, c["u"], np.nan)
+    gyration = geometry.yaw_inertia / geometry.mass
+    turning = c.rate("omega_z")
+    if c.has("v"):
+        course = (c["v"] + geometry.l_f * c["omega_z"]) / u
+        a_y = c["u"] * c["omega_z"] + c.rate("v")
+        force = a_y + gyration / geometry.l_r * turning
+        return best_offset("steer", "front axle's motion", c["steer"], course, [force, force**3], c.dt)
+    # Without lateral velocity the rear axle's slip stands in: (v - l_r omega_z)/u falls with its force.
+    a_y = c["a_y_imu"] if c.has("a_y_imu") else c["u"] * c["omega_z"]
+    front, rear = a_y + gyration / geometry.l_r * turning, a_y - gyration / geometry.l_f * turning
+    course = (geometry.l_f + geometry.l_r) * c["omega_z"] / u
+    return best_offset("steer", "front axle's motion", c["steer"], course, [front, front**3, rear], c.dt)
+
+
+def best_offset(
+    group: str, against: str, late: Array, known: Array, features: Sequence[Array], dt: float
+) -> Offset | None:
+    """The offset tau that makes late(t + tau) = known + features best, least squares with a constant.
+
+    group, against: as of Offset; late, known and each feature (N,): on a clock of dt (s). None where nothing is explained.
+    """
+    reach = round(REACH / dt)
+    count = len(late)
+    if count < 4 * reach:
+        return None
+    inner = slice(reach, count - reach)
+    columns = np.column_stack([np.ones(count), *features])[inner]
+    usable = np.isfinite(columns).all(axis=1) & np.isfinite(known[inner])
+    good = np.isfinite(late)
+    if usable.sum() < reach or good.sum() < reach or np.std(late[good]) < 1e-9:
+        return None
+    filled = np.interp(np.arange(count), np.flatnonzero(good), late[good])
+    q = np.linalg.qr(columns[usable])[0]
+    lags = np.arange(-reach, reach + 1)
+    middle, base = filled[inner][usable], known[inner][usable]
+    spread = float(np.var(middle)) * len(middle)
+    left = np.empty(len(lags))
+    for i, lag in enumerate(lags):
+        y = filled[reach + lag : count - reach + lag][usable] - base
+        left[i] = float(y @ y - np.sum((q.T @ y) ** 2)) / spread
+    if not 1.0 - left.min() >= LEAST_R2:
+        return None
+    # A repeated manoeuvre fits again a period later: of offsets that fit alike, the smallest.
+    level = left.min() + 0.02 * (1.0 - left.min())
+    valleys = [i for i in range(len(left)) if left[i] <= level and left[i] == left[max(i - 5, 0) : i + 6].min()]
+    best = min(valleys, key=lambda i: abs(lags[i]))
+    away = 0.0
+    if 0 < best < len(left) - 1:
+        bend = left[best - 1] - 2 * left[best] + left[best + 1]
+        away = 0.5 * (left[best - 1] - left[best + 1]) / bend if bend > 0 else 0.0
+    after = 1.0 - left[best]
+    std = float(np.hypot(_error(filled, base, q, usable, reach, int(lags[best]), dt), SYSTEMATIC.get(group, 0.02)))
+    before = float(np.sqrt(max(1.0 - left[reach], 0.0)))
+    return Offset(
+        group, against, float((lags[best] + away) * dt) + LEAD.get(group, 0.0), std, before, float(np.sqrt(after))
+    )
+
+
+def _error(late: Array, base: Array, q: Array, usable: NDArray[np.bool_], reach: int, lag: int, dt: float) -> float:
+    """Standard error of the offset: residual over slope, with the residual's own correlation in time."""
+    count = len(late)
+    y = late[reach + lag : count - reach + lag][usable] - base
+    slope = np.gradient(late, dt)[reach + lag : count - reach + lag][usable]
+    residual, slope = y - q @ (q.T @ y), slope - q @ (q.T @ slope)
+    power = float(residual @ residual) + 1e-300
+    correlation = 1.0
+    for k in range(1, min(200, len(residual) // 4)):
+        rho = float(residual[k:] @ residual[:-k]) / power
+        if rho < 0.05:
+            break
+        correlation += 2.0 * rho
+    return float(np.sqrt(power / len(residual) * correlation / max(float(slope @ slope), 1e-300)))

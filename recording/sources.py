@@ -1,0 +1,113 @@
+"""What a recording holds: sources (bag topics or tables), each with fields, rate and clock; and its samples as series."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from softsoil.recording.drive import Array
+
+BAG_SUFFIXES = (".bag", ".mcap", ".db3")
+TABLE_SUFFIXES = (".csv", ".csv.gz", ".tsv", ".tsv.gz", ".txt", ".parquet")
+GAP = 2.5
+"""A step longer than this many median steps is a gap."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Values of a field as sampled: least, largest, whether they change; unit: as the file says it, empty where it does not."""
+
+    least: float
+    largest: float
+    changes: bool
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Holding:
+    """One source of a recording.
+
+    name: topic or file name; kind: message type or "table"; file; count: messages or rows; rate_hz; start_s, stop_s: of its
+    clock; clock: "header stamps", "arrival" or the column that is the time; fields: path or column -> spread of sampled values.
+    """
+
+    name: str
+    kind: str
+    file: str
+    count: int
+    rate_hz: float
+    start_s: float
+    stop_s: float
+    clock: str
+    fields: Mapping[str, Spread] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, object]:
+        """The entry of inspect.json."""
+        fields = {
+            k: {"min": s.least, "max": s.largest, "changes": s.changes, "unit": s.unit} for k, s in self.fields.items()
+        }
+        return {"name": self.name, "kind": self.kind, "file": self.file, "count": self.count, "rate_hz": self.rate_hz,
+                "start_s": self.start_s, "stop_s": self.stop_s, "clock": self.clock, "fields": fields}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Series:
+    """Samples of one source.
+
+    name; t (N,): increasing times (s) on the source's clock; values: field -> (N,), NaN where a sample lacks it; notes.
+    """
+
+    name: str
+    t: Array
+    values: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rate_hz(self) -> float:
+        """One over the median step."""
+        return float(1.0 / np.median(np.diff(self.t))) if len(self.t) > 1 else float("nan")
+
+    @property
+    def gaps(self) -> int:
+        """Number of steps longer than GAP median steps."""
+        steps = np.diff(self.t)
+        return int(np.sum(steps > GAP * np.median(steps))) if len(steps) else 0
+
+
+def ordered(name: str, t: Array, values: Mapping[str, Array], notes: tuple[str, ...] = ()) -> Series:
+    """A series called `name`, its samples values (N,) in order of t (N,); one sample per time, none without."""
+    good = np.isfinite(t)
+    order = np.argsort(np.where(good, t, np.inf), kind="stable")[: int(good.sum())]
+    keep = np.ones(len(order), dtype=bool)
+    keep[1:] = np.diff(t[order]) > 0
+    dropped, unordered = len(t) - int(keep.sum()), int(np.sum(np.diff(t[good]) < 0))
+    if dropped:
+        notes = (*notes, f"{name}: {dropped} samples without a time of their own left out")
+    if unordered:
+        notes = (*notes, f"{name}: {unordered} samples out of order sorted by their time")
+    order = order[keep]
+    return Series(name, t[order], {key: v[order] for key, v in values.items()}, notes)
+
+
+def is_bag(path: Path) -> bool:
+    """Whether the path is a bag: a .bag, .mcap or .db3 file, or a folder with metadata.yaml or such a file."""
+    if path.is_dir():
+        return (path / "metadata.yaml").is_file() or any(any(path.glob(f"*{suffix}")) for suffix in BAG_SUFFIXES)
+    return path.suffix in BAG_SUFFIXES
+
+
+def is_table(path: Path) -> bool:
+    """Whether the path is a table by its name."""
+    return path.is_file() and path.name.endswith(TABLE_SUFFIXES)
+
+
+def check_source(path: Path) -> None:
+    """Raise ValueError where there is no recording at the path."""
+    if not path.exists():
+        raise ValueError(f"{path}: expected a bag or a table, found no such file")
+    if not (is_bag(path) or is_table(path)):
+        kinds = ", ".join((*BAG_SUFFIXES, *TABLE_SUFFIXES))
+        raise ValueError(f"{path}: expected a bag (file or folder) or a table ({kinds}), found neither")

@@ -1,0 +1,172 @@
+"""The driver: its parts, a drive of a small vehicle, and what it does when measurements or plans are missing."""
+
+import importlib.util
+import re
+import subprocess
+import sys
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from drives import PROJECT
+from nmpc_problem import small_ocp
+from softsoil.control.courses import double_lane_change, straight
+from softsoil.control.drive_loop import DriveLog, drive
+from softsoil.control.driver import Driver
+from softsoil.control.driver_types import DriverCommand, DriverSettings
+from softsoil.control.follower import PlanFollower
+from softsoil.control.live_estimator import LiveEstimator
+from softsoil.control.nmpc import Nmpc
+from softsoil.control.nmpc_status import Status
+from softsoil.control.path import Path
+from softsoil.control.pedals import Pedals
+
+
+def test_the_estimator_begins_each_drive_anew():
+    estimator = LiveEstimator(small_ocp().model, np.full(6, 0.1))
+    inputs = {signal.name: signal.nominal for signal in small_ocp().model.external}
+    x0 = np.array([0.0, 0.0, 0.0, 5.0, 0.0, 0.0])
+    found = []
+    for _ in range(2):
+        estimator.start(x0, 0.7, True)
+        for k in range(50):
+            estimator.tick(inputs, x0 + [0.06 * (k + 1), 0.0, 0.0, 0.0, 0.0, 0.0])
+        found.append((estimator.filter.x, estimator.n_std))
+    np.testing.assert_array_equal(found[0][0], found[1][0])
+    assert found[0][1] == found[1][1]
+
+
+def test_a_filter_that_broke_down_starts_again_where_it_is_measured():
+    estimator = LiveEstimator(small_ocp().model, np.full(6, 0.1))
+    inputs = {signal.name: signal.nominal for signal in small_ocp().model.external}
+    x0 = np.array([1.0, 2.0, 0.0, 5.0, 0.0, 0.0])
+    estimator.start(x0, 0.7, True)
+    estimator.filter.x = np.full(7, np.nan)
+    for _ in range(4):
+        estimator.tick(inputs, x0)
+    assert np.isfinite(estimator.filter.x).all() and estimator.n == pytest.approx(0.7, abs=0.05)
+    np.testing.assert_allclose(estimator.states[:2], x0[:2], atol=0.5)
+
+
+def test_without_a_plan_the_vehicle_straightens_and_brakes():
+    follower = PlanFollower(0.1)
+    follower.take(0.0, np.full(11, 0.2), np.full(11, 5.0), np.zeros(10))
+    assert follower.command(0.5, 0.2) == pytest.approx((0.2, 5.0, 0.0))
+    steer, _, a_x = follower.command(1.5, 0.2)
+    assert 0.0 < steer < 0.2 and a_x < 0
+    throttle, brake = Pedals()(-2.0, 0.0, 5.0)
+    assert throttle == 0.0 and brake > 0
+
+
+SENSORS = DriverSettings(sensor_std=(0.05, 0.05, 0.003, 0.05, 0.05, 0.005))
+NAMES = ("x", "y", "psi", "u", "v", "omega_z")
+
+
+class ModelVehicle:
+    """A vehicle that obeys the controller's own model at once, and measures only what `keep` lets through."""
+
+    def __init__(self, keep=lambda k, name: True, y: float = 0.4, raises: int | None = None) -> None:
+        self.ocp, self.keep, self.raises, self.k = small_ocp(), keep, raises, 0
+        self.rates, self.z = self.ocp.dynamics(), self.ocp.z.pack(u=5.0, y=y)
+
+    def measure(self) -> dict[str, float]:
+        if self.k == self.raises:
+            raise OSError("the line is dead")
+        return {name: float(self.z[i]) for i, name in enumerate(NAMES) if self.keep(self.k, name)}
+
+    def apply(self, command: DriverCommand, seconds: float) -> None:
+        w = np.array([(command.steer - self.z[-1]) / seconds, command.a_asked])
+        rates = np.array(self.rates(self.z, w, np.zeros(len(self.ocp.r)), self.ocp.s.nominal)[0]).ravel()
+        self.z, self.k = self.z + seconds * rates, self.k + 1
+
+
+@lru_cache(maxsize=1)
+def parts() -> tuple[Nmpc, LiveEstimator]:
+    """Compiled once for all drives."""
+    return Nmpc(small_ocp()), LiveEstimator(small_ocp().model, SENSORS.sensor_std)
+
+
+def driven(vehicle: ModelVehicle, seconds: float = 8.0, **more) -> tuple[Driver, DriveLog]:
+    solver, estimator = parts()
+    path = Path(straight().points[: int(40 / 0.25)])
+    given = {"settings": SENSORS, "solver": solver, "estimator": estimator, "n0": 0.7, **more}
+    driver = Driver(small_ocp(), path, 5.0, **given)
+    return driver, drive(driver, vehicle, seconds)
+
+
+def test_a_stranger_starts_from_its_first_measurements_and_comes_to_the_path():
+    _, log = driven(ModelVehicle())
+    assert log.error is None and log.commands[-1].finished and log.failures == 0
+    left = log.column("left")
+    assert left[0] == pytest.approx(0.4, abs=0.1) and np.abs(left[300:]).max() < 0.25
+    np.testing.assert_allclose(log.commands[0].state[:6], [0.0, 0.4, 0.0, 5.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_without_wheel_speeds_and_accelerometer_n_is_still_learnt_and_the_uncertain_n_is_on_the_safe_side():
+    _, log = driven(ModelVehicle())
+    first, last = log.commands[0], log.commands[-1]
+    assert first.n == 0.7 and first.n_used == pytest.approx(0.95) and first.verdict == "not_judged"
+    assert last.n_std < first.n_std and last.n_used <= last.n + SENSORS.most
+    _, judged = driven(ModelVehicle(), 2.0, judge=lambda estimator: "identified")
+    assert (
+        all(command.n_used == command.n for command in judged.commands) and judged.commands[0].verdict == "identified"
+    )
+
+
+def test_a_driver_that_does_not_learn_keeps_what_it_was_given():
+    driver, log = driven(ModelVehicle(), 1.0, learn=False)
+    np.testing.assert_allclose(log.column("n"), 0.7)
+    np.testing.assert_array_equal(log.column("n_used"), log.column("n"))
+    driver.set_n(0.55)
+    assert driver.tick(1.0, {}).n == pytest.approx(0.55)
+
+
+def test_it_waits_for_a_first_state_and_the_command_meanwhile_is_safe():
+    _, log = driven(ModelVehicle(keep=lambda k, name: k >= 10 or name != "u"), 1.0)
+    waiting = log.commands[:10]
+    assert all(c.lost and c.status is Status.BAD_STATE and c.speed == 0.0 and c.steer == 0.0 for c in waiting)
+    assert log.commands[10].solved and not log.commands[11].lost
+
+
+def test_a_dropout_is_driven_through():
+    _, log = driven(ModelVehicle(keep=lambda k, name: not 150 < k < 250))
+    assert log.commands[-1].finished and np.abs(log.column("left")).max() < 1.0
+
+
+def test_a_vehicle_that_raises_keeps_the_log():
+    _, log = driven(ModelVehicle(raises=120))
+    assert isinstance(log.error, OSError) and len(log.commands) == 120
+
+
+def test_what_cannot_be_driven_is_refused():
+    for wrong, word in (({"n0": 3.0}, "n0"), ({"obstacles": [[1.0, 2.0]]}, "obstacles")):
+        with pytest.raises(ValueError, match=word):
+            driven(ModelVehicle(), 0.1, **wrong)
+    with pytest.raises(ValueError, match="tick"):
+        DriverSettings(tick=0.0)
+
+
+def test_control_loads_no_plant_and_no_numba():
+    code = "import sys, softsoil.control.driver; print([m for m in sys.modules if m.startswith(('numba', 'softsoil.plant'))])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PROJECT)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_example_drives_a_vehicle_in_another_process(capsys):
+    """The example's own loop and vehicle; the driver here has the small problem, whose C is built quickly."""
+    file = PROJECT / "examples" / "bring_your_own_vehicle.py"
+    spec = importlib.util.spec_from_file_location("bring_your_own_vehicle", file)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    solver, estimator = parts()
+    driver = Driver(
+        small_ocp(), double_lane_change(), 5.5, n0=0.7, settings=SENSORS, solver=solver, estimator=estimator
+    )
+    assert example.main([sys.executable, str(file), "vehicle"], driver) == 0
+    printed = capsys.readouterr().out
+    assert float(re.search(r"at most (\S+) m off", printed).group(1)) < 1.2 and "0 solves failed" in printed
+    assert "not_judged" in printed, "an estimate without a verdict is not called identified"
+    assert (
+        example.main([sys.executable, "-c", "pass"], Driver(small_ocp(), double_lane_change(), 5.5, solver=solver)) == 1
+    )

@@ -1,0 +1,126 @@
+"""Moving horizon and verdict on drives of the model itself: what is right is identified, what is not says why."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drives import clay_bicycle, clay_drive, reference_vehicle
+from softsoil.estimator.estimate import estimate
+from softsoil.estimator.evidence import Evidence, sensor_variance
+from softsoil.estimator.moving_horizon import estimate_horizon
+from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.estimator.terrain import EXACT_MODEL, Tuning
+from softsoil.estimator.verdict import WORDS, decide
+from softsoil.recording.noise import add_noise
+from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.soil import CLAY
+
+TRUE_N = 0.5
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    return add_noise(clay_drive(25.0), "good", 4)
+
+
+def test_the_horizon_ends_at_the_true_n_from_both_sides(noisy):
+    for guess in (0.35, 0.8):
+        found = estimate_horizon(noisy, clay_bicycle(), guess, tied=True, start=1.0)
+        assert found.n[-1, 0] == pytest.approx(TRUE_N, abs=0.03)
+        assert abs(found.n[-1, 0] - TRUE_N) < 3 * found.std[-1, 0]
+        assert found.changes == ()
+
+
+def test_a_new_soil_is_followed_and_dated():
+    vehicle = reference_vehicle()
+    first = synthetic_drive(clay_bicycle(), vehicle.radius, seconds=20.0)
+    softer = synthetic_drive(bicycle(vehicle, CLAY.with_(n=0.8)), vehicle.radius, seconds=20.0)
+    turn, end = first["psi"][-1] - softer["psi"][0], len(first)
+    cos, sin = np.cos(turn), np.sin(turn)
+    x, y = softer["x"] - softer["x"][0], softer["y"] - softer["y"][0]
+    moved = {
+        **softer.channels,
+        "t": softer.t - softer.t[0] + first.t[-1] + first.dt,
+        "x": first["x"][-1] + cos * x - sin * y,
+        "y": first["y"][-1] + sin * x + cos * y,
+        "psi": softer["psi"] + turn,
+    }
+    both = replace(first, channels={name: np.concatenate([first[name], moved[name]]) for name in first.channels}, truth={})
+    found = estimate_horizon(add_noise(both, "good", 1), clay_bicycle(), 0.6, tied=True, start=1.0)
+    border = first.t[-1]
+    assert any(abs(t - border) < 3.0 for t in found.changes)
+    after = found.t > border + 5.0
+    assert np.all(np.abs(found.n[after, 0] - 0.8) < 0.1 * 0.8)
+    assert len(both) == end + len(softer)
+
+
+def test_a_right_model_on_an_exciting_drive_is_identified(noisy):
+    found = estimate(noisy, clay_bicycle(), 0.7, method="horizon", start=1.0)
+    assert found.verdict.word == "identified", found.verdict.reason
+    assert found.n_front[-1] == pytest.approx(TRUE_N, rel=0.1)
+
+
+@pytest.mark.parametrize("tuning", [Tuning(), EXACT_MODEL], ids=["default", "exact"])
+def test_a_filter_is_identified_where_it_is_right_and_only_there(noisy, tuning):
+    found = estimate(noisy, clay_bicycle(), 0.7, tuning=tuning, start=1.0)
+    right = abs(found.n_front[-1] / TRUE_N - 1) <= 0.1
+    assert found.verdict.usable == right, (found.verdict.reason, found.n_front[-1])
+
+
+def test_a_wrong_yaw_inertia_is_inconsistent(noisy):
+    wrong = bicycle(reference_vehicle().with_(yaw_inertia=1.4 * reference_vehicle().yaw_inertia), CLAY)
+    assert estimate(noisy, wrong, 0.7, start=1.0).verdict.word == "inconsistent"
+
+
+@pytest.mark.parametrize("channel", ["steer", "v"])
+def test_a_flipped_sign_is_never_identified(noisy, channel):
+    flipped = noisy.with_channels(**{channel: -noisy[channel]})
+    assert not estimate(flipped, clay_bicycle(), 0.7, start=1.0).verdict.usable
+
+
+def test_a_straight_drive_excites_nothing():
+    straight = synthetic_drive(clay_bicycle(), reference_vehicle().radius, seconds=15.0, steer=np.zeros(1251))
+    found = estimate(add_noise(straight, "good", 2), clay_bicycle(), 0.7, start=1.0)
+    assert found.verdict.word == "not_excited" and "steer more" in found.verdict.reason
+
+
+def test_an_unknown_method_is_refused(noisy):
+    with pytest.raises(ValueError, match="expected one of ukf, horizon"):
+        estimate(noisy, clay_bicycle(), 0.7, method="magic")
+
+
+EVIDENCE = Evidence(
+    n=np.array([0.5]), std=np.array([0.02]), information_std=np.array([0.01]), by_guess=np.array([[0.5], [0.49], [0.51]]),
+    n_axles=np.array([0.5, 0.5]), axles_std=np.array([0.01, 0.01]), unexplained={"v": 0.0, "omega_z": 0.01},
+    unexplained_std={"v": 0.1, "omega_z": 0.001}, motion=2.0, windows=30,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "n", "others", "word"),
+    [
+        ({}, 0.5, (), "identified"),
+        ({"unexplained": {"omega_z": 0.05}}, 0.5, (), "inconsistent"),
+        ({"unexplained": {"omega_z": 0.05}, "unexplained_std": {"omega_z": 0.04}}, 0.5, (), "identified"),
+        ({"information_std": np.array([0.05])}, 0.5, (), "not_excited"),
+        ({"information_std": np.array([np.nan])}, 0.5, (), "not_excited"),
+        ({"n": np.array([0.2])}, 0.2, (), "at_bound"),
+        ({"by_guess": np.array([[0.5], [0.9]])}, 0.5, (), "depends_on_first_guess"),
+        ({}, 0.5, (0.7,), "depends_on_first_guess"),
+        ({}, 0.6, (), "inconsistent"),
+        ({"n_axles": np.array([0.4, 0.6])}, 0.5, (), "axles_disagree"),
+    ],
+)
+def test_each_word_has_its_evidence(changes, n, others, word):
+    found = decide(replace(EVIDENCE, **changes), np.array([n]), others)
+    assert found.word == word and found.word in WORDS and found.reason
+
+
+def test_noise_of_a_channel_from_its_third_differences():
+    rng = np.random.default_rng(0)
+    t = np.arange(0.0, 30.0, 0.012)
+    estimates = [sensor_variance(np.sin(t) + 0.1 * rng.standard_normal(len(t))) for _ in range(50)]
+    values = np.array([value for value, _ in estimates])
+    assert np.mean(values) == pytest.approx(0.01, rel=0.02)
+    assert np.std(values) == pytest.approx(estimates[0][1], rel=0.4)

@@ -1,0 +1,93 @@
+"""Channels against each other: good logs pass, hostile ones are refused or warned about, each with its channel and cure."""
+
+import numpy as np
+import pytest
+
+from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, reference_vehicle
+from softsoil.cases.hostile import VARIANTS, variant
+from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
+from softsoil.recording.derive import completed
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive, write_drive
+
+LEFT_TO_THE_VERDICT = {
+    "steer clipped": "steering stops look the same",
+    "hard ground": "no channel contradicts another: only the force balance shows that there is no soil",
+}
+HARMLESS = {v.name for v in VARIANTS if v.harmless}
+SLOW = {"a million rows"}
+
+
+@pytest.fixture(scope="module")
+def good():
+    return read_drive(MULTI_LOG)
+
+
+def outcome(recording, path):
+    """("refused" | "warned" | "silent", words) of a log as every command opens it."""
+    try:
+        drive = read_drive(write_drive(recording, path))
+        checks = check_channels(drive, reference_vehicle())
+        refuse_contradictions(path.name, checks)
+    except ValueError as error:
+        return "refused", str(error)
+    doubts = warnings(checks)
+    return ("warned", " ".join(doubts)) if doubts else ("silent", "")
+
+
+@pytest.mark.parametrize("hostile", [v for v in VARIANTS if v.name not in SLOW], ids=lambda v: v.name)
+def test_hostile_logs_are_refused_or_warned_about(hostile, good, tmp_path):
+    found, words = outcome(hostile.of(good), tmp_path / "log.parquet")
+    if hostile.name in HARMLESS | set(LEFT_TO_THE_VERDICT):
+        assert found in ("silent", "warned")
+    else:
+        assert found in ("refused", "warned")
+        assert "expected" in words and "found" in words and "\n" not in words
+
+
+@pytest.mark.parametrize(
+    "channel", ["u", "v", "psi", "omega_z", "a_x_imu", "a_y_imu", "steer", "omega_fl", "omega_rr", "x", "y"]
+)
+def test_a_flipped_sign_is_beyond_doubt(channel, good, tmp_path):
+    found, words = outcome(variant(f"{channel} flipped").of(good), tmp_path / "log.parquet")
+    assert found == "refused"
+    assert "sign = -1" in words or "compass" in words
+
+
+def test_there_are_at_least_forty_variants():
+    assert len({v.name for v in VARIANTS}) == len(VARIANTS) >= 40
+
+
+@pytest.mark.parametrize("path", [CLAY_LOG, LOAM_LOG, MULTI_LOG], ids=lambda path: path.stem)
+def test_own_logs_pass_every_check_clean_and_noisy(path):
+    for noise in ("none", "good"):
+        drive = add_noise(read_drive(path), noise, 3)
+        failed = [check.sentence() for check in check_channels(drive, reference_vehicle()) if not check.passed]
+        assert failed == []
+
+
+def test_table_5_noise_refuses_nothing(good):
+    checks = check_channels(add_noise(good, "table5", 5), reference_vehicle())
+    refuse_contradictions("log", checks)
+
+
+@pytest.mark.shared
+def test_reference_drives_and_effects_are_never_refused(shared_data):
+    for path in sorted((shared_data / "chrono_vehicle").glob("*.csv.gz")):
+        refuse_contradictions(path.name, check_channels(read_drive(path), reference_vehicle()))
+
+
+def test_a_reported_bias_is_the_bias_that_is_there(good):
+    shifted = good.with_channels(omega_z=good["omega_z"] + 0.05)
+    (check,) = [c for c in check_channels(shifted, reference_vehicle()) if c.name == "yaw_rate_bias"]
+    assert not check.passed and not check.beyond_doubt
+    assert "+0.0499" in check.found or "+0.0500" in check.found or "+0.0501" in check.found
+
+
+def test_derived_channels_judge_nothing(good):
+    """A wrong speed moves what is derived from it; nothing but measured channels is compared."""
+    bare = {k: good[k] for k in ("t", "u", "omega_z", "steer")}
+    drive = completed(type(good)("bare", bare), reference_vehicle())
+    names = {check.name for check in check_channels(drive, reference_vehicle())}
+    assert not names & {"yaw_rate_heading", "lateral_velocity", "speed_position", "wheel_omega_fl", "clock_psi"}
+    assert np.isfinite(drive.stack("x", "y", "psi", "v", "omega_fl")).all()

@@ -1,0 +1,84 @@
+"""Absent channels are derived from the others, marked, and near what was left out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drives import MULTI_LOG, reference_vehicle
+from softsoil.estimator.inputs import known_states, measured_states
+from softsoil.estimator.terrain import estimate_terrain
+from softsoil.recording.derive import completed
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.recording.read import read_drive, write_drive
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.soil import CLAY
+
+
+@pytest.fixture(scope="module")
+def good():
+    return read_drive(MULTI_LOG)
+
+
+def without(drive, *names):
+    return replace(drive, channels={k: v for k, v in drive.channels.items() if k not in names})
+
+
+@pytest.mark.parametrize(
+    ("dropped", "channel", "most"),
+    [
+        (("v",), "v", 0.012),
+        (("v", "a_y_imu"), "v", 0.02),
+        (("v", "x", "y", "psi"), "v", 0.04),
+        (("psi", "x", "y"), "psi", 0.01),
+        (WHEEL_CHANNELS, "omega_rr", 1.0),
+        (WHEEL_CHANNELS[:3], "omega_rl", 1.0),
+    ],
+)
+def test_a_derived_channel_is_near_the_measured_one(good, dropped, channel, most):
+    drive = completed(without(good, *dropped), reference_vehicle())
+    rows = slice(200, None)
+    error = drive[channel][rows] - good[channel][rows]
+    if channel == "psi":
+        error = error - error[0]
+    assert np.sqrt(np.mean(error**2)) < most
+    assert drive.state_of(channel) == "derived" and not drive.measured(channel)
+    assert any(note.startswith(channel) or channel in note for note in drive.notes)
+
+
+def test_a_whole_drive_is_left_as_it_is(good):
+    assert completed(good, reference_vehicle()) is good
+
+
+@pytest.mark.parametrize("name", ["u", "omega_z", "steer"])
+def test_less_than_the_least_is_refused(good, name):
+    with pytest.raises(ValueError, match=f"found no {name}"):
+        completed(without(good, name), reference_vehicle())
+
+
+def test_states_of_channels_survive_parquet(good, tmp_path):
+    drive = completed(without(good, "v"), reference_vehicle())
+    again = read_drive(write_drive(drive, tmp_path / "drive.parquet"))
+    assert again.state_of("v") == "derived" and again.state_of("u") == "measured"
+    assert again.state_of("gyro") == "absent"
+
+
+def test_a_state_that_is_none_of_the_three_is_refused():
+    with pytest.raises(ValueError, match="expected measured, derived or absent"):
+        Recording("r", {"t": np.arange(3.0)}, state={"t": "guessed"})  # type: ignore[dict-item]
+
+
+def test_derived_states_start_a_model_and_judge_nothing(good):
+    drive = completed(without(good, "v"), reference_vehicle())
+    at = STATE_CHANNELS.index("v")
+    assert np.isnan(measured_states(drive)[:, at]).all()
+    assert np.isfinite(known_states(drive)[:, at]).all()
+
+
+def test_n_without_v_and_without_pose_is_that_of_the_whole_log(good):
+    model = declared_model(reference_vehicle(), CLAY)
+    whole = estimate_terrain(good, model, 0.7, tied=True, start=2.0).n_front[-1]
+    for dropped in (("v",), ("x", "y", "psi")):
+        drive = completed(without(good, *dropped), reference_vehicle())
+        n = estimate_terrain(drive, model, 0.7, tied=True, start=2.0).n_front[-1]
+        assert n == pytest.approx(whole, rel=0.03)
