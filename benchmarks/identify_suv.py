@@ -46,6 +46,7 @@ KNOWN = Known(
         "h_cg": 0.7,
     },
     file="data/chrono_suv/README.md",
+    simulator=load_vehicle("reference").simulator,
 )  # fmt: skip
 FITTED = ("suv_lock_clay_n0.55", "suv_multi_sandyloam_n0.65")
 HELD = "suv_multi_clay_n0.50"

@@ -13,12 +13,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.codegen.discretize import read_memory, start_memory, step_with_memory
 from softsoil.estimator.free_windows import FREE_STEP, Linear
 from softsoil.estimator.loop import StepLoop
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import Drive
 from softsoil.symbolic.bicycle import body_force
-from softsoil.symbolic.discretize import read_memory, start_memory, step_with_memory
 from softsoil.symbolic.model import Model, Quantities
 
 Array = NDArray[np.float64]
