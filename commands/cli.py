@@ -19,6 +19,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "study": ("softsoil.commands.study", "study"),
         "estimate": ("softsoil.commands.estimate", "estimate"),
         "residual": ("softsoil.commands.residual", "residual"),
+        "identify": ("softsoil.commands.identify", "identify_command"),
         "refine": ("softsoil.commands.refine", "refine_command"),
         "generate": ("softsoil.commands.generate", "generate"),
         "drive": ("softsoil.commands.drive", "drive"),

@@ -19,6 +19,7 @@ from softsoil.commands.options_model import (
     declaration,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.commands.vehicle_check import refuse_another, say_vehicle
 from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.terrain import TerrainEstimate
@@ -52,7 +53,9 @@ def estimate(
     """
     folder = output_folder(out, "estimate")
     declared = declaration(vehicle, soil, law, model)
+    say_vehicle(vehicle, model, declared.vehicle.name)
     clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
+    refuse_another(noisy, declared.vehicle)
     built = declared.build()
     first = float(declared.soil.n) if n0 is None else n0
     with progress(clean.name) as told:

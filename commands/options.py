@@ -16,6 +16,7 @@ from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, Recording
 from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive
+from softsoil.symbolic.vehicle import Vehicle
 
 ColumnsOption = Annotated[
     Path | None,
@@ -39,14 +40,15 @@ def open_drive(
     *,
     vehicle: Path | None = None,
     model: Path | None = None,
+    geometry: Vehicle | None = None,
 ) -> tuple[Recording, Recording]:
     """The drive as recorded, and with sensor noise added; absent channels are derived, doubtful ones are warned about.
 
-    vehicle, model: files that declare the vehicle, default the reference vehicle. Raises ValueError for channels that contradict
-    each other beyond doubt.
+    vehicle, model: files that declare the vehicle, default the reference vehicle, or geometry: the vehicle itself. Raises
+    ValueError for channels that contradict each other beyond doubt.
     """
     clean = read_drive(log, load_columns(columns, CHANNEL_UNITS) if columns is not None else None)
-    geometry = declared_vehicle(vehicle, model)
+    geometry = geometry or declared_vehicle(vehicle, model)
     checks = check_channels(clean, geometry)
     refuse_contradictions(str(log), checks)
     doubts = warnings(checks)

@@ -21,6 +21,7 @@ from softsoil.commands.options_model import (
 )
 from softsoil.commands.output import OutputFolder, output_folder, progress, say_written, write_result
 from softsoil.commands.refine_summary import say
+from softsoil.commands.vehicle_check import say_vehicle, warn_of_another
 from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.refine_report import write_report
@@ -59,6 +60,9 @@ def refine_command(
         open_drive(path, columns, noise, seed + i, vehicle=vehicle, model=model)[1] for i, path in enumerate(data)
     ]
     declared = declaration(vehicle, soil or (None if model else named_soil(drives[0].name)), law, model)
+    say_vehicle(vehicle, model, declared.vehicle.name)
+    for drive in drives:
+        warn_of_another(drive, declared.vehicle)
     if plain:
         declared = Declaration(declared.vehicle.with_(effects={}), declared.soil, declared.law)
     with progress(", ".join(drive.name for drive in drives)) as told:

@@ -21,6 +21,7 @@ from softsoil.commands.options_model import (
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.residual_wheel import is_wheel_data, report_on_wheel_data
+from softsoil.commands.vehicle_check import say_vehicle, warn_of_another
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.residual import draw_residual
 from softsoil.recording.log_names import named_soil
@@ -60,6 +61,8 @@ def residual(
         return
     clean, noisy = open_drive(data, columns, noise, seed, vehicle=vehicle, model=model)
     declared = declaration(vehicle, soil or (None if model else named_soil(clean.name)), law, model)
+    say_vehicle(vehicle, model, declared.vehicle.name)
+    warn_of_another(noisy, declared.vehicle)
     with progress(clean.name):
         found = drive_residual(noisy, declared, n, start=skip)
     for note in noisy.notes:

@@ -21,6 +21,7 @@ from softsoil.commands.options_model import (
     declaration,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.commands.vehicle_check import refuse_another, say_vehicle
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.figures.terrain import SQUARED, draw_study
 from softsoil.files.package_data import example_logs
@@ -66,6 +67,9 @@ def study(
     for log in logs or example_logs():
         clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
         declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
+        if not studies:
+            say_vehicle(vehicle, model, declared.vehicle.name)
+        refuse_another(clean, declared.vehicle)
         with progress(clean.name) as told:
             studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told, method))
         figure = folder / f"{clean.name}.png"

@@ -73,8 +73,9 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     lines = [f"# {note}" for note in notes] + [f'law = "{declaration.law}"', "", "[vehicle]", f"name = {toml_text(vehicle.name)}"]
     lines += [_line(n.name, getattr(vehicle, n.name), f"{n.unit}: {n.doc}") for n in NUMBERS]
     tables = {"simulator": vehicle.simulator, **{f"effects.{name}": values for name, values in vehicle.effects.items()}}
+    tables |= {"uncertainty": vehicle.uncertainty}
     for name, values in tables.items():
-        if values or name != "simulator":
+        if values or name.startswith("effects."):
             lines += ["", f"[vehicle.{name}]", *(_line(key, value) for key, value in values.items())]
     lines += ["", "[soil]", f"name = {toml_text(soil.name)}"]
     lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +31,31 @@ RIDGE = 1e-6
 """Weight of an initial state that the window does not see at all."""
 
 
+class Beside(Protocol):
+    """Observations of one drive beside its windows, which depend on the parameters alone, in nearly independent clusters."""
+
+    @property
+    def times(self) -> Array:
+        """(C,) time of each cluster (s)."""
+        ...
+
+    def residual(self, p: Array) -> Array:
+        """(C, m) residuals in standard deviations for parameters p (n_p,)."""
+        ...
+
+    def linearise(self, p: Array, free: Sequence[Free]) -> Linear:
+        """Residuals and derivatives at p (n_p,), without states."""
+        ...
+
+
 @dataclass(frozen=True)
 class WindowFit:
     """Result of a fit.
 
     free; value, std (K,); covariance (K, K), sandwich; information (K, K): Gauss-Newton, without priors; p (D, n_p): parameters
     per drive; x0: initial states (W, 6) per drive; cost: mean squared robust residual; costs (W,): per window of all drives;
-    scores (W, K): gradient of each window's cost; at_bound: names on a bound.
+    scores (C, K), hessians (C, K, K): gradient and Gauss-Newton Hessian of the cost of each cluster, the windows and then what
+    was observed beside them; places (C, 2): drive and time (s) of each; at_bound: names on a bound.
     """
 
     free: tuple[Free, ...]
@@ -49,6 +68,8 @@ class WindowFit:
     cost: float
     costs: Array
     scores: Array
+    hessians: Array
+    places: Array
     at_bound: tuple[str, ...]
 
     def named(self) -> dict[str, tuple[float, float]]:
@@ -100,18 +121,26 @@ def window_costs(residual: Array) -> Array:
     return np.where(size <= HUBER, residual**2, HUBER * (2 * size - HUBER)).mean(axis=1)
 
 
-def fit_windows(drives: Sequence[FreeWindows], free: Sequence[Free], start: Array, p: Array) -> WindowFit:
+def fit_windows(
+    drives: Sequence[FreeWindows],
+    free: Sequence[Free],
+    start: Array,
+    p: Array,
+    beside: Sequence[Beside] = (),
+    iterations: int = ITERATIONS,
+) -> WindowFit:
     """Free numbers and initial states that predict the windows of all drives best.
 
-    drives: windows of each; start (K,): first values; p (D, n_p): all other parameters.
+    drives: windows of each; start (K,): first values; p (D, n_p): all other parameters; beside: what else was observed on each
+    drive, none or one per drive; iterations: at most.
     """
-    problem = _Problem(tuple(drives), tuple(free), np.atleast_2d(p))
+    problem = _Problem(tuple(drives), tuple(free), np.atleast_2d(p), tuple(beside))
     value = problem.clip(np.asarray(start, dtype=float))
     x0 = [windows.first for windows in drives]
     cost = problem.cost(value, x0)
-    for iteration in range(ITERATIONS):
+    for iteration in range(iterations):
         parts = problem.reduced(value, x0)
-        hessian, gradient, _ = problem.normal(value, parts)
+        hessian, gradient, _, _ = problem.normal(value, parts)
         for damping in DAMPINGS:
             step = problem.step(value, hessian, gradient, damping)
             tried = [x + part.states(step[mine]) for x, part, mine in zip(x0, parts, problem.mine, strict=True)]
@@ -135,6 +164,7 @@ class _Problem:
     drives: tuple[FreeWindows, ...]
     free: tuple[Free, ...]
     p: Array
+    beside: tuple[Beside, ...] = ()
 
     @property
     def scale(self) -> Array:
@@ -170,6 +200,7 @@ class _Problem:
         """Robust sum of squares of all windows, and of the departures from what is known."""
         rows = zip(self.drives, self.full(value), x0, strict=True)
         residuals = [windows.residual(row, states) for windows, row, states in rows]
+        residuals += [more.residual(row) for more, row in zip(self.beside, self.full(value), strict=False)]
         total = sum(float((window_costs(z) * z.shape[1]).sum()) for z in residuals)
         return total + float((self.prior(value)[0] ** 2).sum())
 
@@ -179,18 +210,28 @@ class _Problem:
             reduce_windows(windows.linearise(row, states, [self.free[k] for k in mine])) for windows, row, states, mine in rows
         ]
 
-    def normal(self, value: Array, parts: Sequence[Reduced]) -> tuple[Array, Array, Array]:
-        """Hessian (K, K) and gradient (K,) with what is known, and the windows' scores (W, K)."""
+    def normal(self, value: Array, parts: Sequence[Reduced]) -> tuple[Array, Array, Array, Array]:
+        """Hessian (K, K) and gradient (K,) with what is known; scores (C, K) and Hessians (C, K, K) of the clusters."""
         count = len(self.free)
-        hessian, scores = np.zeros((count, count)), []
-        for part, mine in zip(parts, self.mine, strict=True):
-            hessian[np.ix_(mine, mine)] += part.hessian.sum(axis=0)
-            score = np.zeros((len(part.gradient), count))
-            score[:, mine] = part.gradient
+        own = [(mine, part.hessian, part.gradient) for part, mine in zip(parts, self.mine, strict=True)]
+        for more, row, mine in zip(self.beside, self.full(value), self.mine, strict=False):
+            reduced = reduce_windows(more.linearise(row, [self.free[k] for k in mine]))
+            own.append((mine, reduced.hessian, reduced.gradient))
+        scores, hessians = [], []
+        for mine, hessian, gradient in own:
+            score, whole = np.zeros((len(gradient), count)), np.zeros((len(gradient), count, count))
+            score[:, mine], whole[:, mine[:, None], mine] = gradient, hessian
             scores.append(score)
+            hessians.append(whole)
         away, slope = self.prior(value)
-        joined = np.concatenate(scores)
-        return hessian + np.diag(slope**2), joined.sum(axis=0) + slope * away, joined
+        joined, stacked = np.concatenate(scores), np.concatenate(hessians)
+        return stacked.sum(axis=0) + np.diag(slope**2), joined.sum(axis=0) + slope * away, joined, stacked
+
+    def places(self) -> Array:
+        """(C, 2) drive and time (s) of each cluster."""
+        rows = [windows.drive.t[windows.rows] for windows in self.drives] + [more.times for more in self.beside]
+        drives = [*range(len(self.drives)), *range(len(self.beside))]
+        return np.concatenate([np.column_stack([np.full(len(t), d), t]) for d, t in zip(drives, rows, strict=True)])
 
     def step(self, value: Array, hessian: Array, gradient: Array, damping: float) -> Array:
         """Damped step of the numbers, active bounds held."""
@@ -218,7 +259,7 @@ class _Problem:
 
     def result(self, value: Array, x0: Sequence[Array]) -> WindowFit:
         parts = self.reduced(value, x0)
-        hessian, _, scores = self.normal(value, parts)
+        hessian, _, scores, hessians = self.normal(value, parts)
         scale = self.scale
         known = np.diag((self.prior(value)[1] * scale) ** 2)
         centred = (scores - scores.mean(axis=0)) * scale
@@ -230,5 +271,6 @@ class _Problem:
         return WindowFit(
             free=self.free, value=value, std=np.sqrt(np.maximum(np.diag(covariance), 0.0)), covariance=covariance,
             information=hessian - known / np.outer(scale, scale), p=full, x0=tuple(x0), cost=float(costs.mean()), costs=costs,
-            scores=scores, at_bound=tuple(f.name for f, v in zip(self.free, value, strict=True) if f.at_bound(v)),
+            scores=scores, hessians=hessians, places=self.places(),
+            at_bound=tuple(f.name for f, v in zip(self.free, value, strict=True) if f.at_bound(v)),
         )  # fmt: skip

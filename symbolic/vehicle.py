@@ -50,7 +50,8 @@ class Vehicle:
     """A two-axle vehicle with rigid wheels: NUMBERS says what each number is.
 
     effects: declared effects by name, each a table of parameters; simulator: where its logs come from a simulated soil, how that
-    meets a wheel (SIMULATOR), empty for a real one; source: its file, for messages.
+    meets a wheel (SIMULATOR), empty for a real one; uncertainty: standard deviations of numbers and effects' parameters, by name
+    and in their units, as far as they are known; source: its file, for messages.
     Raises ValueError for a number outside its physical bounds.
     Example: softsoil.load_vehicle("reference").with_(mass=2000.0).mass == 2000.0
     """
@@ -79,6 +80,7 @@ class Vehicle:
     max_steer_rate: float = _number("rad/s", 0.01, 50.0, "greatest steering rate", "steering log", 1.0, share=0.2, modelled=False)
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     simulator: dict[str, float] = field(default_factory=dict)
+    uncertainty: dict[str, float] = field(default_factory=dict)
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
@@ -154,8 +156,17 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
         raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
     effects = {name: _table(effects, name, f"{where}: effects") for name in effects}
+    uncertainty = _table(table, "uncertainty", where)
+    there = {*(n.name for n in NUMBERS), *(key for values in effects.values() for key in values)}
+    for key, std in uncertainty.items():
+        if key not in there or not std > 0:
+            raise ValueError(
+                f"{where}: uncertainty.{key}: expected a positive standard deviation of a number of the vehicle or of a "
+                f"parameter of its effects, found {std:g}"
+            )
     try:
-        return Vehicle(str(table.get("name", name)), **values, effects=effects, simulator=simulator, source=where)
+        values |= {"effects": effects, "simulator": simulator, "uncertainty": uncertainty, "source": where}
+        return Vehicle(str(table.get("name", name)), **values)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 

@@ -76,7 +76,7 @@ def test_python_of_the_readme_prints_what_the_command_prints(tmp_path):
     assert result.exit_code == 0, result.output
     found = json.loads((tmp_path / "out" / "estimate.json").read_text(encoding="utf-8"))
     verdict, number = run.stdout.splitlines()
-    assert verdict == found["verdict"] and result.output.splitlines()[1].startswith(f"{verdict}: ")
+    assert verdict == found["verdict"] and result.output.splitlines()[2].startswith(f"{verdict}: ")
     assert number == f"n {found['n_front']:.3f} ± {found['n_front_std']:.3f}"
     assert f"n front {found['n_front']:.3f} ± {found['n_front_std']:.3f}" in result.output
 

@@ -1,0 +1,53 @@
+"""One screen on what an identification found."""
+
+from __future__ import annotations
+
+from rich.table import Table
+
+from softsoil.commands.output import console
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.refinement.identify_result import Identification, in_order
+from softsoil.refinement.identify_words import judged_sentences, state_words, value_words, verdict_sentence
+from softsoil.refinement.words import number, ratio, with_error
+
+
+def say(found: Identification) -> None:
+    """Print the summary, the verdict first."""
+    console.print(verdict_sentence(found), style="bold", highlight=False)
+    for words in found.asks:
+        console.print(f"Drive next: {words}.", highlight=False)
+    console.print(number_table(found))
+    for log, (value, std) in found.n.items():
+        console.print(f"{log}: n {with_error(value, std)}", highlight=False)
+    for line in judged_sentences(found):
+        console.print(line, highlight=False)
+    console.print(error_table(found))
+    for line in (*found.notes, f"{found.seconds:.0f} s"):
+        console.print(line, highlight=False)
+
+
+def number_table(found: Identification) -> Table:
+    """Every number with its state and what an error of one standard deviation costs n."""
+    table = Table(title="Numbers of the vehicle", title_justify="left")
+    for heading in ("number", "value ± std", "state", "n per std"):
+        table.add_column(heading, justify="right" if heading in ("value ± std", "n per std") else "left")
+    for name in in_order(found.numbers):
+        one = found.numbers[name]
+        table.add_row(name, value_words(one), state_words(one), f"{one.n_percent_per_std:+.1f} %")
+    return table
+
+
+def error_table(found: Identification) -> Table:
+    """Mean squared error of the log left out, before, after, and how many times smaller."""
+    table = Table(title=f"Mean squared error on {found.judged.log}, squared units", title_justify="left")
+    table.add_column("state")
+    for horizon in found.judged.before:
+        for heading in (f"{horizon} s\nbefore", "\nafter", "\nratio"):
+            table.add_column(heading, justify="right")
+    for state in STATE_CHANNELS:
+        cells = []
+        for horizon in found.judged.before:
+            before, after = found.judged.before[horizon][state], found.judged.after[horizon][state]
+            cells += [number(before), number(after), ratio(before, after)]
+        table.add_row(state, *cells)
+    return table

@@ -1,0 +1,92 @@
+"""report.html of an identification: one file with its pictures inside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+
+from softsoil.figures.identify import draw_costs, draw_errors, draw_numbers
+from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, write_page
+from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS
+from softsoil.refinement.identify_result import Identification, in_order
+from softsoil.refinement.identify_words import judged_sentences, state_words, value_words, verdict_sentence
+from softsoil.refinement.vehicle_numbers import by_name
+from softsoil.refinement.words import number, ratio, with_error
+
+KINDS = {"identified": "", "needs_data": "unexplained", "contradicts_given": "unexplained"}
+"""Verdict -> style of its box."""
+
+
+def write_report(found: Identification, path: Path, about: Mapping[str, Mapping[str, str]]) -> Path:
+    """Write the report and return its path; about: software and vehicle."""
+    logs = ", ".join(found.n)
+    lines = (verdict_sentence(found), *(f"Drive next: {words}." for words in found.asks))
+    inside = "".join(paragraph(line) for line in lines)
+    parts = [
+        f'<h1>The numbers of {escape(found.vehicle.name)} from its logs</h1><p class="sub">{escape(logs)}</p>'
+        f'<div class="verdict {KINDS[found.verdict]}">{inside}</div>',
+        section("Numbers", _numbers(found), figure(lambda p: draw_numbers(found, p), NUMBERS_CAPTION)),
+        section("What they cost n", figure(lambda p: draw_costs(found, p), COSTS_CAPTION, "narrow")),
+        section("Sinkage exponents", _soils(found)),
+        section("The log left out", *map(paragraph, judged_sentences(found)), _errors(found), _pictures(found)),
+        section("What was done", items(DONE)),
+        section("Notes", items(found.notes)) if found.notes else "",
+        section("Provenance", provenance(about)),
+    ]
+    return write_page(path, f"softsoil identify: {found.vehicle.name}", parts)
+
+
+NUMBERS_CAPTION = (
+    "Grey bars: what was expected before the logs, as given with the error of measuring it or as of any vehicle. A number whose "
+    "standard error the logs hardly reduce is not identifiable: it stays as expected."
+)
+COSTS_CAPTION = (
+    "Change of n when one number is wrong by its standard deviation and all others are right; the largest over the logs."
+)
+DONE = (
+    "All numbers were fitted jointly, each log with its own n, on windows of one second whose initial states are free, with the "
+    "balances that measured wheel speeds must keep beside them. What is known beforehand counts as one observation.",
+    "Standard errors: stretches of the logs left out in turn (jackknife) with every number free, widened by what a force law "
+    "misses.",
+    "l_f was compared with position against course, which needs no force law.",
+    "Only sensor channels were read. The vehicle is vehicle.toml: give it to any command by --vehicle.",
+)
+
+
+def _numbers(found: Identification) -> str:
+    heads = ["number", "value ± std", "state", "n per std", "expected before", "what it is, and why that was expected"]
+    rows = [row(heads, " r rr ", "th")]
+    for name in in_order(found.numbers):
+        one, known = found.numbers[name], by_name()[name]
+        why = known.how if one.given is not None else known.why
+        cells = [f"<code>{escape(name)}</code>", escape(value_words(one)), escape(state_words(one))]
+        words = f"{known.doc}; {why}".rstrip("; ")
+        cells += [f"{one.n_percent_per_std:+.1f} %", escape(with_error(*one.before)), escape(words)]
+        rows.append(row(cells, " r rr "))
+    return f"<table>{''.join(rows)}</table>"
+
+
+def _soils(found: Identification) -> str:
+    rows = [row(["log", "n ± std", ""], " r ", "th")]
+    for log, (value, std) in found.n.items():
+        rows.append(row([escape(log), with_error(value, std), "judges" if log == found.judged.log else "fitted"], " r "))
+    return f"<table>{''.join(rows)}</table>"
+
+
+def _errors(found: Identification) -> str:
+    horizons = list(found.judged.before)
+    heads = ["state"] + [f"{word}, {h} s" for h in horizons for word in ("before", "after", "ratio")]
+    sides = " " + "rrr" * len(horizons)
+    rows = [row(heads, sides, "th")]
+    for state in STATE_CHANNELS:
+        cells = [f"{state} ({CHANNEL_UNITS[state]})²"]
+        for horizon in horizons:
+            before, after = found.judged.before[horizon][state], found.judged.after[horizon][state]
+            cells += [number(before), number(after), ratio(before, after)]
+        rows.append(row(cells, sides))
+    return f"<table>{''.join(rows)}</table>"
+
+
+def _pictures(found: Identification) -> str:
+    return figure(lambda p: draw_errors(found, p), "Windows side by side over the last third of the log, from recorded states.")

@@ -1,0 +1,259 @@
+"""The numbers of a vehicle from its own logs: fitted jointly, each drive with its own n, and judged on a log left out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsoil.estimator.window_fit import WindowFit
+from softsoil.recording.drive import Recording
+from softsoil.refinement.geometry_check import front_axle
+from softsoil.refinement.identify_asks import Excitation, asks, excitation
+from softsoil.refinement.identify_bench import Bench, first_n, fit_numbers, free_numbers, make_bench
+from softsoil.refinement.identify_errors import Errors, departures, errors_of, n_costs
+from softsoil.refinement.identify_judge import judge
+from softsoil.refinement.identify_result import Contradiction, Found, Identification
+from softsoil.refinement.identify_rules import RULES, Rules
+from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehicle_of
+from softsoil.refinement.wheel_balance import EXCESS, EXCESS_STD
+from softsoil.symbolic.soil import Soil
+
+Values = dict[str, float]
+ROLLING_STEPS = 2
+"""Newton steps of the radius: the balance is nearly linear in it."""
+
+
+def identify(
+    recordings: Sequence[Recording],
+    soils: Sequence[Soil],
+    known: Known,
+    judged: int = -1,
+    *,
+    start: float = 2.0,
+    rules: Rules = RULES,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Identification:
+    """The numbers of the vehicle and of its effects that predict its logs, with their standard errors, from sensor channels only.
+
+    recordings: two or more drives; soils: class of each, n unknown; known: what the owner has measured; judged: index of the
+    drive that is left out of every fit and judges; start: seconds left out at the beginning of each; rules: thresholds.
+    Raises ValueError for fewer than two drives, or drives that cannot be used.
+    """
+    began = time.perf_counter()
+    if len(recordings) < 2:
+        raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(recordings)}")
+    known = _with_steering(known, recordings)
+    bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
+    last = range(len(recordings))[judged]
+    fitted = bench.only([i for i in range(len(recordings)) if i != last])
+    state = _fit(fitted, _by_motion(bench, rules), rules, progress)
+    had = excitation(fitted.recordings, start)
+    judgement = judge(bench.only([last]), state.values, rules.model_error_n)
+    numbers = _numbers(fitted, state)
+    stds = {name: found.std for name, found in numbers.items()}
+    vehicle = vehicle_of(known, state.values, stds)
+    verdict, reason = _verdict(state, numbers, fitted, had, rules)
+    n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
+    return Identification(
+        verdict=verdict,
+        reason=reason,
+        numbers=numbers,
+        n=n,
+        judged=judgement,
+        asks=asks(vehicle, numbers, had, rules.load_share),
+        contradictions=state.contradictions,
+        vehicle=vehicle,
+        known=known,
+        seconds=time.perf_counter() - began,
+        notes=tuple(f"{r.name}: {note}" for r in recordings for note in r.notes),
+    )
+
+
+@dataclass(frozen=True)
+class _State:
+    """Result of the fits: values, standard errors and states of all numbers, n of each drive, their costs, contradictions, and
+    errors with every number free."""
+
+    values: Values
+    std: Values
+    states: dict[str, str]
+    n: tuple[float, ...]
+    n_std: tuple[float, ...]
+    costs: Values
+    contradictions: tuple[Contradiction, ...]
+    errors: Errors
+
+
+def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
+    """The known numbers with the largest steering of the logs where full lock is not given."""
+    if "max_steer" in known.numbers:
+        return known
+    largest = max(float(np.nanmax(np.abs(r["steer"]))) for r in recordings)
+    return known.with_numbers(max_steer=float(np.clip(round(1.02 * largest, 3), 0.05, 1.5)))
+
+
+def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progress: Callable[[float], None]) -> _State:
+    """All numbers free, given ones within their error of measuring; those that the logs contradict freed; those that they do not
+    see fixed as expected, and the rest fitted once more."""
+    before = expected(bench.known)
+    names = [number.name for number in NUMBERS if number.free]
+    contradictions = list(by_motion)
+    doubted = [c.name for c in contradictions]
+    values: Values = _moved(bench, contradictions)
+    n = first_n(bench, values)
+    for _ in range(rules.rounds):
+        fit = fit_numbers(bench, free_numbers(bench, names, doubted), values, n)
+        progress(0.5)
+        values, n = {**values, **_values(fit)}, _n(fit)
+        errors = errors_of(fit)
+        found = _by_rolling(bench, values, n, doubted, rules) or _worst(bench, fit, errors, doubted, rules)
+        if found is None:
+            break
+        doubted.append(found.name)
+        contradictions.append(found)
+    contradictions = [_settled(c, values, errors) for c in contradictions]
+    std = {name: min(errors.std[name], before[name][1]) if name not in doubted else errors.std[name] for name in names}
+    kept = [name for name in names if name in doubted or std[name] <= rules.seen * before[name][1]]
+    values = {**values, **{name: before[name][0] for name in names if name not in kept}}
+    if len(kept) < len(names):
+        last = fit_numbers(bench, free_numbers(bench, kept, doubted), values, n)
+        values, n = {**values, **_values(last)}, _n(last)
+    progress(0.9)
+    every = fit_numbers(bench, free_numbers(bench, [number.name for number in NUMBERS], doubted), values, n, 0)
+    # Standard errors are those with every number free: fixing one does not make it known. What the model misses is in them.
+    stds = {name: s for name, (_, s) in before.items()}
+    stds |= {name: s if name in doubted else min(rules.model_error * s, before[name][1]) for name, s in std.items()}
+    stds |= {c.name: c.std for c in contradictions}
+    states = {name: _state(bench.known, name, kept) for name in by_name()}
+    for name in (*(c.name for c in contradictions), *_moved(bench, by_motion)):
+        states[name] = "identified"
+    index = [errors.names.index(f"n_{i}") for i in range(len(bench.windows))]
+    n_std = tuple(
+        float(np.hypot(np.sqrt(errors.covariance[i, i]), rules.model_error_n * one)) for i, one in zip(index, n, strict=True)
+    )
+    all_values = {**{name: value for name, (value, _) in before.items()}, **values}
+    return _State(all_values, stds, states, tuple(n), n_std, n_costs(every, stds), tuple(contradictions), errors)
+
+
+def _state(known: Known, name: str, kept: Sequence[str]) -> str:
+    if name in kept:
+        return "identified"
+    return "given" if known.value(name) is not None else "not_identifiable"
+
+
+def _values(fit: WindowFit) -> Values:
+    return {f.name: float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is None}
+
+
+def _n(fit: WindowFit) -> list[float]:
+    return [float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is not None]
+
+
+def _by_motion(bench: Bench, rules: Rules) -> list[Contradiction]:
+    """l_f against position and course of all logs, the one left out among them: no force law and no n are in it."""
+    place = front_axle(bench.recordings)
+    given, std = expected(bench.known)["l_f"]
+    if place is None:
+        return []
+    sigmas = abs(place.value - given) / np.hypot(place.std, std)
+    if sigmas < rules.contradicted_motion or abs(place.value - given) < rules.material * bench.known.wheelbase:
+        return []
+    return [Contradiction("l_f", given, place.value, place.std, float(sigmas), "position against course")]
+
+
+def _by_rolling(
+    bench: Bench, values: Mapping[str, float], n: Sequence[float], doubted: Sequence[str], rules: Rules
+) -> Contradiction | None:
+    """The radius, as a tape would say it, against the longitudinal balance of the wheels, everything else as fitted."""
+    given, std = expected(bench.known)["radius"]
+    if "radius" in doubted:
+        return None
+    radius = values["radius"]
+    for _ in range(ROLLING_STEPS):
+        p = bench.parameters({**values, "radius": radius}, n)
+        parts = [balance.radius(row) for balance, row in zip(bench.balances, p, strict=True)]
+        information, score = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
+        radius += float(score.sum() / information.sum())
+    spread = (score - information * (score.sum() / information.sum())) / information.mean()
+    own = float(np.hypot(np.std(spread) / np.sqrt(len(spread)), EXCESS_STD * given))
+    radius /= 1.0 + EXCESS
+    sigmas = float(abs(radius - given) / np.hypot(own, std))
+    if sigmas < rules.contradicted_motion or abs(radius - given) < rules.material * given:
+        return None
+    return Contradiction("radius", given, radius, own, sigmas, "speed and the longitudinal balance of the wheels")
+
+
+def _moved(bench: Bench, contradictions: Sequence[Contradiction]) -> Values:
+    """The places of the axles that fits start from: l_f by motion, and l_r with it, since the axle loads give their ratio."""
+    values: Values = {}
+    for c in contradictions:
+        values |= {"l_f": c.value, "l_r": bench.known["l_r"] * c.value / c.given}
+    return values
+
+
+def _worst(bench: Bench, fit: WindowFit, errors: Errors, doubted: Sequence[str], rules: Rules) -> Contradiction | None:
+    """The given number that the logs contradict most, None where they contradict none."""
+    found = []
+    for name, (value, std, sigmas) in departures(fit, errors).items():
+        given = bench.known.value(name)
+        if given is None or name in doubted or name == "radius":  # _by_rolling judges the radius
+            continue
+        if sigmas > rules.contradicted and abs(value - given) > rules.material * abs(given):
+            found.append(Contradiction(name, given, value, std, sigmas, "predictions of the logs"))
+    return max(found, key=lambda c: c.sigmas, default=None)
+
+
+def _settled(c: Contradiction, values: Mapping[str, float], errors: Errors) -> Contradiction:
+    """The contradiction with the value and error of the fit in which its number was free."""
+    if c.name not in errors.names or c.name == "radius":  # the fit's is what rolls, not what a tape says
+        return c
+    return Contradiction(c.name, c.given, values[c.name], errors.std[c.name], c.sigmas, c.evidence)
+
+
+def _numbers(bench: Bench, state: _State) -> dict[str, Found]:
+    before = expected(bench.known)
+    return {
+        name: Found(
+            value=state.values[name], std=state.std[name], unit=number.unit, state=state.states[name],
+            n_percent_per_std=state.costs.get(name, 0.0), given=bench.known.value(name), before=before[name],
+        )
+        for name, number in by_name().items()
+    }  # fmt: skip
+
+
+def _verdict(state: _State, numbers: Mapping[str, Found], bench: Bench, had: Excitation, rules: Rules) -> tuple[str, str]:
+    if not had.steers:
+        return "needs_data", (
+            "The logs are driven straight on: without lateral motion they show neither n nor the vehicle's numbers."
+        )
+    if state.contradictions:
+        words = "; ".join(
+            f"{c.name} is given as {c.given:.5g} {numbers[c.name].unit}, but by {c.evidence} it is {c.value:.5g} ± {c.std:.2g} "
+            f"({c.sigmas:.0f} standard deviations)"
+            for c in state.contradictions
+        )
+        return "contradicts_given", words + ": measure it again before this file is used."
+    if not had.many_waves:
+        return "needs_data", (
+            "Every log repeats one steering wave: n and the vehicle's numbers change its one amplitude and phase alike, whatever "
+            "the fit's own standard errors say."
+        )
+    for log, n, std in zip(bench.names, state.n, state.n_std, strict=True):
+        if std > rules.n_std * n:
+            return "needs_data", f"With the vehicle's numbers free, n of {log} stays uncertain: {n:.2f} ± {std:.2f}."
+    inertia = numbers["yaw_inertia"]
+    if inertia.state != "given" and inertia.std > rules.inertia_std * inertia.value:
+        return "needs_data", f"The yaw inertia stays uncertain: {inertia.value:.0f} ± {inertia.std:.0f} kg m^2."
+    if inertia.state != "given":
+        for i, log in enumerate(bench.names):
+            tied = state.errors.correlation(f"n_{i}", "yaw_inertia")
+            if abs(tied) > rules.correlation:
+                return "needs_data", f"{log} cannot tell n from the yaw inertia: their errors are correlated by {tied:+.2f}."
+    seen = sum(1 for f in numbers.values() if f.state == "identified")
+    open_ = [name for name, f in numbers.items() if f.state == "not_identifiable"]
+    rest = f"; {len(open_)} stay as expected of any vehicle ({', '.join(open_)})" if open_ else ""
+    return "identified", f"{seen} numbers are identified from {len(bench.names)} logs{rest}."

@@ -1,0 +1,122 @@
+"""The manoeuvre that would pin down what logs leave open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsoil.recording.drive import Recording
+from softsoil.refinement.excitation import one_wave
+from softsoil.refinement.identify_result import Found
+from softsoil.refinement.vehicle_numbers import by_name
+from softsoil.symbolic.vehicle import Vehicle
+
+FULL = 0.8
+"""Share of full lock that counts as full lock."""
+HARD = 5.0
+"""m/s^2 of lateral acceleration that a manoeuvre to full lock asks for on soft soil, if the vehicle held its course."""
+SLOWEST, FASTEST = 2.0, 8.0
+"""m/s: speeds that are asked for."""
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What the fitted logs have: largest steering angle (rad), whether some log is more than one wave, speeds (m/s), whether the
+    steering moves at all."""
+
+    largest: float
+    many_waves: bool
+    speeds: tuple[float, float]
+    steers: bool
+
+
+def excitation(recordings: Sequence[Recording], start: float) -> Excitation:
+    """The excitation of the logs; start: seconds left out at the beginning of each."""
+    parts = [r.between(r.t[0] + start, np.inf) for r in recordings]
+    steer = np.concatenate([np.abs(p["steer"] - np.nanmedian(p["steer"])) for p in parts])
+    u = np.concatenate([p["u"] for p in parts])
+    largest = float(np.nanpercentile(steer, 99.0))
+    return Excitation(
+        largest=largest,
+        many_waves=any(not one_wave(p) for p in parts),
+        speeds=(float(np.nanpercentile(u, 5)), float(np.nanpercentile(u, 95))),
+        steers=largest > LEAST_STEER,
+    )
+
+
+LEAST_STEER = 0.03
+"""rad: a largest angle below this is driving straight on."""
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """One manoeuvre to ask for.
+
+    name; pins: numbers of the vehicle that it pins down, beside the parameters of effects that name it; words: what to drive, by
+    the vehicle; has: whether the logs have it already.
+    """
+
+    name: str
+    pins: tuple[str, ...]
+    words: Callable[[Vehicle], str]
+    has: Callable[[Vehicle, Excitation], bool]
+
+
+def _lock_speed(vehicle: Vehicle) -> float:
+    tight = math.tan(min(vehicle.max_steer, 1.2))
+    return min(max(math.sqrt(HARD * vehicle.wheelbase / tight), SLOWEST), FASTEST)
+
+
+MANOEUVRES = (
+    Manoeuvre(
+        "lock",
+        ("yaw_inertia", "scrub", "ackermann", "toe"),
+        lambda v: (
+            f"20 s of sine steering to full lock ({v.max_steer:.2f} rad) with a period of 3 s at {_lock_speed(v):.0f} m/s: it "
+            "pins down the yaw inertia and the steering's geometry"
+        ),
+        lambda v, e: e.largest >= FULL * v.max_steer,
+    ),
+    Manoeuvre(
+        "multi-sine",
+        ("toe_rear", "roll_gain", "roll_stiffness_front", "roll_damping_front"),
+        lambda v: (
+            f"45 s of steering by several sines together (periods of 1 to 8 s, up to {0.6 * v.max_steer:.2f} rad) while the "
+            f"speed goes from {SLOWEST + 1:.0f} to {FASTEST:.0f} m/s and back: it tells n from the vehicle's numbers"
+        ),
+        lambda v, e: e.many_waves and e.speeds[1] > 1.2 * e.speeds[0],
+    ),
+    Manoeuvre(
+        "circles",
+        ("track", "track_rear", "radius"),
+        lambda v: (
+            f"two steady circles, one each way, 15 s each with {0.5 * v.max_steer:.2f} rad of steering, at 3 and at "
+            f"{0.8 * _lock_speed(v) + 1:.0f} m/s: they pin down the tracks and what goes with the body's roll"
+        ),
+        lambda v, e: False,
+    ),
+)  # fmt: skip
+
+
+def _pins(manoeuvre: Manoeuvre, name: str) -> bool:
+    """Whether a manoeuvre pins down the number called `name`."""
+    return name in manoeuvre.pins or by_name()[name].pinned_by == manoeuvre.name
+
+
+def asks(vehicle: Vehicle, numbers: Mapping[str, Found], had: Excitation, least: float) -> tuple[str, ...]:
+    """Manoeuvres that the logs lack, in the order of what they would take off n's error; at least one where something is open.
+
+    least: change of n (%) by a number's error below which it is no matter.
+    """
+    gains = []
+    for manoeuvre in MANOEUVRES:
+        open_ = [f for name, f in numbers.items() if _pins(manoeuvre, name) and f.state != "given"]
+        gain = math.sqrt(sum(f.n_percent_per_std**2 for f in open_ if math.isfinite(f.n_percent_per_std)))
+        lacking = not manoeuvre.has(vehicle, had)
+        gains.append((lacking, gain, manoeuvre))
+    gains.sort(key=lambda entry: (entry[0], entry[2].name != "circles", entry[1]), reverse=True)
+    wanted = [m for lacking, gain, m in gains if lacking and (gain >= least or m.name != "circles")]
+    return tuple(m.words(vehicle) for m in (wanted or [gains[0][2]])[:2])

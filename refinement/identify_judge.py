@@ -1,0 +1,80 @@
+"""The log left out: its n, and predictions of its last part, with the numbers before and after an identification."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.estimator.free_windows import FreeWindows, WindowModel
+from softsoil.estimator.horizons import HORIZONS
+from softsoil.estimator.predictor import substeps_for
+from softsoil.estimator.shooting import Drive
+from softsoil.estimator.window_fit import fit_windows
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.refinement.identify_bench import FASTEST, HORIZON, SUBSTEPS, Bench, first_n, free_n
+from softsoil.refinement.identify_errors import errors_of
+from softsoil.refinement.identify_result import Judged
+from softsoil.refinement.vehicle_numbers import declared_vehicle
+from softsoil.symbolic.catalogue import declared_model
+
+Array = NDArray[np.float64]
+
+FIT_SHARE = 2 / 3
+"""The first part of the log gives n, the rest is predicted."""
+FEWEST_PATHS = 2
+"""Windows of a horizon that are judged at least."""
+
+
+def judge(bench: Bench, after: Mapping[str, float], model_error: float) -> Judged:
+    """The bench's one drive predicted with the vehicle as its owner's file declares it, with the numbers as expected before the
+    logs, and with the identified ones, `after`; n fitted anew to its first part with each.
+
+    model_error: of n, as a share, beside its sampling error.
+    """
+    drive, windows = bench.drives[0], bench.windows[0]
+    declared = _declared(bench)
+    row = drive.first + int(FIT_SHARE * (len(drive.t) - drive.first))
+    results = []
+    for one, values in ((declared, {}), (bench, {}), (bench, after)):
+        compiled = one.windows[0].compiled
+        first = FreeWindows(compiled, _until(drive, row), HORIZON, windows.sigma, FASTEST)
+        part = replace(one, windows=(first,))
+        guess = first_n(part, values)
+        fit = fit_windows(part.windows, free_n(part), np.array(guess), one.parameters(values, guess))
+        std = float(np.hypot(errors_of(fit).std["n_0"], model_error * fit.value[0]))
+        results.append((_errors(compiled, drive, fit.p[0], row), (float(fit.value[0]), std), float(np.sqrt(fit.cost))))
+    (table_0, n_0, rms_0), (guessed, _, _), (table_1, n_1, rms_1) = results
+    return Judged(bench.names[0], n_0, n_1, table_0, guessed, table_1, rms_0, rms_1)
+
+
+def _declared(bench: Bench) -> Bench:
+    """The bench with the model of the vehicle as its owner's file declares it."""
+    vehicle = declared_vehicle(bench.known)
+    model = declared_model(vehicle, bench.soils[0])
+    windows = bench.windows[0]
+    compiled = WindowModel(model, bench.drives[0].dt, SUBSTEPS * substeps_for(bench.drives[0].dt))
+    mine = FreeWindows(compiled, bench.drives[0], HORIZON, windows.sigma, FASTEST)
+    return replace(bench, vehicle=vehicle, model=model, windows=(mine,), balances=(), p=model.p.nominal[None])
+
+
+def _until(drive: Drive, row: int) -> Drive:
+    return replace(
+        drive, t=drive.t[:row], measured=drive.measured[:row], smooth=drive.smooth[:row], inputs=drive.inputs[:row]
+    )
+
+
+def _errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict[str, dict[str, float]]:
+    """Horizon -> state -> mean squared error over windows after `row` that start at the recorded states."""
+    table = {}
+    for horizon in HORIZONS:
+        means = np.full(len(STATE_CHANNELS), np.nan)
+        if (len(drive.t) - row - 1) * drive.dt >= FEWEST_PATHS * horizon:
+            long = FreeWindows(compiled, replace(drive, first=row), horizon, np.ones(len(STATE_CHANNELS)))
+            error = long.residual(p, long.first).reshape(len(long.rows), -1, len(STATE_CHANNELS))[:, 1:]
+            seen = np.isfinite(long.recorded[:, 1:])
+            means = (error**2).sum(axis=(0, 1)) / np.maximum(seen.sum(axis=(0, 1)), 1)
+        table[f"{horizon:.1f}"] = dict(zip(STATE_CHANNELS, map(float, means), strict=True))
+    return table

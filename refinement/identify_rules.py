@@ -1,0 +1,36 @@
+"""What an identification decides by: thresholds with unit and meaning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Thresholds.
+
+    seen: largest share of its prior standard deviation that a number's standard error keeps for it to be identified;
+    contradicted_motion: the same by kinematics or the wheels' longitudinal balance, which depend on little else;
+    contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted; material: the
+    least departure of a given number that matters, as a share of its value; n_std: largest standard error of n, as a share of it;
+    inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error that
+    one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after another;
+    model_error: standard deviations of numbers over their sampling errors, since what the force law misses moves them too: on the
+    second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_n: the same of n, as a share.
+    """
+
+    seen: float = 0.75
+    contradicted: float = 4.0
+    contradicted_motion: float = 3.0
+    material: float = 0.003
+    n_std: float = 0.08
+    inertia_std: float = 0.15
+    correlation: float = 0.95
+    load_share: float = 2.0
+    rounds: int = 3
+    model_error: float = 4.0
+    model_error_n: float = 0.025
+
+
+RULES = Rules()
+"""`python -m benchmarks.identify_suv` prints what they do on a vehicle of the reference simulator."""

@@ -1,0 +1,50 @@
+"""vehicle.toml of an identification: every number with its state, its standard deviation and what it costs n."""
+
+from __future__ import annotations
+
+from softsoil.files.toml_file import toml_text
+from softsoil.refinement.identify_result import Found, Identification
+from softsoil.refinement.vehicle_numbers import FIXED, by_name
+from softsoil.symbolic.vehicle import NUMBERS
+
+STATES = {"given": "given", "identified": "identified", "not_identifiable": "not identifiable: as expected of any vehicle"}
+
+
+def vehicle_toml(found: Identification) -> str:
+    """A complete vehicle file, each number commented with its state; `load_vehicle` reads it back."""
+    vehicle = found.vehicle
+    lines = [
+        f"# {found.verdict}: {found.reason}",
+        f"# Identified from {', '.join(log for log in found.n if log != found.judged.log)}; judged on {found.judged.log}.",
+        "# In brackets: change of n when the number is wrong by its standard deviation.",
+        *(f"# Asked for: {words}." for words in found.asks),
+        f"name = {toml_text(vehicle.name)}",
+    ]
+    lines += [_line(n.name, getattr(vehicle, n.name), found.numbers.get(n.name), n.unit) for n in NUMBERS]
+    if vehicle.simulator:
+        lines += ["", "[simulator]", *(f"{key} = {value:.6g}" for key, value in vehicle.simulator.items())]
+    for effect, values in vehicle.effects.items():
+        lines += ["", f"[effects.{effect}]"]
+        for key, value in values.items():
+            lines.append(_line(key, value, found.numbers.get(key), _unit(key), key in FIXED.get(effect, {})))
+    lines += ["", "# Standard deviations, for commands that doubt the vehicle.", "[uncertainty]"]
+    lines += [f"{key} = {std:.4g}" for key, std in vehicle.uncertainty.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _line(name: str, value: float, number: Found | None, unit: str, fixed: bool = False) -> str:
+    unit = "" if unit == "1" else unit
+    words = unit
+    if number is not None:
+        words = f"{unit} ± {number.std:.2g}, {STATES[number.state]}".strip()
+        if number.state == "identified" and number.given is not None:
+            words += f" (given {number.given:.6g})"
+        words += f" [{abs(number.n_percent_per_std):.1f} %]"
+    elif fixed:
+        words = f"{unit} by the soil contact model".strip()
+    return f"{name} = {value:.6g}  # {words}".rstrip(" #")
+
+
+def _unit(name: str) -> str:
+    number = by_name().get(name)
+    return number.unit if number is not None else ""

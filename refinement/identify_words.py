@@ -1,0 +1,48 @@
+"""An identification in sentences: the same on the terminal, in the report and in the vehicle file."""
+
+from __future__ import annotations
+
+from softsoil.refinement.identify_result import Found, Identification
+from softsoil.refinement.words import with_error
+
+STATES = {"given": "given", "identified": "identified", "not_identifiable": "not identifiable"}
+VERDICTS = {
+    "identified": "Identified: the logs give the vehicle's numbers",
+    "needs_data": "Needs data: do not use this file yet",
+    "contradicts_given": "Contradicts given numbers: do not use this file yet",
+}
+
+
+def verdict_sentence(found: Identification) -> str:
+    """The verdict with its reason."""
+    return f"{VERDICTS[found.verdict]}. {found.reason}"
+
+
+def value_words(number: Found) -> str:
+    """Value with its standard deviation and unit."""
+    return f"{with_error(number.value, number.std)} {number.unit}".rstrip()
+
+
+def state_words(number: Found) -> str:
+    """The state; of an identified number that was given, what was given."""
+    if number.state == "identified" and number.given is not None:
+        return f"identified (given {number.given:.5g})"
+    return STATES[number.state]
+
+
+def judged_sentences(found: Identification) -> list[str]:
+    """n and predictions of the log left out, before and after."""
+    judged = found.judged
+    (n_0, s_0), (n_1, s_1) = judged.n_before, judged.n_after
+    lines = [
+        f"{judged.log}, left out of the fit: n {with_error(n_0, s_0)} with the vehicle as its file declares it, "
+        f"{with_error(n_1, s_1)} with the identified ones, fitted to its first two thirds with each."
+    ]
+    ratio, expected = judged.ratio(), judged.ratio(expected=True)
+    if ratio is not None and expected is not None:
+        lines.append(
+            f"Over 2.5 s of its last third the mean squared error is {ratio:.2f} times smaller than with the file as it is, and "
+            f"{expected:.2f} times smaller than with the numbers expected of any such vehicle (geometric mean over v, omega_z, "
+            "psi and y; sensor noise in all)."
+        )
+    return lines

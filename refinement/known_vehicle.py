@@ -1,0 +1,134 @@
+"""What the owner of a vehicle knows of it: a vehicle file with some of its numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from softsoil.files.toml_file import finite, read_toml
+from softsoil.symbolic.vehicle import NUMBERS, SIMULATOR, Vehicle
+
+NEEDED = ("mass", "l_f", "l_r", "track", "radius", "width")
+"""What a scale and a tape give: without them nothing can be said of the rest."""
+LOADS = ("load_front", "load_rear", "wheelbase")
+"""In the place of l_f and l_r."""
+HEIGHT_OVER_TRACK = 0.38
+BOUNDS = {n.name: (n.lower, n.upper, n.unit) for n in NUMBERS}
+
+
+@dataclass(frozen=True)
+class Known:
+    """Numbers of a vehicle that are given.
+
+    name; numbers: of the vehicle itself; effects: of declared effects, as in a vehicle file; stated: standard deviations that the
+    file states in its table [uncertainty]; file: where it comes from; simulator: as in a vehicle file, of a simulated soil.
+    """
+
+    name: str
+    numbers: dict[str, float]
+    effects: dict[str, dict[str, float]] = field(default_factory=dict)
+    stated: dict[str, float] = field(default_factory=dict)
+    file: str = ""
+    simulator: dict[str, float] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> float:
+        """A number that every known vehicle has."""
+        return self.numbers[name]
+
+    @property
+    def wheelbase(self) -> float:
+        """l_f + l_r (m)."""
+        return self.numbers["l_f"] + self.numbers["l_r"]
+
+    @property
+    def swing(self) -> float:
+        """mass l_f l_r (kg m^2), near which yaw inertias are."""
+        return self.numbers["mass"] * self.numbers["l_f"] * self.numbers["l_r"]
+
+    @property
+    def guess_h_cg(self) -> float:
+        """Height of the centre of gravity (m): as given, or from the track."""
+        return self.numbers.get("h_cg", HEIGHT_OVER_TRACK * self.numbers["track"])
+
+    def value(self, name: str) -> float | None:
+        """The number or the effect's parameter called `name`; None where it is not given."""
+        if name in self.numbers:
+            return self.numbers[name]
+        return next((table[name] for table in self.effects.values() if name in table), None)
+
+    def other_effects(self, names: set[str]) -> dict[str, dict[str, float]]:
+        """Parameters of declared effects that are not among `names`."""
+        left = {key: {k: v for k, v in table.items() if k not in names} for key, table in self.effects.items()}
+        return {key: table for key, table in left.items() if table or not self.effects[key]}
+
+    def rest(self, names: set[str]) -> dict[str, float]:
+        """Numbers of the vehicle that are not among `names`."""
+        return {key: value for key, value in self.numbers.items() if key not in names}
+
+    def without(self, *names: str) -> Known:
+        """The same without the numbers called `names`: as if nobody had given them."""
+        numbers = {key: value for key, value in self.numbers.items() if key not in names}
+        effects = {key: {k: v for k, v in t.items() if k not in names} for key, t in self.effects.items()}
+        return replace(self, numbers=numbers, effects=effects)
+
+    def with_numbers(self, **values: float) -> Known:
+        """The same with other numbers, by name."""
+        return replace(self, numbers={**self.numbers, **values})
+
+
+def load_known(path: str | Path) -> Known:
+    """The known numbers of a vehicle from a TOML file: keys of a vehicle file, or wheelbase, load_front and load_rear (of the
+    axles, in one unit) in the place of l_f and l_r.
+
+    Raises ValueError naming the file, the key, what was expected and what was found.
+    """
+    path = Path(path)
+    table = read_toml(path, "vehicle")
+    return known_from_table(table.get("vehicle", table), str(path), path.stem)
+
+
+def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
+    """Known numbers from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
+    keys = ({f.name for f in fields(Vehicle)} - {"source"}) | set(LOADS)
+    for key in table:
+        if key not in keys:
+            raise ValueError(f"{where}: expected keys {', '.join(sorted(keys))}; found {key!r}")
+    numbers = {
+        key: finite(value, f"{where}: key {key!r}") for key, value in table.items() if key in BOUNDS or key in LOADS
+    }
+    if all(key in numbers for key in LOADS):
+        front, rear, wheelbase = numbers["load_front"], numbers["load_rear"], numbers["wheelbase"]
+        if not (front > 0 and rear > 0):
+            raise ValueError(f"{where}: expected positive axle loads, found {front:g} and {rear:g}")
+        numbers.setdefault("l_f", wheelbase * rear / (front + rear))
+        numbers.setdefault("l_r", wheelbase * front / (front + rear))
+    for key in NEEDED:
+        if key not in numbers:
+            beside = " (or wheelbase, load_front and load_rear)" if key in ("l_f", "l_r") else ""
+            raise ValueError(f"{where}: expected key {key!r}{beside}, found {', '.join(numbers) or 'none'}")
+    for key in LOADS:
+        numbers.pop(key, None)
+    for key, value in numbers.items():
+        lower, upper, unit = BOUNDS[key]
+        if not lower <= value <= upper:
+            raise ValueError(f"{where}: expected {key} in [{lower:g}, {upper:g}] {unit}, found {value:g}")
+    effects = {
+        str(effect): {str(k): finite(v, f"{where}: effects.{effect}.{k}") for k, v in _table(values, where).items()}
+        for effect, values in _table(table.get("effects", {}), where).items()
+    }
+    stds = _table(table.get("uncertainty", {}), where)
+    stated = {str(key): finite(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
+    simulator = {
+        str(key): finite(value, f"{where}: simulator.{key}") for key, value in _table(table.get("simulator", {}), where).items()
+    }
+    for key in simulator:
+        if key not in SIMULATOR:
+            raise ValueError(f"{where}: simulator: expected keys {', '.join(SIMULATOR.names)}; found {key!r}")
+    return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator)
+
+
+def _table(value: Any, where: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError(f"{where}: expected a table of numbers, found {value!r}")
+    return value

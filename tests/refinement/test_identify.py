@@ -1,0 +1,156 @@
+"""Numbers of a vehicle from logs: recovered from drives of the model itself, refused where logs cannot say, judged on others."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
+from softsoil.commands.cli import app
+from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.recording.log_names import named_n, named_soil
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+from softsoil.refinement.identify import identify
+from softsoil.refinement.identify_bench import Bench, first_n, fit_numbers, free_numbers, make_bench
+from softsoil.refinement.identify_errors import errors_of
+from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.vehicle_numbers import vehicle_of
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.soil import CLAY, load_soil
+from softsoil.symbolic.vehicle import load_vehicle
+
+KNOWN = Known(
+    "paper",
+    {"mass": 1378.33, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.330229, "width": 0.2121, "h_cg": 0.63},
+    simulator=load_vehicle("reference").simulator,
+)
+TRUE = {"yaw_inertia": 2300.0, "scrub": 0.09, "toe": 0.012, "toe_rear": -0.015, "kappa": 0.8, "steering_offset": 0.008}
+SIMULATOR = ["[simulator]", *(f"{k} = {v}" for k, v in KNOWN.simulator.items())]
+TOML = "\n".join([*(f"{k} = {v}" for k, v in KNOWN.numbers.items()), 'name = "paper"', *SIMULATOR])
+
+
+def steering(kind, seconds):
+    t = 0.012 * np.arange(round(seconds / 0.012) + 1)
+    if kind == "lock":
+        return 0.42 * np.sin(2 * np.pi * t / 3.0)
+    if kind == "straight":
+        return np.zeros(len(t))
+    return 0.09 * (np.sin(0.9 * t) + np.sin(2.3 * t + 1.0) + 0.7 * np.sin(4.1 * t + 2.0))
+
+
+def drive_of(values, kind, n, seed=None, seconds=30.0):
+    model = declared_model(vehicle_of(KNOWN, values), CLAY.with_(n=n))
+    made = synthetic_drive(model, KNOWN["radius"], seconds=seconds, steer=steering(kind, seconds))
+    return made if seed is None else add_noise(made, "good", seed)
+
+
+@pytest.mark.slow
+def test_numbers_are_recovered_from_drives_of_the_model_itself():
+    """The drives' wheel speeds are made up, not balanced: windows alone are fitted here."""
+    drives = [drive_of(TRUE, "lock", 0.5, 1), drive_of(TRUE, "multi", 0.65, 2)]
+    bench: Bench = replace(make_bench(drives, [CLAY, CLAY], KNOWN, 2.0), balances=())
+    fit = fit_numbers(bench, free_numbers(bench, list(TRUE)), {}, first_n(bench, {}))
+    std = errors_of(fit).std
+    for name, (value, _) in fit.named().items():
+        true = {**TRUE, "n_0": 0.5, "n_1": 0.65}[name]
+        assert abs(value - true) < 4 * std[name] + 0.01 * abs(true), (name, value, std[name])
+    assert std["yaw_inertia"] < 0.05 * 2300.0
+
+
+@pytest.mark.slow
+def test_logs_driven_straight_on_say_so_and_ask_for_a_manoeuvre():
+    drives = [drive_of({}, "straight", n, seed, 20.0) for seed, n in enumerate((0.5, 0.6))]
+    found = identify(drives, [CLAY] * 2, KNOWN)
+    assert found.verdict == "needs_data" and "straight on" in found.reason
+    assert found.asks
+
+
+@pytest.mark.slow
+def test_a_log_that_repeats_one_wave_says_so_and_asks_for_more_waves():
+    drives = [read_drive(CLAY_LOG), read_drive(LOAM_LOG)]
+    found = identify(drives, [CLAY, load_soil("sandy_loam")], KNOWN)
+    assert found.verdict == "needs_data" and "one steering wave" in found.reason
+    assert "several sines" in found.asks[0]
+
+
+def test_fewer_than_two_logs_are_refused():
+    with pytest.raises(ValueError, match="expected two logs or more"):
+        identify([drive_of({}, "lock", 0.5, seconds=6.0)], [CLAY], KNOWN)
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
+    """The command on logs of the reference vehicle, from what a scale and a tape say of it."""
+    folder = tmp_path_factory.mktemp("identify")
+    (folder / "known.toml").write_text(TOML, encoding="utf-8")
+    arguments = ["identify", CLAY_LOG, MULTI_LOG, LOAM_LOG, "--vehicle", folder / "known.toml", "--out", folder]
+    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    assert result.exit_code == 0, result.output
+    return folder, result.output
+
+
+@pytest.mark.slow
+def test_the_reference_vehicle_is_identified_from_a_scale_and_a_tape(identified):
+    folder, output = identified
+    found = json.loads((folder / "identify.json").read_text(encoding="utf-8"))
+    assert found["verdict"] == "identified" and "Identified" in output
+    assert found["judged_on"] == "paper_sandyloam_n0.70"
+    for log, n in found["n"].items():
+        assert n["value"] == pytest.approx(named_n(log), rel=0.06)
+    inertia = found["numbers"]["yaw_inertia"]
+    assert inertia["value"] == pytest.approx(1855.0, rel=0.05) and inertia["state"] == "identified"
+    assert found["numbers"]["mass"]["state"] == "given"
+    for state in ("v", "omega_z", "psi", "y"):
+        assert found["after"]["mse"]["2.5"][state] < 0.2 * found["before"]["mse"]["2.5"][state]
+    assert found["asks"] and found["software"]["version"] and found["vehicle"]["name"] == "paper"
+
+
+@pytest.mark.slow
+def test_the_vehicle_file_is_complete_and_says_the_state_of_each_number(identified):
+    folder, _ = identified
+    text = (folder / "vehicle.toml").read_text(encoding="utf-8")
+    vehicle = load_vehicle(folder / "vehicle.toml")
+    found = json.loads((folder / "identify.json").read_text(encoding="utf-8"))
+    assert vehicle.yaw_inertia == pytest.approx(found["numbers"]["yaw_inertia"]["value"], rel=1e-4)
+    assert vehicle.uncertainty["kappa"] == pytest.approx(found["numbers"]["kappa"]["std"], rel=1e-3)
+    assert "mass = 1378.33  # kg ± 6.9, given" in text and "identified" in text
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    assert report.count("<img") == 3 and "http" not in report
+
+
+def test_bad_input_is_refused_in_one_line(tmp_path):
+    (tmp_path / "known.toml").write_text("mass = 1000.0\n", encoding="utf-8")
+    logs = [str(CLAY_LOG), str(MULTI_LOG)]
+    arguments = ["identify", *logs, "--vehicle", str(tmp_path / "known.toml"), "--out", str(tmp_path / "o")]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2 and "expected key 'l_f'" in result.output
+    (tmp_path / "known.toml").write_text(TOML, encoding="utf-8")
+    for more, words in (
+        (["--soil", "clay", "--soil", "clay", "--soil", "sand"], "one for all or one per log (2"),
+        (["--judge", str(tmp_path / "none.csv")], "none.csv"),
+    ):
+        result = CliRunner().invoke(app, [*arguments, *more])
+        assert result.exit_code == 2 and words in result.output
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.shared
+def test_the_second_vehicle_is_identified_and_n_is_right_on_other_drives(shared_data):
+    """Judged figures: `python -m benchmarks.identify_suv`."""
+    from benchmarks.identify_suv import FITTED, HELD
+    from benchmarks.identify_suv import KNOWN as SUV
+
+    names = (*FITTED, HELD)
+    folder = shared_data / "chrono_suv"
+    drives = [add_noise(read_drive(folder / f"{name}.csv.gz"), "good", 10 * i) for i, name in enumerate(names)]
+    found = identify(drives, [load_soil(str(named_soil(name))) for name in names], SUV)
+    assert found.verdict == "identified"
+    assert found.n[HELD][0] == pytest.approx(named_n(HELD), rel=0.05)
+    assert found.numbers["yaw_inertia"].value == pytest.approx(3920.0, rel=0.06)
+    wrong = SUV.with_numbers(radius=1.01 * SUV["radius"])
+    found = identify(drives, [load_soil(str(named_soil(name))) for name in names], wrong)
+    assert found.verdict == "contradicts_given" and found.contradictions[0].name == "radius"

@@ -1,0 +1,159 @@
+"""What an identification is made of: known numbers, priors, geometry by motion, standard errors, manoeuvres to ask for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drives import clay_drive, reference_vehicle
+from softsoil.estimator.parameters import Free
+from softsoil.estimator.window_fit import WindowFit
+from softsoil.recording.drive import Recording
+from softsoil.recording.noise import add_noise
+from softsoil.refinement.geometry_check import beyond_doubt, front_axle, rolling_radius
+from softsoil.refinement.identify_asks import asks, excitation
+from softsoil.refinement.identify_errors import departures, errors_of, n_costs
+from softsoil.refinement.identify_result import Found
+from softsoil.refinement.known_vehicle import Known, known_from_table, load_known
+from softsoil.refinement.vehicle_numbers import NUMBERS, declared_vehicle, expected, free_layout, vehicle_of
+
+NUMBERS_GIVEN = {"mass": 1400.0, "l_f": 1.5, "l_r": 1.2, "track": 1.25, "radius": 0.33, "width": 0.21}
+KNOWN = Known("car", NUMBERS_GIVEN)
+
+
+def test_axle_loads_and_wheelbase_give_the_place_of_the_centre_of_gravity():
+    table = {k: v for k, v in NUMBERS_GIVEN.items() if k not in ("l_f", "l_r")}
+    known = known_from_table({**table, "wheelbase": 2.7, "load_front": 800.0, "load_rear": 600.0}, "car.toml", "car")
+    assert known["l_f"] == pytest.approx(2.7 * 600 / 1400) and known.wheelbase == pytest.approx(2.7)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"mass": None}, "expected key 'mass'"),
+        ({"l_f": None}, "expected key 'l_f' \\(or wheelbase, load_front and load_rear\\)"),
+        ({"radius": -1.0}, "expected radius in"),
+        ({"weight": 5.0}, "found 'weight'"),
+        ({"mass": "heavy"}, "expected a finite number, found 'heavy'"),
+    ],
+)
+def test_a_known_file_that_cannot_be_used_is_refused_naming_the_key(tmp_path, change, words):
+    numbers = {**NUMBERS_GIVEN, **change}
+    path = tmp_path / "known.toml"
+    lines = [f'{k} = "{v}"' if isinstance(v, str) else f"{k} = {v}" for k, v in numbers.items() if v is not None]
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(ValueError, match=words):
+        load_known(path)
+
+
+def test_a_given_number_has_the_error_of_measuring_it_and_an_unknown_one_its_prior():
+    before = expected(KNOWN.with_numbers(yaw_inertia=2000.0))
+    assert before["yaw_inertia"] == (2000.0, pytest.approx(100.0))
+    free = expected(KNOWN)["yaw_inertia"]
+    assert free[0] == pytest.approx(0.85 * KNOWN.swing) and free[1] > 0.3 * free[0]
+    stated = replace(KNOWN, numbers={**NUMBERS_GIVEN, "yaw_inertia": 2000.0}, stated={"yaw_inertia": 7.0})
+    assert expected(stated)["yaw_inertia"] == (2000.0, 7.0)
+
+
+def test_priors_scale_with_the_vehicle_and_stay_inside_their_bounds():
+    small = Known("small", {"mass": 40.0, "l_f": 0.3, "l_r": 0.3, "track": 0.5, "radius": 0.1, "width": 0.08})
+    large = Known("large", {"mass": 9000.0, "l_f": 2.0, "l_r": 2.0, "track": 2.2, "radius": 0.6, "width": 0.4})
+    for known in (small, KNOWN, large):
+        for number in NUMBERS:
+            value, std = expected(known)[number.name]
+            assert number.lower <= value <= number.upper and std > 0
+        assert set(free_layout(known).names) <= {number.name for number in NUMBERS}
+    assert expected(small)["scrub"][1] < 0.2 * expected(large)["scrub"][1]
+
+
+def test_the_vehicle_carries_numbers_effects_and_their_uncertainty():
+    vehicle = vehicle_of(KNOWN, {"kappa": 0.7, "toe_rear": 0.01}, {"kappa": 0.1, "mass": 7.0})
+    assert vehicle.effects["multipass"]["kappa"] == 0.7 and vehicle.toe_rear == 0.01
+    assert vehicle.uncertainty == {"kappa": 0.1, "mass": 7.0}
+    assert declared_vehicle(KNOWN).effects == {}
+
+
+def moving(l_f=1.4, seconds=40.0, dt=0.012):
+    """A body that moves as it is told, positions of its front axle recorded: kinematics alone."""
+    fine = dt / 20
+    t = fine * np.arange(round(seconds / fine))
+    psi, u, v = 0.5 * np.sin(2.1 * t), 5.0 + np.sin(0.6 * t), 0.3 * np.cos(2.1 * t)
+    x = np.cumsum(u * np.cos(psi) - v * np.sin(psi)) * fine + l_f * np.cos(psi)
+    y = np.cumsum(u * np.sin(psi) + v * np.cos(psi)) * fine + l_f * np.sin(psi)
+    channels = {"t": t, "x": x, "y": y, "psi": psi, "u": u, "v": v, "omega_z": 1.05 * np.cos(2.1 * t)}
+    return Recording("moving", {name: values[::20] for name, values in channels.items()})
+
+
+def test_the_front_axle_is_where_positions_and_course_say():
+    drive = moving(1.4)
+    exact = front_axle([drive])
+    assert exact.value == pytest.approx(1.4, abs=2e-3)
+    noisy = [front_axle([add_noise(drive, "good", seed)]) for seed in range(5)]
+    assert all(abs(place.value - 1.4) < 3.5 * place.std for place in noisy)
+    assert all(exact.std < place.std < 0.05 for place in noisy)
+
+
+def test_a_drive_straight_on_says_nothing_of_the_front_axle():
+    drive = clay_drive(12.0)
+    still = np.zeros(len(drive))
+    straight = drive.with_channels(psi=still, y=still, v=still, x=np.cumsum(drive["u"]) * drive.dt)
+    assert front_axle([straight]) is None
+
+
+def test_a_log_of_another_vehicle_is_refused_and_its_own_is_not():
+    drive, vehicle = clay_drive(), reference_vehicle()
+    assert beyond_doubt(drive, vehicle) == ""
+    assert "wheels of radius" in beyond_doubt(drive, vehicle.with_(radius=0.6))
+    assert "front axle" in beyond_doubt(drive, vehicle.with_(l_f=2.4))
+    assert rolling_radius(drive) == pytest.approx(vehicle.radius * 0.95, rel=1e-3)
+
+
+def linear_fit(given=1.0, std=0.1, seed=0, slope=1.0):
+    """A fit of one number and n to clusters of white residuals: number 2, n 0.5."""
+    rng = np.random.default_rng(seed)
+    free = (Free("a", ("a",), 1.0, -9, 9, known=(given, std)), Free("n_0", ("n_f",), 0.1, 0.2, 1.6, drive=0))
+    rows = rng.standard_normal((40, 30, 2)) * (1.0, slope)
+    hessians = np.einsum("cmi,cmj->cij", rows, rows)
+    noise = rng.standard_normal((40, 30))
+    prior = np.diag([std**-2, 0.0])
+    target = np.array([2.0, 0.5])
+    score = np.einsum("cmi,cm->ci", rows, rows @ target + noise)
+    value = np.linalg.solve(hessians.sum(axis=0) + prior, score.sum(axis=0) + prior @ [given, 0.0])
+    scores = np.einsum("cij,j->ci", hessians, value) - score
+    places = np.column_stack([np.zeros(40), np.arange(40.0)])
+    empty = np.zeros(0)
+    return WindowFit(
+        free, value, empty, np.zeros((2, 2)), hessians.sum(axis=0), empty, (), 1.0, empty, scores, hessians, places, ()
+    )
+
+
+def test_standard_errors_are_those_of_the_estimates_spread():
+    fits = [linear_fit(std=10.0, seed=seed) for seed in range(60)]
+    spread = np.std([fit.value[0] for fit in fits])
+    said = np.mean([errors_of(fit).std["a"] for fit in fits])
+    assert said == pytest.approx(spread, rel=0.35) and said > 0.9 / np.sqrt(1200)
+
+
+def test_what_the_logs_alone_say_of_a_given_number_does_not_hold_its_prior():
+    fit = linear_fit(given=1.0, std=0.03)
+    assert fit.value[0] < 1.6  # the prior holds it back
+    value, std, sigmas = departures(fit, errors_of(fit))["a"]
+    assert value == pytest.approx(2.0, abs=5 * std) and sigmas > 10
+    assert departures(linear_fit(given=2.0, std=0.03), errors_of(linear_fit(given=2.0, std=0.03)))["a"][2] < 4
+
+
+def test_the_cost_of_a_number_is_the_change_of_n_that_balances_it():
+    fit = linear_fit(std=10.0)
+    hessian = fit.hessians.sum(axis=0)
+    cost = n_costs(fit, {"a": 0.1})["a"]
+    assert cost == pytest.approx(-100 * hessian[1, 0] / hessian[1, 1] * 0.1 / fit.value[1])
+
+
+def test_the_manoeuvre_asked_for_is_one_that_the_logs_lack():
+    drive, vehicle = clay_drive(), reference_vehicle()
+    assert not excitation([drive], 2.0).many_waves
+    t = drive.t
+    several = drive.with_channels(steer=0.08 * (np.sin(2 * t) + np.sin(1.1 * t) + np.sin(4.7 * t)))
+    open_ = {"yaw_inertia": Found(1800.0, 500.0, "kg m^2", "not_identifiable", 9.0, None, (1800.0, 500.0))}
+    assert asks(vehicle, open_, excitation([several], 2.0), 2.0)[0].startswith("20 s of sine steering to full lock (0.47 rad)")
+    assert asks(vehicle, open_, excitation([drive], 2.0), 2.0)[0].startswith("45 s of steering by several sines")
