@@ -35,7 +35,6 @@ from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.refine import refine
 from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
-from softsoil.symbolic.model import with_nominal
 from softsoil.symbolic.soil import Soil, load_soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
@@ -138,7 +137,7 @@ def _judge(vehicle: Vehicle, paths: list[Path]) -> None:
         mse = []
         for numbers in (declared_vehicle(KNOWN), _known_vehicle(), vehicle):
             n = _n_by_windows(numbers, noisy, soil)
-            built = with_nominal(Declaration(numbers, soil).build(), n_f=n, n_r=n)
+            built = Declaration(numbers, soil.with_(n=n)).build()
             mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
         errors["windows"].append(n / n_true - 1)
         ratio = [float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2]]

@@ -142,12 +142,13 @@ def everything(bench: Bench) -> Bench:
 
 
 def loosened(bench: Bench, declaration: Declaration) -> Bench:
-    """The bench with the parameters of declared effects free within RULES.declared_within, fitted with n.
+    """The bench with the parameters of declared effects free within the uncertainty that their vehicle states, else within
+    RULES.declared_within, fitted with n.
 
     Not those that are drawn, nor those of effects that are tried again.
     """
     loose = tuple(
-        _within(effect.parameters[name], value)
+        _within(effect.parameters[name], value, declaration.vehicle.uncertainty.get(name))
         for key, values in declaration.vehicle.effects.items()
         for effect in (catalogue(declaration.vehicle)[key],)
         for name, value in values.items()
@@ -157,8 +158,8 @@ def loosened(bench: Bench, declaration: Declaration) -> Bench:
     return reweighted(replace(grown, absent=fit_base(grown).p)) if loose else bench
 
 
-def _within(signal: Signal, declared: float) -> Free:
-    spread = RULES.declared_within * abs(declared - signal.nominal)
+def _within(signal: Signal, declared: float, stated: float | None) -> Free:
+    spread = RULES.declared_within * abs(declared - signal.nominal) if stated is None else stated
     lower, upper = max(declared - spread, signal.lower), min(declared + spread, signal.upper)
     return Free(signal.name, (signal.name,), spread / 2, lower, upper, known=(declared, spread))
 
