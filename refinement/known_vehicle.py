@@ -53,8 +53,8 @@ class Known:
 
     def value(self, name: str) -> float | None:
         """The number or the effect's parameter called `name`; None where it is not given."""
-        if name in self.numbers:
-            return self.numbers[name]
+        if name in self.numbers or name in self.simulator:
+            return self.numbers.get(name, self.simulator.get(name))
         return next((table[name] for table in self.effects.values() if name in table), None)
 
     def other_effects(self, names: set[str]) -> dict[str, dict[str, float]]:

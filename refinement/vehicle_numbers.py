@@ -15,7 +15,7 @@ from typing import Any
 from softsoil.files.toml_file import read_toml
 from softsoil.refinement.known_vehicle import BOUNDS, Known
 from softsoil.symbolic.signals import Layout, Signal
-from softsoil.symbolic.vehicle import GRAVITY, Vehicle
+from softsoil.symbolic.vehicle import GRAVITY, SIMULATOR, Vehicle
 
 Prior = Callable[[Known], tuple[float, float]]
 """(expected value, standard deviation) of a number nobody has measured."""
@@ -117,8 +117,12 @@ OWN: tuple[Number, ...] = (
             "0.35 to 0.65 on cars", _plain(0.05), "drawings"),
     _number("roll_damping_front", "front share of the dampers that resist roll", lambda k: (0.5, 0.12),
             "as the springs'", _plain(0.05), "drawings"),
+    Number("contact_step", "", "s", SIMULATOR["contact_step"].doc, 0.0, SIMULATOR["contact_step"].upper, lambda k: (0.0, 0.001),
+           "0 for a real soil; simulators of soil contact step by 0.5 to 2 ms", _plain(1e-6), "settings of the simulator"),
 )  # fmt: skip
-"""Numbers of the vehicle itself, in the order of its file."""
+"""Numbers of the vehicle itself, in the order of its file, and of the simulated soil that its logs may come from."""
+REAL_SOIL = 2e-4
+"""s: a contact step below this is that of a real soil."""
 _TABLE = read_toml(Path(__file__).parent / "effect_priors.toml", "priors of effects")
 FIXED: Mapping[str, Mapping[str, float]] = MappingProxyType(_TABLE.pop("fixed"))
 """What every model of an identification has beside its numbers: the soil's aligning moments act on the vehicle in full."""
@@ -160,8 +164,12 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
         if number.effect:
             effects.setdefault(number.effect, {})[number.name] = merged[number.name]
     own = {number.name: merged[number.name] for number in NUMBERS if not number.effect}
+    simulator = {**known.simulator, **{name: own.pop(name) for name in tuple(own) if name in SIMULATOR}}
+    if simulator["contact_step"] < REAL_SOIL:
+        simulator = known.simulator
     rest: dict[str, Any] = {**known.rest(set(own)), **own}
-    return Vehicle(name=known.name, effects=effects, simulator=known.simulator, uncertainty=stds or {}, **rest)
+    stated = {name: std for name, std in (stds or {}).items() if name not in SIMULATOR}
+    return Vehicle(name=known.name, effects=effects, simulator=simulator, uncertainty=stated, **rest)
 
 
 def declared_vehicle(known: Known) -> Vehicle:

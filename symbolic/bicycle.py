@@ -25,7 +25,7 @@ import casadi as ca
 from softsoil.symbolic.model import Model, Quantities, Scalar, Stage
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
-from softsoil.symbolic.vehicle import GRAVITY, NUMBERS, Vehicle
+from softsoil.symbolic.vehicle import GRAVITY, NUMBERS, SIMULATOR, Vehicle
 from softsoil.symbolic.wheel import Contact, ForceLaw, Wheel, WheelForce, force_law, simulated
 
 STATES = Layout.of(
@@ -96,7 +96,7 @@ def bicycle(
 
     vehicle: its numbers; soil: nominal values of the soil parameters p (n once per axle, n_f and n_r);
     law: per-wheel force law, or its name: then on the soil that the vehicle's simulator, if any, stands for; free: numbers of the
-    vehicle that become parameters p in place of constants.
+    vehicle, or of the simulator, that become parameters p in place of constants.
     Effects are added with `softsoil.symbolic.effect.add_effect`.
     """
     law = vehicle_law(vehicle, law)
@@ -106,7 +106,7 @@ def bicycle(
         Stage("loads", _loads),
         Stage("tracks", _tracks),
         Stage("contacts", lambda q: _contacts(q, soil.name)),
-        Stage("forces", lambda q: _forces(q, law)),
+        Stage("forces", lambda q: _forces(q, simulated(law, {name: q[name] for name in free.names if name in SIMULATOR}))),
         Stage("balance", _balance),
         Stage("rates", _rates),
         Stage("outputs", lambda q: {f"y_{name}": q[name] for name in STATES.names}),

@@ -53,7 +53,7 @@ class TurnSlip:
     Raises ValueError unless contact_step and patch_length are >= 0 and the others positive.
     """
 
-    contact_step: float = 0.0
+    contact_step: Scalar = 0.0
     speed_floor: float = 0.1
     slip_floor: float = 0.003
     front_nodes: int = 5
@@ -63,7 +63,7 @@ class TurnSlip:
 
     def __post_init__(self) -> None:
         for name in ("contact_step", "patch_length"):
-            if not getattr(self, name) >= 0:
+            if isinstance(getattr(self, name), int | float) and not getattr(self, name) >= 0:
                 raise ValueError(f"turn_slip: expected {name} >= 0, found {getattr(self, name)}")
         for name in ("speed_floor", "slip_floor", "front_nodes", "contact_entry"):
             if not getattr(self, name) > 0:
@@ -85,7 +85,8 @@ class TurnSlip:
         v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
         least = (self.slip_floor * v) ** 2 + scrub**2 / 12.0
         extra, late = 0.5 * self.contact_step + self.factors.entry_time, self.contact_step * v
-        motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late if self.contact_step else 0.0, self.contact_entry)
+        late = 0.0 if isinstance(self.contact_step, float) and not self.contact_step else late
+        motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late, self.contact_entry)
         # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.
         per_k, aside = (2.0 / soil.k) * self.factors.path, 2.0 / (v * wheel.width)
         f_x, f_y, m_y, m_z = _strip(soil, wheel, motion, beside, 1.0, per_k, aside)
