@@ -39,7 +39,8 @@ class HorizonRules:
     miss of each channel within a window (m, m, rad, m/s, m/s, rad/s), added to the sensor's noise; common_error: share of n that
     an error common to all windows makes, which no number of windows removes; forgetting: time constant of old windows (s);
     prior: standard deviation of the initial guess; stale: a window linearised farther than this from the estimate is linearised
-    again; tries: such windows per update; recent: newest windows against which the older ones are tested for a change of soil;
+    again; tries: such windows per update; recent: numbers of newest windows of which each is tested against the older ones for a
+    change of soil, few for a large change, many for a small one or noisy sensors;
     change: standard deviations of their difference that are one, and least_change: least share of n that is; fastest: steering
     rate of the road wheels (rad/s) beyond which no window runs, since no steering follows.
     """
@@ -53,7 +54,7 @@ class HorizonRules:
     prior: float = 0.3
     stale: float = 0.03
     tries: int = 8
-    recent: int = 4
+    recent: tuple[int, ...] = (4, 8, 16)
     change: float = 4.0
     least_change: float = 0.12
     fastest: float = 1.5
@@ -222,8 +223,11 @@ class MovingHorizon:
 
     def _changed(self, k: int) -> bool:
         """Whether the newest windows contradict the older ones; then the older ones no longer count."""
-        recent, rules = self.rules.recent, self.rules
-        if k + 1 - self._since < 3 * recent:
+        return any(self._changed_within(k, recent) for recent in self.rules.recent)
+
+    def _changed_within(self, k: int, recent: int) -> bool:
+        rules = self.rules
+        if k + 1 - self._since < recent + 2 * rules.recent[0]:
             return False
         weight = self.weight(k) / self._share
         new, old = slice(k + 1 - recent, k + 1), slice(self._since, k + 1 - recent)
@@ -233,7 +237,8 @@ class MovingHorizon:
         for curvature, count in ((h_new, recent), (h_old, weight[old].sum())):
             inverse = np.linalg.pinv(curvature)
             # Neighbours overlap: their scores count 1/share times as often as windows that do not.
-            spread = spread + np.diag(inverse @ (per_window * count / self._share) @ inverse) + np.diag(inverse) / self._share
+            scatter = np.diag(inverse @ (per_window * count / self._share) @ inverse)
+            spread = spread + np.maximum(scatter, np.diag(inverse) / self._share)
         moved = np.abs(n_new - n_old)
         found = (moved > rules.change * np.sqrt(spread)) & (moved > rules.least_change * n_old)
         if not found.any():
