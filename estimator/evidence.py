@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import FreeWindows
-from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon
+from softsoil.estimator.moving_horizon import LEAST_CURVATURE, HorizonRules, MovingHorizon
 from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
 
@@ -61,7 +61,7 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     weight = first.weight(last)
     n, std = first.n.copy(), first.std(last)
     _, curvature = first.summary.minimum(weight)
-    inverse = np.linalg.pinv(curvature)
+    inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
     robust = inverse @ first.summary.scatter(n, weight) @ inverse
     information = np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
     axles, axles_std = _by_axle(windows, first, tied, rules)
@@ -117,7 +117,7 @@ def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str
         noise, noise_error = sensor_variance(windows.drive.measured[windows.rows[0] :, i])
         left, count = float(np.median(per_window)), len(per_window)
         motion = float(np.nanvar(windows.drive.smooth[windows.rows[0] :, i])) + 1e-12
-        error = np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)
+        error = max(float(np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)), 1e-15)
         beyond = max(left - noise, 0.0)
         shares[name] = float(np.sqrt(beyond / motion))
         errors[name] = float(error / motion / max(2 * shares[name], np.sqrt(error / motion)))

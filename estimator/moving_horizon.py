@@ -31,6 +31,10 @@ LEAST_NOISE = np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])
 """Least standard deviation that a sensor is believed to have (units of the states)."""
 
 
+LEAST_CURVATURE = 1e-9
+"""Curvature of windows that say nothing of n: a standard deviation of 3e4."""
+
+
 @dataclass(frozen=True)
 class HorizonRules:
     """Numbers of the moving horizon; the same for every soil, vehicle and log (evidence: `benchmarks/estimate_nominal.py`).
@@ -96,7 +100,7 @@ class Summary:
         if prior is not None:
             total = total + np.eye(len(total)) / prior[1] ** 2
             lean = lean + prior[0] / prior[1] ** 2
-        return np.linalg.solve(total + 1e-9 * np.eye(len(total)), lean), total
+        return np.linalg.solve(total + LEAST_CURVATURE * np.eye(len(total)), lean), total
 
     def scatter(self, n: Array, weight: Array, rows: slice = slice(None)) -> Array:
         """(A, A) scatter of the windows' scores at n (A,), by `weight` (W,)."""
@@ -235,7 +239,7 @@ class MovingHorizon:
         spread = np.zeros(len(n_new))
         per_window = self.summary.scatter(n_old, weight, old) / max(weight[old].sum(), 1.0)
         for curvature, count in ((h_new, recent), (h_old, weight[old].sum())):
-            inverse = np.linalg.pinv(curvature)
+            inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
             # Neighbours overlap: their scores count 1/share times as often as windows that do not.
             scatter = np.diag(inverse @ (per_window * count / self._share) @ inverse)
             spread = spread + np.maximum(scatter, np.diag(inverse) / self._share)
