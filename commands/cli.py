@@ -18,6 +18,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "import": ("softsoil.commands.import_log", "import_log"),
         "study": ("softsoil.commands.study", "study"),
         "estimate": ("softsoil.commands.estimate", "estimate"),
+        "map": ("softsoil.commands.map", "map_soil"),
         "residual": ("softsoil.commands.residual", "residual"),
         "identify": ("softsoil.commands.identify", "identify_command"),
         "refine": ("softsoil.commands.refine", "refine_command"),

@@ -99,17 +99,17 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
 
 def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:
     """Share of each lateral channel's motion that the model leaves beyond sensor noise, and its standard error."""
-    which = np.arange(len(windows.rows))
-    x0 = np.array(horizon.summary.states)
+    which = np.arange(horizon.since, len(windows.rows))  # windows of an earlier soil are no fault of the model
+    x0 = np.array(horizon.summary.states)[which]
     linear = windows.linearise(horizon.parameters(horizon.n), x0, horizon.free, which)
     reduced = reduce_windows(linear)
     leverage = np.einsum("wmi,wij,wmj->wm", linear.by_state, reduced.inverse, linear.by_state)
-    shape = windows.recorded.shape
+    shape = windows.recorded[which].shape
     residual, leverage = linear.residual.reshape(shape) * windows.sigma, leverage.reshape(shape)
     shares, errors = {}, {}
     for name in LATERAL:
         i = STATE_CHANNELS.index(name)
-        seen = np.isfinite(windows.recorded[..., i])
+        seen = np.isfinite(windows.recorded[which][..., i])
         if not seen.any() or not np.isfinite(windows.sigma[i]):
             continue
         # Medians over windows: a few that hit an obstacle or a kick of the steering are no fault of the model.

@@ -192,6 +192,11 @@ class MovingHorizon:
             summary.cost.append(0.0)
         self._linearise(which, again)
 
+    @property
+    def since(self) -> int:
+        """The first window of the present soil."""
+        return self._since
+
     def parameters(self, n: Array) -> Array:
         """(n_p,) parameters of the model with n (A,)."""
         model = self.windows.compiled.model

@@ -1,0 +1,89 @@
+"""`softsoil map`: the soil along the way, fused over drives."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from joblib import Parallel, delayed
+
+from softsoil.commands.estimate import verdict_line
+from softsoil.commands.options import ColumnsOption, SkipOption, open_drive
+from softsoil.commands.options_model import (
+    LawOption,
+    ModelOption,
+    OutOption,
+    SoilOption,
+    VehicleOption,
+    about_vehicle,
+    declaration,
+)
+from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.soil_map import Cell, DriveSoil, drive_soil, fuse
+from softsoil.figures.soil_map import draw_soil_map
+
+
+def map_soil(
+    logs: Annotated[list[Path], typer.Argument(metavar="LOG ...", help="Drives over one piece of ground.", show_default=False)],
+    vehicle: VehicleOption = None,
+    soil: SoilOption = None,
+    law: LawOption = "turn_slip",
+    model: ModelOption = None,
+    cell: Annotated[float, typer.Option("--cell", min=0.1, help="Size of a cell, m.")] = 10.0,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Also drives whose verdict is not identified or not_excited.")
+    ] = False,
+    columns: ColumnsOption = None,
+    skip: SkipOption = START_UP,
+    workers: Annotated[int, typer.Option("--workers", help="Processes (-1: one per core).")] = 1,
+    out: OutOption = None,
+) -> None:
+    """Map n and its standard deviation along the way, per cell of the ground, fused over drives.
+
+    A drive that says too little (not_excited) adds what little it says; one that contradicts the model is left out.
+
+    Example: softsoil map data/multi_clay_n0.50.parquet data/paper_clay_n0.50.csv.gz --soil clay
+    """
+    folder = output_folder(out, "map")
+    declared = declaration(vehicle, soil, law, model)
+    drives = [open_drive(log, columns, vehicle=vehicle, model=model)[1] for log in logs]
+    built, n0 = declared.build(), float(declared.soil.n)
+    with progress(f"{len(drives)} drives"):
+        if workers == 1:
+            found = [drive_soil(drive, built, n0, skip) for drive in drives]
+        else:
+            tasks = (delayed(_one)(drive, declared, n0, skip) for drive in drives)
+            found = list(Parallel(n_jobs=workers)(tasks))
+    for one in found:
+        console.print(f"{one.log}: {verdict_line(one.verdict)}", highlight=False)
+    used = [one for one in found if everything or one.verdict.word in ("identified", "not_excited")]
+    if not used:
+        raise ValueError("map: expected a drive whose verdict is identified or not_excited (or --all), found none")
+    cells = fuse(used, cell)
+    console.print(f"{len(cells)} cells of {cell:g} m from {len(used)} of {len(found)} drives", highlight=False)
+    content = as_json(cells, found, used, cell)
+    paths = [write_result(folder / "map.json", content, about_vehicle(vehicle, model))]
+    if cells:
+        paths.append(draw_soil_map(cells, used, cell, folder / "map.png"))
+    say_written(paths)
+
+
+def _one(drive, declared, n0: float, skip: float) -> DriveSoil:
+    return drive_soil(drive, declared.build(), n0, skip)
+
+
+def as_json(cells: tuple[Cell, ...], found: list[DriveSoil], used: list[DriveSoil], size: float) -> dict[str, Any]:
+    """The content of map.json: GeoJSON features in metres of the logs' own frame, which has no known origin on the globe."""
+    features = []
+    for c in cells:
+        x, y = c.column * size, c.row * size
+        ring = [[x, y], [x + size, y], [x + size, y + size], [x, y + size], [x, y]]
+        properties = {"n": c.n, "std": c.std, "windows": c.windows, "drives": c.drives}
+        features.append({"type": "Feature", "geometry": {"type": "Polygon", "coordinates": [ring]}, "properties": properties})
+    names = {one.log for one in used}
+    logs = [
+        {"log": one.log, "verdict": one.verdict.word, "reason": one.verdict.reason, "used": one.log in names} for one in found
+    ]
+    return {"type": "FeatureCollection", "frame": "local, m", "cell_m": size, "logs": logs, "features": features}

@@ -1,0 +1,37 @@
+"""Figure of a soil map: n per cell along the ways of the drives, and how well it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.collections import PatchCollection
+from matplotlib.patches import Rectangle
+
+from softsoil.estimator.soil_map import Cell, DriveSoil
+from softsoil.figures.style import SOFT, page
+
+
+def draw_soil_map(cells: Sequence[Cell], drives: Sequence[DriveSoil], size: float, path: Path) -> Path:
+    """Two maps side by side, n and its standard deviation in per cent of n; size: of a cell (m)."""
+    title = f"Sinkage exponent along {len(drives)} drive{'s' if len(drives) > 1 else ''}, cells of {size:g} m"
+    with page(path, title, 11, 5.2, 1, 2) as axes:
+        _cells(axes[0], cells, drives, size, np.array([c.n for c in cells]), "n", "viridis")
+        spread = np.array([100 * c.std / c.n for c in cells])
+        _cells(axes[1], cells, drives, size, spread, "standard deviation, % of n", "magma_r")
+    return path
+
+
+def _cells(
+    axis: Any, cells: Sequence[Cell], drives: Sequence[DriveSoil], size: float, values: np.ndarray, label: str, colours: str
+) -> None:
+    for drive in drives:
+        axis.plot(drive.x, drive.y, color=SOFT, lw=0.8)
+    boxes = PatchCollection([Rectangle((c.column * size, c.row * size), size, size) for c in cells], cmap=colours)
+    boxes.set_array(values)
+    axis.add_collection(boxes)
+    axis.figure.colorbar(boxes, ax=axis, label=label, shrink=0.8)
+    axis.set(xlabel="x, m", ylabel="y, m", title=label, aspect="equal")
+    axis.autoscale_view()

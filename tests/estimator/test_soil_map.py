@@ -1,0 +1,39 @@
+"""Soil maps: cells fused by information, and the soil of a drive of the model itself."""
+
+import numpy as np
+import pytest
+
+from drives import clay_bicycle, clay_drive
+from softsoil.estimator.soil_map import DriveSoil, drive_soil, fuse
+from softsoil.estimator.verdict import Verdict
+from softsoil.recording.noise import add_noise
+
+
+def drive(n, information, x=(1.0, 2.0)):
+    count = len(x)
+    return DriveSoil("a", Verdict("identified", ""), np.array(x), np.zeros(count), np.full(count, n), np.full(count, information))
+
+
+def test_drives_are_fused_by_information():
+    (cell,) = fuse([drive(0.5, 300.0), drive(0.8, 100.0)], 5.0)
+    assert cell.n == pytest.approx(0.575) and (cell.windows, cell.drives) == (4, 2)
+    assert cell.std > np.sqrt(1 / 800)
+
+
+def test_cells_are_told_by_place_and_need_two_windows():
+    cells = fuse([drive(0.5, 100.0, (1.0, 2.0, 6.0, 7.0, 11.0))], 5.0)
+    assert [(c.column, c.windows) for c in cells] == [(0, 2), (1, 2)]
+
+
+def test_a_cell_needs_a_size():
+    with pytest.raises(ValueError, match="expected a positive number of metres"):
+        fuse([drive(0.5, 100.0)], 0.0)
+
+
+def test_the_soil_of_a_drive_is_that_of_its_model():
+    soil = drive_soil(add_noise(clay_drive(25.0), "good", 2), clay_bicycle(), 0.7, 1.0)
+    assert soil.verdict.word == "identified"
+    cells = fuse([soil], 15.0)
+    assert len(cells) > 3
+    assert np.mean([abs(c.n - 0.5) / c.std for c in cells]) < 2.0
+    assert np.mean([c.n for c in cells]) == pytest.approx(0.5, abs=0.05)
