@@ -38,7 +38,8 @@ def say(found: Refinement) -> None:
     names = [shooting.drive.name for shooting in found.bench.shootings]
     for name, before, after in zip(names, found.n_before, found.n_after, strict=True):
         console.print(f"{name}: n {before:.3f} with the declared model, {after:.3f} with the refined", highlight=False)
-    for line in (*left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
+    unjudged = "these n are by-products of the fit, without a verdict: softsoil estimate LOG --model refined.toml judges n"
+    for line in (unjudged, *left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
         console.print(line, highlight=False)
 
 
