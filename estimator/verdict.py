@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.evidence import Evidence, gather
+from softsoil.estimator.hard_ground import HardGround, compare_hard_ground, on_hard_ground
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
@@ -34,7 +35,9 @@ class VerdictRules:
     between initial guesses, or between the filter and the windows, over n; bound: distance from a bound of n within which it is
     one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard deviations, from which they disagree;
     unexplained: of yaw rate and lateral velocity, share of their motion that a right model leaves at most, beyond one standard
-    error; least_motion: root mean square lateral specific force (m/s^2) below which nothing is said of the model.
+    error; least_motion: root mean square lateral specific force (m/s^2) below which nothing is said of the model;
+    road: coefficient of friction from which a drive that hard ground fits better than soil was on hard ground, in standard
+    errors of that difference `road_sigmas`.
     """
 
     excited: float = 0.08
@@ -44,6 +47,8 @@ class VerdictRules:
     apart_sigmas: float = 4.0
     unexplained: tuple[tuple[str, float], ...] = (("omega_z", 0.022), ("v", 0.10))
     least_motion: float = 0.2
+    road: float = 0.4
+    road_sigmas: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,26 @@ def judge(
         return Verdict("not_excited", f"no window of the drive can be judged: {error}")
     evidence = gather(windows, initial_guesses(n0), tied, horizon)
     others = () if again is None else (again(float(np.clip(evidence.n[0], *BOUNDS))),)
-    return decide(evidence, np.asarray(n, dtype=float), others, rules)
+    verdict = decide(evidence, np.asarray(n, dtype=float), others, rules)
+    if verdict.word not in ("inconsistent", "at_bound", "axles_disagree", "depends_on_first_guess"):
+        return verdict
+    road = drive_windows(recording, on_hard_ground(model), start, horizon)
+    return hard_ground(compare_hard_ground(windows, road, n0), evidence, rules) or verdict
+
+
+def hard_ground(found: HardGround, evidence: Evidence, rules: VerdictRules | None = None) -> Verdict | None:
+    """The verdict "no_soil" where the windows are those of a road; None where they are not."""
+    rules = rules or VerdictRules()
+    if evidence.motion < rules.least_motion or found.friction < rules.road:
+        return None
+    if found.better <= rules.road_sigmas * found.better_std:
+        return None
+    return Verdict(
+        "no_soil",
+        f"hard ground with a coefficient of friction of {found.friction:.2f} leaves {found.cost:.1f}, soil "
+        f"{found.soil_cost:.1f} in the mean square of the sensors' standard deviations: nothing sinks here, n has no meaning",
+        evidence,
+    )
 
 
 def initial_guesses(n0: float) -> tuple[float, ...]:
