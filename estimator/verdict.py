@@ -34,10 +34,10 @@ class VerdictRules:
     excited: largest standard deviation of n by noise and model error alone, over n; same: largest difference of the final n
     between initial guesses, or between the filter and the windows, over n; bound: distance from a bound of n within which it is
     one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard deviations, from which they disagree;
-    unexplained: of yaw rate and lateral velocity, share of their motion that a right model leaves at most, beyond one standard
-    error; least_motion: root mean square lateral specific force (m/s^2) below which nothing is said of the model;
-    road: coefficient of friction from which a drive that hard ground fits better than soil was on hard ground, in standard
-    errors of that difference `road_sigmas`.
+    unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right model leaves at most;
+    unexplained_sigmas: standard errors beyond that by which it must be exceeded; least_motion: root mean square lateral
+    specific force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard
+    ground fits better than soil, by `road_sigmas` standard errors, was on hard ground.
     """
 
     excited: float = 0.08
@@ -46,6 +46,7 @@ class VerdictRules:
     apart: float = 0.25
     apart_sigmas: float = 4.0
     unexplained: tuple[tuple[str, float], ...] = (("omega_z", 0.022), ("v", 0.10))
+    unexplained_sigmas: float = 2.0
     least_motion: float = 0.2
     road: float = 0.4
     road_sigmas: float = 1.0
@@ -137,12 +138,13 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
     if e.motion < rules.least_motion:
         return None
     for name, limit in rules.unexplained:
-        share, error = e.unexplained.get(name, 0.0), e.unexplained_std.get(name, np.inf)
-        if share - error > limit:
+        left, error = e.unexplained.get(name, 0.0), e.unexplained_std.get(name, np.inf)
+        if left - rules.unexplained_sigmas * error > limit**2:
             what = {"omega_z": "yaw rate", "v": "lateral velocity"}[name]
+            low, high = (100 * np.sqrt(max(left + sign * error, 0.0)) for sign in (-1, 1))
             return "inconsistent", (
-                f"the model leaves {100 * share:.1f} ± {100 * error:.1f} % of the {what}'s motion unexplained beyond sensor "
-                f"noise, a right one at most {100 * limit:.0f} %: another vehicle, soil class or effect, or a wrong channel"
+                f"the model leaves {low:.1f} to {high:.1f} % of the {what}'s motion unexplained beyond sensor noise, a right one "
+                f"at most {100 * limit:.1f} %: another vehicle, soil class or effect, or a wrong channel"
             )
     return None
 
