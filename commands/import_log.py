@@ -11,10 +11,10 @@ from rich.table import Table
 from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.import_report import write_import_report
-from softsoil.recording.bring_in import Import, bring_in, inspect_sources, read_sources
+from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources
+from softsoil.importing.draft_map import draft
+from softsoil.importing.import_map import ImportMap, load_map, map_from_table
 from softsoil.recording.cross_check import refuse_contradictions
-from softsoil.recording.draft_map import draft
-from softsoil.recording.import_map import ImportMap, load_map, map_from_table
 from softsoil.recording.read import write_drive
 
 

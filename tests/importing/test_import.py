@@ -13,12 +13,12 @@ from drives import MULTI_LOG, reference_vehicle
 from messy_bags import EPOCH, LATE, SIGMA, changed_lines, edited, write_bag
 from softsoil.commands.cli import app
 from softsoil.estimator.terrain import estimate_terrain
-from softsoil.recording.bring_in import bring_in, inspect_sources, read_sources
+from softsoil.importing.bring_in import bring_in, inspect_sources, read_sources
+from softsoil.importing.draft_map import channel_named, draft
+from softsoil.importing.import_map import map_from_table
+from softsoil.importing.merge import merge
 from softsoil.recording.derive import completed
-from softsoil.recording.draft_map import channel_named, draft
 from softsoil.recording.drive import WHEEL_CHANNELS
-from softsoil.recording.import_map import map_from_table
-from softsoil.recording.merge import merge
 from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import declared_model
@@ -245,7 +245,7 @@ def test_columns_are_recognised_by_their_names():
 
 def test_an_ins_that_stands_elsewhere_turned_and_z_down_is_brought_to_its_places(clean):
     """The motion by a sensor 1.1 m behind and 0.4 m left of the centre of gravity, turned by 0.2 rad, x ahead, y right."""
-    from softsoil.recording.sources import Series
+    from softsoil.importing.sources import Series
 
     x, y, yaw = -1.1, 0.4, 0.2
     psi, omega = np.unwrap(clean["psi"]), clean["omega_z"]

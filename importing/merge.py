@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsoil.importing.import_map import ImportMap, Mapped, Mount
+from softsoil.importing.sources import GAP, TABLE_SUFFIXES, Series
 from softsoil.recording.clock import at_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import interpolated
 from softsoil.recording.geometry import Geometry
-from softsoil.recording.import_map import ImportMap, Mapped, Mount
-from softsoil.recording.sources import GAP, TABLE_SUFFIXES, Series
 
 LEAST = ("u", "omega_z", "steer")
 FASTEST = 100.0
