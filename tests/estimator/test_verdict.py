@@ -105,8 +105,8 @@ def test_an_unknown_method_is_refused(noisy):
 
 EVIDENCE = Evidence(
     n=np.array([0.5]), std=np.array([0.02]), information_std=np.array([0.01]), by_guess=np.array([[0.5], [0.49], [0.51]]),
-    n_axles=np.array([0.5, 0.5]), axles_std=np.array([0.01, 0.01]), unexplained={"v": 0.0, "omega_z": 0.01},
-    unexplained_std={"v": 0.1, "omega_z": 0.001}, motion=2.0, windows=30,
+    n_axles=np.array([0.5, 0.5]), axles_std=np.array([0.01, 0.01]), unexplained={"v": 0.0, "omega_z": 1e-4},
+    unexplained_std={"v": 0.01, "omega_z": 1e-5}, motion=2.0, windows=30,
 )  # fmt: skip
 
 
@@ -114,8 +114,8 @@ EVIDENCE = Evidence(
     ("changes", "n", "others", "word"),
     [
         ({}, 0.5, (), "identified"),
-        ({"unexplained": {"omega_z": 0.05}}, 0.5, (), "inconsistent"),
-        ({"unexplained": {"omega_z": 0.05}, "unexplained_std": {"omega_z": 0.04}}, 0.5, (), "identified"),
+        ({"unexplained": {"omega_z": 0.0025}}, 0.5, (), "inconsistent"),
+        ({"unexplained": {"omega_z": 0.0025}, "unexplained_std": {"omega_z": 0.002}}, 0.5, (), "identified"),
         ({"information_std": np.array([0.05])}, 0.5, (), "not_excited"),
         ({"information_std": np.array([np.nan])}, 0.5, (), "not_excited"),
         ({"n": np.array([0.2])}, 0.2, (), "at_bound"),
