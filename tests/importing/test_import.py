@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,9 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+import softsoil.importing.bag as bag_module
+from benchmarks.judges.messy_bags import BALLAST, BALLAST_BYTES, EPOCH, LATE, SIGMA, changed_lines, edited, write_bag
 from drives import MULTI_LOG, reference_vehicle
-from messy_bags import EPOCH, LATE, SIGMA, changed_lines, edited, write_bag
 from softsoil.commands.cli import app
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.importing.bring_in import bring_in, inspect_sources, read_sources
@@ -126,6 +128,27 @@ def test_gaps_stay_empty(bag, messy):
     )
     assert (gaps > 0.2).any()
     assert np.isnan(messy.drive["omega_z"]).sum() >= 20
+
+
+@pytest.mark.parametrize("kind", ["mcap", "sqlite3"])
+def test_images_and_clouds_are_neither_kept_nor_deserialised(kind, clean, tmp_path, monkeypatch):
+    path = write_bag(clean, tmp_path / "big", kind, ballast=40)
+    plan = map_from_table(tomllib.loads(edited(draft(inspect_sources([path])))), "map")
+    read, original = set(), bag_module._message
+
+    def watched(reader, connection, raw):
+        read.add(connection.topic)
+        return original(reader, connection, raw)
+
+    monkeypatch.setattr(bag_module, "_message", watched)
+    shares = []
+    tracemalloc.start()
+    series = read_sources([path], plan, shares.append)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert read == plan.wanted().keys() == series.keys() and len(BALLAST) == 2 and not read & set(BALLAST)
+    assert peak < 10e6 < 40 * BALLAST_BYTES
+    assert len(shares) > 5 and shares == sorted(shares) and shares[-1] == 1.0
 
 
 @pytest.mark.parametrize(
