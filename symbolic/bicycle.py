@@ -111,7 +111,7 @@ def bicycle(
         Stage("rates", _rates),
         Stage("outputs", lambda q: {f"y_{name}": q[name] for name in STATES.names}),
     )
-    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages)
+    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages, geometry=vehicle)
 
 
 def vehicle_law(vehicle: Vehicle, law: ForceLaw | str) -> ForceLaw:
