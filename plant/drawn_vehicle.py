@@ -1,7 +1,7 @@
 """Vehicles of the plant drawn by seed: from a light robot to a truck, each with suspensions of its own.
 
-The hardpoints of the reference vehicle are scaled to the vehicle's size; springs and dampers follow from natural frequencies, masses
-of wheels and links from the wheels' size. Nothing is shared with the bicycle model, which learns of the vehicle by logs alone.
+The hardpoints of the reference vehicle are scaled to the vehicle's size; springs and dampers follow from natural frequencies,
+masses of wheels and links from the wheels' size. Nothing is shared with the bicycle model.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Draw:
     mass (kg), by its logarithm; size, wheel: wheelbase and wheel radius over those of a vehicle of the same mass that is like the
     reference one; radius, wheelbase (m): limits of both; track: over the wheelbase; front: l_f over the wheelbase; height: of the
     centre of gravity over the track; gyration: yaw inertia over mass l_f l_r; pressure: weight over radius times width of a wheel
-    (Pa); narrow: limits of width over radius; frequency: of the springs (Hz); damping: ratio; bar: roll bar over the axle's springs;
+    (Pa); narrow: limits of width over radius; frequency: of the springs (Hz); damping: ratio; bar: roll bar over the springs;
     scrub: share of the radius added; rods: tie rod's end moved, share of the track; toe, toe_rear: of each wheel (rad);
     lock: pitman angle (rad); unsprung: mass of wheel and links over that of the reference vehicle's by size.
     """
@@ -156,7 +156,8 @@ def _drawn(seed: int, rng: np.random.Generator, draw: Draw) -> DrawnVehicle:
     vehicle = build_vehicle(table, table["name"])
     measured = {
         "mass": vehicle.machine.total_mass, "l_f": vehicle.l_f, "l_r": vehicle.l_r,
-        "track": 2.0 * front["spindle"][1], "track_rear": 2.0 * rear["spindle"][1], "radius": radius, "width": width, "h_cg": h_cg,
+        "track": 2.0 * float(front["spindle"][1]), "track_rear": 2.0 * float(rear["spindle"][1]),
+        "radius": radius, "width": width, "h_cg": h_cg,
     }  # fmt: skip
     return DrawnVehicle(vehicle, measured, layouts, 0.03 * grown)
 
