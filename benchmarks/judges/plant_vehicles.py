@@ -29,6 +29,8 @@ REACH_ERROR = 2.0
 """Errors of measuring stay within so many standard deviations."""
 FIT = ("lock", "multi", "held")
 """Manoeuvres of the logs that an identification gets, the last of which it leaves out."""
+SECONDS = {"lock": 30.0, "multi": 45.0, "held": 40.0, "steps": 30.0}
+"""Length of the logs by manoeuvre."""
 JUDGE = ("multi", "lock", "steps")
 """Manoeuvres of the logs that judge."""
 
@@ -70,11 +72,11 @@ def simulator(radius: float) -> dict[str, float]:
     return {"contact_step": STEP, "contact_entry": 0.1, "patch_length": round(patch, 2)}
 
 
-def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None = None, seconds: float = 45.0) -> Log:
+def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None = None) -> Log:
     """A log of a case's vehicle.
 
     kind: "lock", "multi", "held" or "steps"; number: of the log, by which soil, n, speed and heading are drawn; effects: of the
-    plant, switched on; seconds: length.
+    plant, switched on.
     """
     rng = np.random.default_rng([case.seed, 5, number])
     name = str(rng.choice(list(N_RANGES)))
@@ -93,7 +95,7 @@ def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None
     start = Start(u=speed, psi=float(rng.uniform(-math.pi, math.pi)))
     made = Effects.from_table(dict(effects or {}))
     plant = Plant(soil, vehicle=case.drawn.vehicle, effects=made, start=start, spacing=case.drawn.spacing)
-    drive = simulate(Manoeuvre(f"{kind}_{number}", steer, throttle), soil, seconds, plant=plant)
+    drive = simulate(Manoeuvre(f"{kind}_{number}", steer, throttle), soil, SECONDS[kind], plant=plant)
     return Log(Recording(f"{kind}_{number}", drive.channels, {}, drive.notes), SOILS[name], n)
 
 
