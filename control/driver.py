@@ -34,6 +34,8 @@ from softsoil.symbolic.soil import SOIL_SIGNALS
 Array = NDArray[np.float64]
 END = 2.0
 """m before the end of the path: there a drive is finished."""
+STEER_LIMIT = 1.6
+"""rad: beyond it a value is no steering angle."""
 UNSEEN = (1.0, 1.0, 0.1, 1.0, 0.5, 0.2)
 """Standard deviations of a first x, y, psi, u, v, omega_z that was not measured and is taken for 0, SI units."""
 
@@ -128,11 +130,11 @@ class Driver:
         self.solver.set_initial_guess(z, np.zeros((n, len(self.ocp.w))))
         self._follow_from(t, z, np.zeros((n, len(self.ocp.w))), False)
         if self._known is None:
-            self.steer = _given(measured, "steer", 0.0)
+            self.steer = _steered(measured, 0.0)
 
     def _estimate(self, measured: Measured) -> None:
         states = self.estimator.states
-        steer = _given(measured, "steer", self.steer)
+        steer = _steered(measured, self.steer)
         u, v, omega_z = (states[STATE_CHANNELS.index(name)] for name in ("u", "v", "omega_z"))
         accelerometer = _given(measured, "a_x_imu", np.nan)
         a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else self.a_x
@@ -241,6 +243,12 @@ def _problem(model: Declaration | Ocp) -> Ocp:
 
 def _states(measured: Measured) -> Array:
     return np.array([_given(measured, name, np.nan) for name in STATE_CHANNELS])
+
+
+def _steered(measured: Measured, default: float) -> float:
+    """A measured steering angle that may be one, else the default."""
+    steer = _given(measured, "steer", default)
+    return steer if abs(steer) < STEER_LIMIT else default
 
 
 def _given(measured: Measured, name: str, default: float) -> float:
