@@ -5,6 +5,7 @@ import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -131,6 +132,22 @@ def test_without_wheel_speeds_and_accelerometer_n_is_still_learnt_and_the_uncert
     assert (
         all(command.n_used == command.n for command in judged.commands) and judged.commands[0].verdict == "identified"
     )
+
+
+class HeldBack(ModelVehicle):
+    """A vehicle that the soil holds back by 0.6 m/s^2, of which the controller's model knows nothing."""
+
+    def apply(self, command: DriverCommand, seconds: float) -> None:
+        super().apply(command, seconds)
+        self.z[3] -= 0.6 * seconds
+
+
+def test_the_speed_is_held_against_what_the_plan_does_not_know():
+    driver, log = driven(HeldBack(), 6.0)
+    assert log.column("state")[-1, 3] == pytest.approx(5.0, abs=0.1)
+    assert driver.resistance == pytest.approx(0.6, abs=0.15)
+    careless = replace(SENSORS, resistance_share=0.0)
+    assert driven(HeldBack(), 6.0, settings=careless)[1].column("state")[-1, 3] < 4.8
 
 
 def test_a_driver_that_does_not_learn_keeps_what_it_was_given():
