@@ -1,4 +1,4 @@
-"""The pictures of docs/plant.md: a drive with its ruts.
+"""The pictures of docs/concepts/plant.md: a drive with its ruts.
 
 python -m benchmarks.plant_pictures [--out docs] [--animation runs/plant.gif]
 """

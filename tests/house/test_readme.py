@@ -18,7 +18,7 @@ DOCUMENTS = [
     PROJECT / "README.md",
     PROJECT / "CONTRIBUTING.md",
     PROJECT / "CHANGELOG.md",
-    *sorted(PROJECT.glob("docs/*.md")),
+    *sorted(PROJECT.glob("docs/**/*.md")),
 ]
 DOCUMENTS += sorted(PROJECT.glob("data/*.md"))
 ROOMS = tuple(path.name for path in PROJECT.iterdir() if path.is_dir() and not path.name.startswith("."))
@@ -40,8 +40,9 @@ def test_links_and_paths_exist(document):
 
 def test_every_document_is_in_the_index():
     index = (PROJECT / "docs" / "README.md").read_text(encoding="utf-8")
-    for document in PROJECT.glob("docs/*.md"):
-        assert document.name == "README.md" or f"]({document.name})" in index
+    for document in (PROJECT / "docs").rglob("*.md"):
+        name = document.relative_to(PROJECT / "docs").as_posix()
+        assert name == "README.md" or f"]({name})" in index
 
 
 def test_every_command_that_the_readme_names_is_there():
