@@ -2,7 +2,7 @@
 
     python -m benchmarks.figures_of_docs [--slow] [--only TEXT] [--write]
 
-Carries out the commands of `docs/figures.toml`, the tutorials and the README, and compares what they make with what the pages show:
+Carries out the commands of `docs/figures.toml`, the tutorials and the README, and compares what they make with the pages:
 numbers within their scatter, pictures by the share of pixels that differ. --slow: also what takes longer than a minute; --only:
 entries whose page, picture or command contains TEXT; --write: bring pictures and printed lines up to date (numbers in prose are
 named, not rewritten). Exit code 1 where something changed.
