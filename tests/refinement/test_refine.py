@@ -202,7 +202,8 @@ def test_a_change_at_a_place_needs_certainty_and_any_gain(declared, name, sigmas
 
 def test_a_change_too_small_for_its_gain_is_named_by_its_certainty(declared):
     change = {"n_change": 0.055, "change_x": 55.0, "change_y": 0.0, "change_heading": 0.2}
-    found = refine([drive({"soil_change": change})], declared, workers=1, candidates=("soil_change", "bank"))
+    known = Declaration(declared.vehicle.with_(uncertainty={"yaw_inertia": 1.0, "radius": 1e-5}), CLAY)
+    found = refine([drive({"soil_change": change})], known, workers=1, candidates=("soil_change", "bank"))
     assert [effect.name for effect in found.effects] == ["soil_change"]
     assert not supported(found.selection.accepted[0], catalogue(declared.vehicle)["soil_change"])
     assert found.effects[0].parameters["n_change"][0] == pytest.approx(0.055, rel=0.5)
