@@ -7,6 +7,8 @@ while not command.finished:
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -130,11 +132,11 @@ class Driver:
         self.solver.set_initial_guess(z, np.zeros((n, len(self.ocp.w))))
         self._follow_from(t, z, np.zeros((n, len(self.ocp.w))), False)
         if self._known is None:
-            self.steer = _steered(measured, 0.0)
+            self.steer = self._steering(measured, 0.0)
 
     def _estimate(self, measured: Measured) -> None:
         states = self.estimator.states
-        steer = _steered(measured, self.steer)
+        steer = self._steering(measured, self.steer)
         u, v, omega_z = (states[STATE_CHANNELS.index(name)] for name in ("u", "v", "omega_z"))
         accelerometer = _given(measured, "a_x_imu", np.nan)
         a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else self.a_x
@@ -215,7 +217,15 @@ class Driver:
             estimate.n if known else self.n0, estimate.n_std if known else estimate.tuning.n_std,
             self.n_used if known else self.n0, self.verdict, self.slip, self._z0() if known else self.ocp.z.nominal, solved,
             self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,
+            math.nan if self.ocp.vehicle.steering is None else float(self.ocp.vehicle.steering.command_of(self.steer)),
         )  # fmt: skip
+
+    def _steering(self, measured: Measured, default: float) -> float:
+        """Angle at the road wheels (rad): measured, by the vehicle's steering map from a measured command, or `default`."""
+        command, steering = _given(measured, "steer_command", math.nan), self.ocp.vehicle.steering
+        if steering is not None and math.isfinite(command):
+            default = float(steering.angle_of(command))
+        return _steered(measured, default)
 
     @property
     def n_used(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -23,7 +24,8 @@ yaw frame, forward and to the left (m/s); omega_z: yaw rate (rad/s, positive to 
 tick; the first state needs x, y, psi and u once.
 omega_fl, omega_fr, omega_rl, omega_rr: wheel speeds (rad/s, positive forward); without them they follow from the motion and
 the nominal slip. a_x_imu: what an accelerometer along the vehicle reads, du/dt - v omega_z (m/s^2); without it the
-commanded acceleration is taken. steer: angle at the road wheels (rad); without it the commanded one is taken.
+commanded acceleration is taken. steer: angle at the road wheels (rad), or steer_command, which the
+vehicle's steering map turns into it; without both the commanded one is taken.
 Other names are passed over."""
 Judge = Callable[[LiveEstimator], str]
 """A verdict on the estimated n."""
@@ -84,7 +86,7 @@ class DriverCommand:
     a stand; n, n_std: estimate; n_used: what the controller drives on; verdict: on n, do not use n for anything else unless
     it is "identified"; slip: of the wheels; state (n_z,): estimate that the driver acts on; solved: whether this tick has a
     new plan; plan_z (N + 1, n_z), plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it
-    (m).
+    (m); steer_command: what gives `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one.
     """
 
     t: float
@@ -109,6 +111,7 @@ class DriverCommand:
     plan_w: Array
     along: float
     left: float
+    steer_command: float = math.nan
 
 
 class DrivenVehicle(Protocol):

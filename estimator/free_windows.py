@@ -32,6 +32,8 @@ FREE_STEP = 5e-6
 Windows = slice | NDArray[np.int_]
 """Which windows: increasing indices, or all."""
 ALL = slice(None)
+SLOWEST = 0.3
+"""m/s: below that no window runs: the slip of a wheel that hardly turns is not defined, and standing says nothing of a soil."""
 SETTLING = 0.1
 """s: after a steering faster than the vehicle's actuator, before a window starts."""
 
@@ -94,7 +96,9 @@ class FreeWindows:
         self.rows = _rows(compiled.model, drive, self.steps, apart, fastest)
         self._before = len(drive.t) if np.isinf(run_in) else round(run_in / drive.dt)
         if len(self.rows) < 2:
-            raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {len(self.rows)}")
+            raise ValueError(
+                f"{drive.name}: expected at least 2 windows of {horizon:g} s above {SLOWEST} m/s, found {len(self.rows)}"
+            )
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded, self._inputs = drive.measured[take], drive.inputs[take]
         self.reset()
@@ -176,12 +180,13 @@ class FreeWindows:
 
 
 def _rows(model: Model, drive: Drive, steps: int, apart: int, fastest: float) -> NDArray[np.int_]:
-    """First rows of windows of so many steps, `apart` rows apart, none across a steering that is faster than `fastest`."""
+    """First rows of windows of so many steps, `apart` rows apart, none steering beyond `fastest` or below SLOWEST."""
     fast = np.zeros(len(drive.t), dtype=bool)
     if "steer_rate" in model.external.names:
         fast = np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
         after = round(SETTLING / drive.dt)
         fast = np.convolve(fast, np.ones(2 * after + 1), mode="same") > 0
+    fast |= drive.smooth[:, STATE_CHANNELS.index("u")] < SLOWEST
     rows, row = [], drive.first
     while row + steps < len(drive.t):
         inside = np.flatnonzero(fast[row : row + steps + 1])

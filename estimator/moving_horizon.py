@@ -213,9 +213,14 @@ class MovingHorizon:
             linear = self.windows.linearise(p, x0, self.free, which)
             reduced = reduce_windows(linear)
             x0 = x0 + reduced.states(np.zeros(len(self.free)))
+        parts = np.concatenate([reduced.hessian.reshape(len(x0), -1), reduced.gradient, x0], axis=1)
+        sound = np.isfinite(parts).all(axis=1)
+        x0 = np.where(sound[:, None], x0, [summary.states[i] for i in which])
         self.windows.follow(p, x0, which)
         cost = window_costs(linear.residual)
         for j, i in enumerate(which):
+            if not sound[j]:  # a window that the model cannot run from there says nothing
+                continue
             summary.at[i], summary.states[i], summary.cost[i] = self.n.copy(), x0[j], float(cost[j])
             summary.hessian[i], summary.gradient[i] = reduced.hessian[j], reduced.gradient[j]
 

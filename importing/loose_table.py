@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from softsoil.importing.sources import Holding, Series, Spread, ordered
 from softsoil.recording.drive import Array
-from softsoil.recording.sources import Holding, Series, Spread, ordered
 from softsoil.recording.table import read_table
 
 COMMENTS = ("#", "%", "//")

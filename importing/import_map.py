@@ -28,6 +28,8 @@ ALL_WHEELS = "omega_all"
 """One wheel speed, or a drive motor's over the final ratio, that stands for all four wheels."""
 CHANNEL_KEYS = ("source", "unit", "factor", "sign", "offset", "ratio", "table", "compass")
 MOUNT_KEYS = ("x", "y", "yaw", "pitch", "roll", "frame", "point")
+STEER_COMMAND = "steer_command"
+"""What the steering was commanded, or its wheel's angle: becomes `steer` by the vehicle's steering map, or is fitted to it."""
 POINTS = ("here", "front_axle", "centre_of_gravity")
 FRAMES = ("z-up", "z-down")
 
@@ -116,8 +118,8 @@ def map_from_table(table: Mapping[str, Any], where: str) -> ImportMap:
         raise ValueError(f"{where}: expected a table [channels] with an entry per channel, found none")
     channels: dict[str, Mapped] = {}
     for name, entry in entries.items():
-        if name != ALL_WHEELS and name not in CHANNELS:
-            raise ValueError(f"{where}: expected channels of {', '.join((*CHANNELS, ALL_WHEELS))}; found {name!r}")
+        if name not in (ALL_WHEELS, STEER_COMMAND, *CHANNELS):
+            raise ValueError(f"{where}: expected channels of {', '.join((*CHANNELS, STEER_COMMAND, ALL_WHEELS))}; found {name!r}")
         channels[name] = _channel(entry, name, where)
     if ALL_WHEELS in channels:
         one = channels.pop(ALL_WHEELS)
@@ -150,9 +152,10 @@ def _channel(entry: Any, name: str, where: str) -> Mapped:
     for key in table:
         if key not in CHANNEL_KEYS:
             raise ValueError(f"{at}: expected keys of {', '.join(CHANNEL_KEYS)}; found {key!r}")
-    si = CHANNEL_UNITS.get(name, "rad/s")
-    unit = table.get("unit", si)
+    plain = CHANNEL_UNITS.get(name, "" if name == STEER_COMMAND else "rad/s")
+    unit = table.get("unit", plain)
     known, factor = UNITS.get(unit, ("", 0.0)) if isinstance(unit, str) else ("", 0.0)
+    si = "rad" if (name, known) == (STEER_COMMAND, "rad") else plain
     over_radius = si == "rad/s" and name != "omega_z" and known == "m/s"
     if factor == 0.0 or not (known == si or over_radius):
         units = ", ".join(u for u, (to, _) in UNITS.items() if to == si and u)

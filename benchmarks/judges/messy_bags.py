@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from softsoil.recording.drive import Array, Recording
@@ -21,6 +23,9 @@ EPOCH = 1_760_000_000.0
 ORIGIN = (48.1, 11.6)
 SIGMA = {"omega_z": 0.005, "a_x_imu": 0.1, "a_y_imu": 0.1, "u": 0.03, "v": 0.03, "psi": 0.003, "x": 0.03, "y": 0.03,
          "steer": 0.002, "omega_fl": 0.1, "omega_fr": 0.1, "omega_rl": 0.1, "omega_rr": 0.1}  # fmt: skip
+BALLAST = {"/camera/image_raw": "sensor_msgs/msg/Image", "/lidar/points": "sensor_msgs/msg/PointCloud2"}
+BALLAST_BYTES = 1_000_000
+"""Bytes of one image or cloud."""
 STEERING_MSG = """std_msgs/Header header
 float32 wheel_angle_deg
 uint8 status
@@ -158,6 +163,16 @@ class _Maker:
             )
         return self._make(kind, header=header, wheel_angle_deg=v["deg"], status=1)
 
+    def ballast(self, topic: str, stamp: float, content: NDArray[np.uint8]) -> Any:
+        """An image or a cloud of content (BALLAST_BYTES,) at a time stamp (s)."""
+        header, kind = self._header(stamp), BALLAST[topic]
+        if kind.endswith("Image"):
+            return self._make(kind, header=header, height=500, width=2000, encoding="mono8", is_bigendian=0, step=2000,
+                              data=content)  # fmt: skip
+        field = self._make("sensor_msgs/msg/PointField", name="x", offset=0, datatype=7, count=1)
+        return self._make(kind, header=header, height=1, width=BALLAST_BYTES // 16, fields=[field], is_bigendian=False,
+                          point_step=16, row_step=BALLAST_BYTES, data=content, is_dense=True)  # fmt: skip
+
 
 def _store(ros1: bool) -> Any:
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -168,16 +183,29 @@ def _store(ros1: bool) -> Any:
 
 
 def write_bag(
-    drive: Recording, path: Path, kind: str, seed: int = 0, noise: float = 1.0, compressed: bool = False
+    drive: Recording,
+    path: Path,
+    kind: str,
+    seed: int = 0,
+    noise: float = 1.0,
+    compressed: bool = False,
+    ballast: int = 0,
 ) -> Path:
-    """The drive as a bag of kind "mcap", "sqlite3" or "rosbag1"; returns its path."""
+    """The drive as a bag of kind "mcap", "sqlite3" or "rosbag1", with `ballast` images and clouds; returns its path."""
     ros1 = kind == "rosbag1"
     store = _store(ros1)
     maker = _Maker(store, ros1)
+    topics = {**TYPES, **BALLAST} if ballast else TYPES
+    ahead = deque(np.linspace(EPOCH, EPOCH + float(drive.t[-1] - drive.t[0]), ballast))
+    content = np.random.default_rng(seed).integers(0, 255, BALLAST_BYTES, dtype=np.uint8)
     with _writer(path, kind, compressed) as writer:
-        connections = {topic: writer.add_connection(topic, kind_, typestore=store) for topic, kind_ in TYPES.items()}
+        connections = {topic: writer.add_connection(topic, kind_, typestore=store) for topic, kind_ in topics.items()}
         serialize = store.serialize_ros1 if ros1 else store.serialize_cdr
         for m in messages(drive, seed, noise):
+            while ahead and ahead[0] < m.arrival:
+                topic, stamp = tuple(BALLAST)[len(ahead) % len(BALLAST)], ahead.popleft()
+                raw = serialize(maker.ballast(topic, stamp, content), BALLAST[topic])
+                writer.write(connections[topic], int(stamp * 1e9), raw)
             writer.write(connections[m.topic], int(m.arrival * 1e9), serialize(maker.message(m), TYPES[m.topic]))
     return path
 

@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from softsoil.recording.bag import inspect_bag, read_bag
+from softsoil.importing.bag import inspect_bag, read_bag
+from softsoil.importing.draft_map import geodetic
+from softsoil.importing.import_map import ImportMap
+from softsoil.importing.local_frame import east_north
+from softsoil.importing.loose_table import inspect_table, open_table, read_columns
+from softsoil.importing.merge import Merged, merge
+from softsoil.importing.sources import Holding, Series, check_source, is_bag
 from softsoil.recording.check_words import Check
 from softsoil.recording.cross_check import check_channels
 from softsoil.recording.derive import completed
-from softsoil.recording.draft_map import geodetic
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
 from softsoil.recording.geometry import Geometry
-from softsoil.recording.import_map import ImportMap
-from softsoil.recording.local_frame import east_north
-from softsoil.recording.loose_table import inspect_table, open_table, read_columns
-from softsoil.recording.merge import Merged, merge
 from softsoil.recording.offsets import Offset, time_offsets
-from softsoil.recording.sources import Holding, Series, check_source, is_bag
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "psi": ("psi",), "u": ("u",), "wheels": WHEEL_CHANNELS, "position": ("x", "y"), "steer": ("steer",),

@@ -1,7 +1,8 @@
 """Series of many rates and clocks brought to one even clock, sensors moved to where the model has its states.
 
-Nothing is invented: a state channel slower than the clock stands at the ticks next to its own samples and is empty between; an
-input (steering, wheel speeds, accelerations) is a straight line between samples, and empty in gaps.
+Nothing is invented: a channel faster than the clock is the mean of its samples around each tick; a state channel slower than the
+clock stands at the ticks next to its own samples and is empty between; a slower input (steering, wheel speeds, accelerations) is
+a straight line between samples, and empty in gaps.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsoil.importing.import_map import ImportMap, Mapped, Mount
+from softsoil.importing.sources import GAP, TABLE_SUFFIXES, Series
 from softsoil.recording.clock import at_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import interpolated
 from softsoil.recording.geometry import Geometry
-from softsoil.recording.import_map import ImportMap, Mapped, Mount
-from softsoil.recording.sources import GAP, TABLE_SUFFIXES, Series
 
 LEAST = ("u", "omega_z", "steer")
 FASTEST = 100.0
@@ -120,8 +121,19 @@ def _clock(plan: ImportMap, moved: Mapping[str, Array]) -> Array:
     return first + dt * np.arange(int((stop - first) / dt + 1e-6) + 1)
 
 
+def _ticked(clock: Array, t: Array, values: Array, dt: float) -> tuple[Array, Array]:
+    """Times and values of a channel faster than the clock, each the mean of the samples within half a step of a tick."""
+    tick = np.floor((t - clock[0]) / dt + 0.5)
+    first = np.flatnonzero(np.diff(tick, prepend=-np.inf))
+    count = np.diff(first, append=len(t))
+    return np.add.reduceat(t, first) / count, np.add.reduceat(values, first) / count
+
+
 def _placed(channel: str, clock: Array, t: Array, values: Array, dt: float) -> Array:
     period = float(np.median(np.diff(t)))
+    if period < dt / SLOW:
+        t, values = _ticked(clock, t, values, dt)
+        period = dt
     if period <= SLOW * dt:
         return at_clock(clock, t, values, 0.75 * max(dt, period))
     if channel in STATE_CHANNELS:

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from softsoil.recording.messages import fields_of, reader_of, stamp_of
-from softsoil.recording.sources import Holding, Series, Spread, ordered
+from softsoil.importing.messages import fields_of, reader_of, stamp_of
+from softsoil.importing.sources import Holding, Series, Spread, ordered
 
 SAMPLED = 200
 """Messages of a topic that inspect looks into, from its beginning."""

@@ -7,9 +7,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from softsoil.importing.import_map import CHANNELS
+from softsoil.importing.sources import Holding, Spread
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
-from softsoil.recording.import_map import CHANNELS
-from softsoil.recording.sources import Holding, Spread
 
 STANDARD: dict[str, tuple[tuple[str, str], ...]] = {
     "nav_msgs/msg/Odometry": (
