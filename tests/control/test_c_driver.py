@@ -119,7 +119,7 @@ def test_every_command_is_pythons(learn, start):
 
 
 def test_it_stops_before_what_it_cannot_pass_and_without_measurements():
-    wall = [[70.0, 0.0, 12.0, 0.0, 0.0]]
+    wall = [[86.0, 0.2, 25.0, 0.0, 0.0]]
     driver, stood = started(obstacles=wall), None
     with strangers_vehicle() as vehicle:
         for k in range(2000):
@@ -129,7 +129,7 @@ def test_it_stops_before_what_it_cannot_pass_and_without_measurements():
             if stood:
                 break
             vehicle.apply(command, TICK)
-    assert stood and command.halt and not command.finished and measured["x"] < 58.0
+    assert stood and command.halt and not command.finished and measured["x"] < 61.0
     driver = started()
     for k in range(200):
         command = driver.tick(k * TICK, {})
