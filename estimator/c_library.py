@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
+from softsoil.codegen.c_library.steering import HEADER, steering_header
 from softsoil.codegen.sampling import STEP
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.c_horizon import horizon_numbers
@@ -61,7 +62,10 @@ def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) 
     if not 0 < dt <= 0.1:
         raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
     parts = c_parts(declared)
-    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in ("effects", "source")}
+    steering = declared.vehicle.steering
+    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in ("effects", "source", "steering")}
+    if steering is not None:
+        vehicle["steering"] = {"command": steering.command, "angle": steering.angle}
     about = {
         "vehicle": vehicle,
         "soil": {"name": declared.soil.name, **{s.name: getattr(declared.soil, s.name) for s in SOIL_SIGNALS}},
@@ -69,7 +73,8 @@ def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) 
         "declared_effects": declared.vehicle.effects,
         "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
-    return library_files(parts, filter_numbers(parts.model), horizon_numbers(), dt, about, fmi)
+    texts = library_files(parts, filter_numbers(parts.model), horizon_numbers(), dt, about, fmi)
+    return texts if steering is None else {**texts, HEADER: steering_header(steering)}
 
 
 def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi: bool = False) -> list[Path]:
