@@ -42,6 +42,11 @@ class DriveView:
     path_before: Array
     path_after: Array
 
+    @property
+    def refined(self) -> bool:
+        """Whether the refined model differs from the declared one; equal lines are not drawn twice."""
+        return not np.array_equal(self.path_before, self.path_after, equal_nan=True)
+
 
 def drive_views(found: Refinement, start: float) -> list[DriveView]:
     """A view of each drive that was refined on.
