@@ -28,7 +28,7 @@ def draw_axles(view: DriveView, path: Path) -> Path:
             after = view.after.force_f if axle == "front" else view.after.force_r
             _over_time(row[0], view, axle, before, after)
             _against(row[1], view, axle, before, after)
-        axes[0, 0].legend(loc="best", ncols=3)
+        axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, ncols=3)
         axes[1, 0].set_xlabel("time, s")
     return path
 
@@ -57,8 +57,8 @@ def _against(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> 
     if view.refined:
         axis.plot(shown.factor * view.signals[signal], after, ".", color=ESTIMATED, ms=4)
     axis.axhline(0, color=TRUE, lw=0.8)
-    words = "constant" if name == "constant" else f"against {shown.words}"
-    axis.set(title=f"{words} (correlation {value:+.2f})", xlabel=shown.label)
+    words = "a constant" if name == "constant" else f"correlation {value:+.2f}"
+    axis.set(title=f"Declared model: {words}", xlabel=shown.label)
 
 
 def draw_ranking(found: Refinement, path: Path) -> Path:
@@ -78,7 +78,7 @@ def draw_ranking(found: Refinement, path: Path) -> Path:
             f"least gain {100 * RULES.least_gain:.0f} %", (100 * RULES.least_gain, -0.4), (4, 0), textcoords="offset points",
             color=INITIAL, fontsize=8, va="center",
         )  # fmt: skip
-        labels = [plain(c.name) + (f" ({bound_words(c)})" if c.fit.at_bound else "") for c in ranking]
+        labels = [plain(c.name) + (f" ({plain(bound_words(c))})" if c.fit.at_bound else "") for c in ranking]
         axis.set_yticks(places, labels)
         axis.set(xlabel="held-out gain ± standard error over windows, %", ylim=(-0.8, len(ranking) - 0.3))
         axis.set_xlim(max(min([*shares, 0.0]) - 5, -40), 115)

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.figures.labels import in_degrees, plain, quantity
+from softsoil.figures.labels import in_degrees, law_words, plain, quantity
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, write_page
 from softsoil.figures.refine import draw_axles, draw_paths, draw_ranking
 from softsoil.figures.refine_views import DriveView, drive_views
@@ -30,7 +30,7 @@ from softsoil.symbolic.catalogue import catalogue
 def write_report(
     declared: Declaration, found: Refinement, start: float, path: Path, about: Mapping[str, Mapping[str, str]]
 ) -> Path:
-    """Write the report of what `refine` found and return its path.
+    """Write the report of a refinement and return its path.
 
     declared, start: as given to `refine`; about: provenance, software (version, command) and vehicle (name, file).
     """
@@ -39,10 +39,10 @@ def write_report(
     parts = [
         _head(names, declared, found),
         section("Parameters", _parameters(declared, found)),
-        section("Residual, before and after", *(_axles(view) for view in views)),
+        section("Residual, before and after" if found.effects else "Residual", *(_axles(view) for view in views)),
         section("Candidates", _ranking(declared, found)),
         section("Held-out predictions", *(_paths(view) for view in views), _errors(found)),
-        section("What is left", _left(views)),
+        section("What is left", _left(views, bool(found.effects))),
         section("What was done", _done(declared, found)),
         section("Notes", items(found.notes)) if found.notes else "",
         section("Provenance", provenance(about)),
@@ -54,8 +54,8 @@ def write_report(
 def _head(names: str, declared: Declaration, found: Refinement) -> str:
     lines = [verdict_sentence(found), falls_sentence(found), *group_sentences(found)]
     inside = "".join(paragraph(line) for line in lines if line)
-    effects = ", ".join(declared.vehicle.effects) or "none"
-    sub = f"{declared.vehicle.name} on {declared.soil.name}, force law {declared.law}, declared effects: {effects}"
+    effects = ", ".join(map(plain, declared.vehicle.effects)) or "none"
+    sub = f"{declared.vehicle.name} on {declared.soil.name}, force law {law_words(declared.law)}, declared effects: {effects}"
     return (
         f'<h1>What the model lacks: {escape(names)}</h1><p class="sub">{escape(sub)}</p>'
         f'<div class="verdict {found.verdict}">{inside}</div>'
@@ -71,7 +71,8 @@ def _parameters(declared: Declaration, found: Refinement) -> str:
             rows.append(row([*cells, escape(_doc(declared, effect.name, name))], "  r  "))
     if len(found.bench.shootings) == len(found.n_after):
         for shooting, before, after in zip(found.bench.shootings, found.n_before, found.n_after, strict=True):
-            words = f"sinkage exponent, {shooting.drive.name}; {before:.3f} with the declared model"
+            words = f"sinkage exponent, {shooting.drive.name}, a by-product without a verdict"
+            words += f"; {before:.3f} with the declared model" if found.effects else ""
             rows.append(row(["soil", "<code>n</code>", f"{after:.3f}", "", escape(words)], "  r  "))
     head = row(["effect", "parameter", "value ± std, whole drive", "unit", "what it is"], "  r  ", "th")
     return f"<table>{head}{''.join(rows)}</table>"
@@ -137,14 +138,16 @@ def _errors(found: Refinement) -> str:
     return f'<p>Rms error on held-out windows.</p><div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
-def _left(views: Sequence[DriveView]) -> str:
-    rows = [row(["drive", "axle", "before", "after", "signals that the rest correlates with"], "  rr ", "th")]
+def _left(views: Sequence[DriveView], refined: bool) -> str:
+    heads = ["before", "after"] if refined else ["unexplained"]
+    sides = f"  {'r' * len(heads)} "
+    rows = [row(["drive", "axle", *heads, "signals that the rest correlates with"], sides, "th")]
     for view in views:
         for axle in ("front", "rear"):
-            before, after = (100 * s.share[axle] for s in (view.structure_before, view.structure_after))
+            shares = [f"{100 * s.share[axle]:.0f} %" for s in (view.structure_before, view.structure_after)][-len(heads) :]
             strong = [f"{quantity(k).words} {v:+.2f}" for k, v in view.structure_after.correlations[axle].items()][:3]
             rows.append(
-                row([escape(view.name), axle, f"{before:.0f} %", f"{after:.0f} %", ", ".join(strong)], "  rr ")
+                row([escape(view.name), axle, *shares, ", ".join(strong)], sides)
             )
     words = (
         "Share of each axle's lateral force that stays unexplained over half-second windows (rms over rms, sensor noise taken "

@@ -51,7 +51,7 @@ class DriveView:
 def drive_views(found: Refinement, start: float) -> list[DriveView]:
     """A view of each drive that was refined on.
 
-    found: what refine returned; start: seconds left out at the beginning, as given to it.
+    found: the result of refine; start: seconds left out at the beginning, as given to it.
     """
     return [_view(recording, found, i, start) for i, recording in enumerate(found.recordings)]
 
