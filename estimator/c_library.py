@@ -24,7 +24,7 @@ from softsoil.symbolic.soil import SOIL_SIGNALS
 
 
 def c_parts(declared: Declaration) -> Parts:
-    """The declared model taken apart: n_f and n_r as states without effects, one n for both axles with them."""
+    """The declared model split: n_f and n_r as states without effects, one n for both axles with them."""
     build = partial(_model_with, declared)
     return take_apart(build, declared.force_law())
 
