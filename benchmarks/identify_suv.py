@@ -36,7 +36,7 @@ EFFECTS = {
     "suv_effect_yaw_moment": ("yaw_moment", "sandy_loam", {"yaw_moment": 1000.0}),
     "suv_effect_steer_offset": ("steering_offset", "clay", {"steering_offset": 0.0469}),
 }
-"""Drive -> effect, soil class, parameters (README of the drives; the offset as the road wheels have it, `print_offset`)."""
+"""Drive -> effect, soil class, parameters (README of the drives; the offset as the road wheels have it, `_offset`)."""
 
 
 def main() -> None:
@@ -45,8 +45,6 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path("../shared/data"), help="folder of the shared data")
     add_options(parser, "runs/identify_suv.toml")
     asked = parser.parse_args()
-    if asked.effects:
-        print_offset(asked.data / "chrono_suv")
     drives = sorted((asked.data / "chrono_suv").glob("suv_*.csv.gz"))
     case = Case(
         known=KNOWN,
@@ -56,14 +54,13 @@ def main() -> None:
         tracks=(1.90, 1.935),
         effects=EFFECTS,
     )
+    if asked.effects:
+        _offset(asked.data / "chrono_suv")
     run(case, asked)
 
 
-def print_offset(folder: Path) -> None:
-    """Print the steering offset as the road wheels have it, the mean of their true angles less `steer`: the README rounds it.
-
-    folder: of the drives.
-    """
+def _offset(folder: Path) -> None:
+    """The steering offset as the road wheels have it: mean of their true angles over `steer`, which its README rounds."""
     for name in ("suv_effect_steer_offset", HELD):
         drive = read_drive(folder / f"{name}.csv.gz")
         rows = drive.t > 2.0

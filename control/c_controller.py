@@ -13,11 +13,12 @@ from importlib.metadata import version
 import numpy as np
 
 from softsoil.codegen.c_library.kernels import DIGITS, number, write_kernel
-from softsoil.codegen.c_library.library import OUTPUT_LIMIT, fill, template
+from softsoil.codegen.c_library.library import fill, template
 from softsoil.control.c_statuses import status_cases, status_enum
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.ocp import CIRCLES, Ocp
 from softsoil.control.ocp_kernels import Whole, curvature, force_use, model_inputs, rates, roll, stage_terms
+from softsoil.estimator.tuning import Tuning, by_unit
 from softsoil.symbolic.signals import Layout
 
 HESSIANS = ("exact", "gauss_newton")
@@ -165,13 +166,13 @@ def _numbers(ocp: Ocp) -> dict[str, str]:
     limits = [*ocp.state_box.values(), *((signal.lower, signal.upper) for signal in ocp.w)]
     reals = {
         "ocp_dt": settings.dt, "reserve": settings.reserve, "terminal": weights.terminal, "slack": weights.slack,
-        "slack_squared": weights.slack_squared, "wheelbase": ocp.vehicle.wheelbase, "body": settings.body - settings.margin,
+        "slack_squared": weights.slack_squared, "wheelbase": ocp.vehicle.wheelbase, "body": ocp.body - settings.margin,
         **{name: value for name, value in vars(SETTINGS).items() if isinstance(value, float)},
     }  # fmt: skip
     pairs = [f"{{{number(low, 17)}, {number(high, 17)}}}" for low, high in limits]
     return {name: number(value, 17) for name, value in reals.items()} | {
         "default_limits": ", ".join(pairs),
-        "beyond": _list([OUTPUT_LIMIT.get(signal.unit, 1e9) for signal in ocp.z]),
+        "beyond": _list(by_unit(ocp.z, Tuning().output_limit, 1e9)),
         "nominal_z": _list(ocp.z.nominal), "nominal_s": _list(ocp.s.nominal),
     }  # fmt: skip
 

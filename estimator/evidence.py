@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import FreeWindows
-from softsoil.estimator.moving_horizon import LEAST_CURVATURE, HorizonRules, MovingHorizon
+from softsoil.estimator.moving_horizon import LEAST_CURVATURE, HorizonRules, MovingHorizon, exponents
 from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
 
@@ -32,9 +32,9 @@ class Evidence:
 
     n, std: at the end of the drive, from windows, per axle or one for both; information_std: of n by sensor noise and model
     error alone, without the initial guess; by_guess: final n from each initial guess (G, A); n_axles, axles_std (2,): n of the
-    front and of the rear axle, fitted separately; unexplained, unexplained_std: root mean square that the model leaves of each
-    lateral channel beyond sensor noise, as a share of the channel's own motion, and its standard error; motion: root mean square
-    lateral specific force u omega_z (m/s^2); windows: how many.
+    front and of the rear axle, fitted separately; unexplained, unexplained_std: mean square that the model leaves of each
+    lateral channel beyond sensor noise, as a share of the channel's own variance, and its standard error; motion: root mean
+    square lateral specific force u omega_z (m/s^2); windows: how many.
     """
 
     n: Array
@@ -76,7 +76,7 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
 def run_horizon(windows: FreeWindows, n0: float, tied: bool, rules: HorizonRules) -> MovingHorizon:
     """A moving horizon run to the end of the drive from the initial guess n0; tied: one n for both axles."""
     windows.reset()
-    horizon = MovingHorizon(windows, n0, tied, rules)
+    horizon = MovingHorizon(windows, exponents(tied), n0, rules)
     for k in range(len(windows.rows)):
         horizon.update(k)
     return horizon
@@ -87,18 +87,18 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
     last = len(windows.rows) - 1
     if not tied:
         return horizon.n, horizon.std(last)
-    apart = MovingHorizon(windows, float(horizon.n[0]), False, rules)
+    apart = MovingHorizon(windows, exponents(False), float(horizon.n[0]), rules)
     which = np.arange(last + 1)
     apart.take(which, [horizon.summary.states[i] for i in which])
     weight = horizon.weight(last)
-    n, curvature = apart.summary.minimum(weight, (np.full(2, float(horizon.n[0])), rules.prior))
+    n, curvature = apart.summary.minimum(weight, (np.full(2, float(horizon.n[0])), np.full(2, rules.prior)))
     inverse = np.linalg.inv(curvature)
     robust = inverse @ apart.summary.scatter(n, weight) @ inverse
     return n, np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
 
 
 def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:
-    """Share of each lateral channel's motion that the model leaves beyond sensor noise, and its standard error."""
+    """Share of each lateral channel's variance that the model leaves beyond sensor noise, and its standard error."""
     which = np.arange(horizon.since, len(windows.rows))  # windows of an earlier soil are no fault of the model
     x0 = np.array(horizon.summary.states)[which]
     linear = windows.linearise(horizon.parameters(horizon.n), x0, horizon.free, which)
@@ -118,9 +118,7 @@ def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str
         left, count = float(np.median(per_window)), len(per_window)
         motion = float(np.nanvar(windows.drive.smooth[windows.rows[0] :, i])) + 1e-12
         error = max(float(np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)), 1e-15)
-        beyond = max(left - noise, 0.0)
-        shares[name] = float(np.sqrt(beyond / motion))
-        errors[name] = float(error / motion / max(2 * shares[name], np.sqrt(error / motion)))
+        shares[name], errors[name] = (left - noise) / motion, error / motion
     return shares, errors
 
 

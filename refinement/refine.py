@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
@@ -15,7 +16,7 @@ from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.estimator.verdict import Verdict, judge
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
-from softsoil.recording.read import as_drive
+from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import doubts, loosened
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import Fit
@@ -36,7 +37,7 @@ Array = NDArray[np.float64]
 
 
 def refine(
-    logs: Sequence[Recording | str | Path],
+    logs: Sequence[Recording | pd.DataFrame | str | Path],
     declaration: Declaration,
     *,
     soils: Sequence[Soil] | None = None,
@@ -48,9 +49,10 @@ def refine(
     """What the declared model lacks on one or more drives, from sensor channels only.
 
     The first two thirds of each drive are fitted, the rest judges, then what was found is fitted to the whole; of a drive with
-    standstills, its longest stretch forwards. logs: drives or their files; soils: class of each, n unknown, default the declared
-    one for all; start: seconds left out at the beginning of each; candidates: names of the effects that are tried, default all
-    that are not declared, without those that a measurement excludes; workers: effects tried at once.
+    standstills, its longest stretch forwards. logs: drives, files or tables, checked and completed as by `estimate`; soils: class
+    of each, n unknown, default the declared one for all; start: seconds left out at the beginning of each; candidates: names of
+    the effects that are tried, default all that are not declared, without those that a measurement excludes; workers: effects
+    tried at once.
     Raises ValueError for drives that cannot be used, or another number of soils than of drives.
 
     Example:
@@ -65,7 +67,7 @@ def refine(
     if len(soils) != len(logs):
         raise ValueError(f"soils: expected one per drive ({len(logs)}), found {len(soils)}")
     declaration = Declaration(declaration.vehicle, soils[0], declaration.law)
-    recordings = [forward_part(as_drive(log)) for log in logs]
+    recordings = [forward_part(usable(log, declaration.vehicle)) for log in logs]
     vehicle = declaration.vehicle
     names = _possible(recordings, declaration, candidates)
     bench = make_bench(recordings, declaration, start, names=names, soils=soils)

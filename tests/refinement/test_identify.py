@@ -81,6 +81,14 @@ def test_fewer_than_two_logs_are_refused():
         identify([drive_of({}, "lock", 0.5, seconds=6.0)], [CLAY], KNOWN)
 
 
+def test_soils_and_known_numbers_that_do_not_fit_the_logs_are_refused():
+    logs = [MULTI_LOG, MULTI_LOG]
+    with pytest.raises(ValueError, match="one soil, or one for each of 2 logs; found 3"):
+        identify(logs, [CLAY] * 3, KNOWN)
+    with pytest.raises(ValueError, match="known: expected key 'radius'"):
+        identify(logs, CLAY, {key: value for key, value in KNOWN.numbers.items() if key != "radius"})
+
+
 @pytest.fixture(scope="module")
 def identified(tmp_path_factory):
     """The command on logs of the reference vehicle, from what a scale and a tape say of it."""

@@ -1,0 +1,64 @@
+"""The driver as C: the texts of its files."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from softsoil.codegen.c_library.kernels import number
+from softsoil.codegen.c_library.library import fill, template
+from softsoil.control.driver import END, STEER_LIMIT, UNSEEN
+from softsoil.control.driver_types import DriverSettings
+from softsoil.control.live_estimator import FIRST_SPREAD
+from softsoil.control.nmpc_clearance import NOWHERE
+from softsoil.control.ocp import Ocp
+from softsoil.estimator.tuning import N_NAMES, Tuning
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import SOIL_SIGNALS
+
+MEASUREMENTS = (*STATE_CHANNELS, *WHEEL_CHANNELS, "a_x_imu", "steer")
+"""What a tick takes, in the order of enum softsoil_driver_measurement."""
+TEMPLATES = {"include/softsoil_driver.h": "softsoil_driver.h.in", "src/softsoil_driver.c": "softsoil_driver.c.in"}
+
+
+def driver_files(
+    ocp: Ocp, model: Model, values: dict[str, str], settings: DriverSettings | None = None
+) -> dict[str, str]:  # fmt: skip
+    """Path inside the folder -> text of the driver's files.
+
+    ocp: the controller's problem; model: the filter's, whose states are those of the controller's model and n; values:
+    of `controller_values`; settings: the driver's declared numbers. Raises ValueError for a model that measures
+    anything but the six states of a vehicle.
+    """
+    if model.y.names != STATE_CHANNELS:
+        raise ValueError(f"driver: expected the measurements {', '.join(STATE_CHANNELS)}, found {', '.join(model.y.names)}")
+    mine = values | driver_values(ocp, model, settings or DriverSettings())
+    texts = {path: template(name) for path, name in TEMPLATES.items()}
+    known = hashlib.sha256(repr(sorted(mine.items())).encode()).hexdigest()
+    return {path: fill(text, mine | {"driver_magic": known[:8]}) for path, text in texts.items()}
+
+
+def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str, str]:
+    """Values of the @key@ of the driver's templates: the numbers of the settings and of the loop's filter."""
+    tuning, limits = Tuning(), SOIL_SIGNALS["n"]
+    names = (
+        "tick", "slip_share", "speed_gain", "resistance_share", "most_resistance", "caution", "settled", "most", "standing",
+        "stands",
+    )  # fmt: skip
+    return {f"driver_{name}": number(getattr(settings, name), 17) for name in names} | {
+        "driver_measurements": ", ".join(f"SOFTSOIL_DRIVER_{name}" for name in MEASUREMENTS),
+        "driver_states": ", ".join(f"SOFTSOIL_X_{name}" for name in ocp.model.x.names),
+        "soil_indices": ", ".join(f"SOFTSOIL_X_{name}" for name in model.x.names if name in N_NAMES),
+        "first_spread": _list(FIRST_SPREAD), "unseen": _list(UNSEEN), "driver_end": number(END, 17),
+        "n_lower": number(limits.lower, 17), "n_upper": number(limits.upper, 17), "steer_limit": number(STEER_LIMIT, 17),
+        "driver_q_std": _list(tuning.q_std(model.x)), "driver_r_std": _list(settings.sensor_std),
+        "driver_n_std": number(tuning.n_std, 17),
+        "driver_plan_every": str(settings.plan_every), "driver_update_every": str(tuning.update_every),
+        "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "nowhere": number(NOWHERE, 17),
+    }  # fmt: skip
+
+
+def _list(values) -> str:
+    return ", ".join(number(float(value), 17) for value in np.asarray(values))
