@@ -58,7 +58,7 @@ def _head(names: str, declared: Declaration, found: Refinement) -> str:
     sub = f"{declared.vehicle.name} on {declared.soil.name}, force law {law_words(declared.law)}, declared effects: {effects}"
     return (
         f'<h1>What the model lacks: {escape(names)}</h1><p class="sub">{escape(sub)}</p>'
-        f'<div class="verdict {found.verdict}">{inside}</div>'
+        f'<div class="verdict {"unexplained" if found.contradicted else found.verdict}">{inside}</div>'
     )
 
 
