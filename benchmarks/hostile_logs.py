@@ -1,6 +1,6 @@
 """Every hostile variant of a good log as a command opens it: refused, warned about, or what n comes out.
 
-    python benchmarks/hostile_logs.py [--log data/multi_clay_n0.50.parquet] [--write docs/any-log.md]
+    python benchmarks/hostile_logs.py [--log data/multi_clay_n0.50.parquet] [--write docs/reference/any-log.md]
 
 With --write the table replaces what stands between the marks in that document.
 """

@@ -11,6 +11,7 @@ from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
 from softsoil.codegen.sampling import STEP
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.c_horizon import horizon_numbers
 from softsoil.estimator.terrain import Tuning, terrain_model
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.model import Model
@@ -60,7 +61,7 @@ def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) 
         "declared_effects": declared.vehicle.effects,
         "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
-    return library_files(parts, filter_numbers(parts.model), dt, about, fmi)
+    return library_files(parts, filter_numbers(parts.model), horizon_numbers(), dt, about, fmi)
 
 
 def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi: bool = False) -> list[Path]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import FreeWindows
-from softsoil.estimator.moving_horizon import LEAST_CURVATURE, HorizonRules, MovingHorizon
+from softsoil.estimator.moving_horizon import LEAST_CURVATURE, HorizonRules, MovingHorizon, exponents
 from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
 
@@ -76,7 +76,7 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
 def run_horizon(windows: FreeWindows, n0: float, tied: bool, rules: HorizonRules) -> MovingHorizon:
     """A moving horizon run to the end of the drive from the initial guess n0; tied: one n for both axles."""
     windows.reset()
-    horizon = MovingHorizon(windows, n0, tied, rules)
+    horizon = MovingHorizon(windows, exponents(tied), n0, rules)
     for k in range(len(windows.rows)):
         horizon.update(k)
     return horizon
@@ -87,11 +87,11 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
     last = len(windows.rows) - 1
     if not tied:
         return horizon.n, horizon.std(last)
-    apart = MovingHorizon(windows, float(horizon.n[0]), False, rules)
+    apart = MovingHorizon(windows, exponents(False), float(horizon.n[0]), rules)
     which = np.arange(last + 1)
     apart.take(which, [horizon.summary.states[i] for i in which])
     weight = horizon.weight(last)
-    n, curvature = apart.summary.minimum(weight, (np.full(2, float(horizon.n[0])), rules.prior))
+    n, curvature = apart.summary.minimum(weight, (np.full(2, float(horizon.n[0])), np.full(2, rules.prior)))
     inverse = np.linalg.inv(curvature)
     robust = inverse @ apart.summary.scatter(n, weight) @ inverse
     return n, np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))

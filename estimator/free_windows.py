@@ -32,8 +32,6 @@ FREE_STEP = 5e-6
 Windows = slice | NDArray[np.int_]
 """Which windows: increasing indices, or all."""
 ALL = slice(None)
-SLOWEST = 0.3
-"""m/s: below that no window runs: the slip of a wheel that hardly turns is not defined, and standing says nothing of a soil."""
 SETTLING = 0.1
 """s: after a steering faster than the vehicle's actuator, before a window starts."""
 
@@ -62,12 +60,15 @@ class WindowModel:
 class Linear:
     """Residuals in standard deviations and their derivatives.
 
-    residual (W, m); by_state (W, m, 6); by_free (W, m, K).
+    residual (W, m); by_state (W, m, 6); by_free (W, m, K); path (W, steps + 1, 6): states that the windows run through, and
+    path_by_state (W, steps + 1, 6, 6), None for what has no states.
     """
 
     residual: Array
     by_state: Array
     by_free: Array
+    path: Array | None = None
+    path_by_state: Array | None = None
 
 
 class FreeWindows:
@@ -76,7 +77,8 @@ class FreeWindows:
     compiled: the model's step; drive: on an even clock; horizon: length of a window (s); sigma (6,): what a residual of each
     channel is measured against, in its unit, infinite for a channel that does not count; fastest: steering rate (rad/s) beyond
     which no window runs, since no actuator follows; stride: from the start of one window to the next (s), default `horizon`;
-    run_in: seconds before a window from which its histories are run, default the whole drive before it.
+    run_in: seconds before a window from which its histories are run, default the whole drive before it; slowest: measured speed
+    (m/s) below which no window runs.
     Raises ValueError for a drive that holds no two windows.
     """
 
@@ -89,15 +91,16 @@ class FreeWindows:
         fastest: float = np.inf,
         stride: float | None = None,
         run_in: float = np.inf,
+        slowest: float = -np.inf,
     ) -> None:
         self.compiled, self.drive, self.sigma = compiled, drive, np.asarray(sigma, dtype=float)
         self.steps = max(round(horizon / drive.dt), 2)
         apart = self.steps if stride is None else max(round(stride / drive.dt), 1)
-        self.rows = _rows(compiled.model, drive, self.steps, apart, fastest)
+        self.rows = _rows(compiled.model, drive, self.steps, apart, fastest, slowest)
         self._before = len(drive.t) if np.isinf(run_in) else round(run_in / drive.dt)
         if len(self.rows) < 2:
             raise ValueError(
-                f"{drive.name}: expected at least 2 windows of {horizon:g} s above {SLOWEST} m/s, found {len(self.rows)}"
+                f"{drive.name}: expected at least 2 windows of {horizon:g} s above {slowest:g} m/s, found {len(self.rows)}"
             )
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded, self._inputs = drive.measured[take], drive.inputs[take]
@@ -116,29 +119,56 @@ class FreeWindows:
         """(W, m) residuals in standard deviations for parameters p (n_p,) and initial states x0 (W, 6) of the windows `which`."""
         return self._residual(self._run(p[None], x0[None], which)[0, ..., :N], which)
 
-    def linearise(self, p: Array, x0: Array, free: Sequence[Free], which: Windows = ALL) -> Linear:
-        """Residuals and derivatives at p (n_p,), x0 (W, 6), of the windows `which` (increasing indices, default all)."""
+    def moved(self, p: Array, free: Sequence[Free]) -> tuple[Array, Array]:
+        """(1 + K, n_p) parameters p (n_p,), and p with each free number moved by its step; (K,) steps."""
         index = self.compiled.model.p.index
-        moved, steps = [p], []
-        for f in free:
-            step = FREE_STEP * f.scale * (-1.0 if p[index(f.sets[0])] + FREE_STEP * f.scale > f.upper else 1.0)
-            moved.append(p.copy())
-            moved[-1][[index(name) for name in f.sets]] += step
-            steps.append(step)
+        sets, steps = np.tile(p, (1 + len(free), 1)), np.zeros(len(free))
+        for k, f in enumerate(free):
+            steps[k] = FREE_STEP * f.scale * (-1.0 if p[index(f.sets[0])] + FREE_STEP * f.scale > f.upper else 1.0)
+            sets[1 + k, [index(name) for name in f.sets]] += steps[k]
+        return sets, steps
+
+    def carried(self, sets: Array, memory: Array | None, row: int, to: int) -> Array:
+        """(K, n_m) histories at the row `to` for parameters (K, n_p): from `memory` (K, n_m) at `row`, or straight."""
+        states, inputs = self._along[row : to + 1], self.drive.inputs[row : to + 1]
+        if memory is None:
+            memory = np.array([self.compiled.start(states[0], inputs[0], p).full()[:, 0] for p in sets])
+        many = np.tile(states, (len(sets), 1, 1))
+        start = memory.reshape(len(sets), -1)
+        return self.compiled.loop.along(many, start, inputs, sets, np.array([to - row]))[1][:, 0]
+
+    @property
+    def before(self) -> int:
+        """Rows before a window from which its histories are run."""
+        return self._before
+
+    def linearise(
+        self, p: Array, x0: Array, free: Sequence[Free], which: Windows = ALL, memory: Array | None = None
+    ) -> Linear:
+        """Residuals and derivatives at p (n_p,), x0 (W, 6), of the windows `which` (increasing indices, default all).
+
+        memory (1 + K, W, n_m): histories at their starts for p and for each free number moved, default run before them.
+        """
+        moved, steps = self.moved(p, free)
         starts = np.concatenate([[x0], x0 + STATE_STEP[:, None, None] * np.eye(N)[:, None, :], np.tile(x0, (len(free), 1, 1))])
         sets = np.array([0] * (1 + N) + list(range(1, len(moved))))
-        out = self._run(np.array(moved), starts, which, sets)[..., :N]
+        both = self._run(moved, starts, which, sets, memory)
+        out, states = both[..., :N], both[: 1 + N, ..., N:]
         residual = self._residual(out[0], which)
         slope = (out[1:] - out[0]) / self.sigma
         slope[:, ~np.isfinite(self.recorded[which])] = 0.0
         slope = slope.reshape(len(slope), len(x0), -1)
         by_state = np.moveaxis(slope[:N] / STATE_STEP[:, None, None], 0, -1)
-        by_free = np.moveaxis(slope[N:] / np.array(steps)[:, None, None], 0, -1) if steps else np.zeros((*residual.shape, 0))
-        return Linear(residual, by_state, by_free)
+        by_free = np.moveaxis(slope[N:] / steps[:, None, None], 0, -1) if len(free) else np.zeros((*residual.shape, 0))
+        path_by_state = np.moveaxis((states[1:] - states[0]) / STATE_STEP[:, None, None, None], 0, -1)
+        return Linear(residual, by_state, by_free, states[0], path_by_state)
 
     def follow(self, p: Array, x0: Array, which: Windows = ALL) -> None:
         """Let histories run along the trajectories from the initial states x0 (W, 6) of the windows `which` with p (n_p,)."""
-        states = self._run(p[None], x0[None], which)[0, ..., N:]
+        self.keep(self._run(p[None], x0[None], which)[0, ..., N:], which)
+
+    def keep(self, states: Array, which: Windows = ALL) -> None:
+        """Let histories run along the states (W, steps + 1, 6) of the windows `which`, where they are finite."""
         for row, path in zip(self.rows[which], states, strict=True):
             if np.isfinite(path).all():
                 self._along[row : row + self.steps + 1, :N] = path
@@ -161,9 +191,11 @@ class FreeWindows:
         m0 = np.array([self.compiled.start(states[0], inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
         return self.compiled.loop.along(np.tile(states, (len(p), 1, 1)), m0, inputs, p, rows - begin)[1]
 
-    def _run(self, p: Array, x0: Array, which: Windows, sets: NDArray[np.int_] | None = None) -> Array:
+    def _run(
+        self, p: Array, x0: Array, which: Windows, sets: NDArray[np.int_] | None = None, memory: Array | None = None
+    ) -> Array:
         """(S, W, steps + 1, 12) outputs and states of the windows `which` for x0 (S, W, 6) with the parameters p[sets]."""
-        memory = self._memories(p, self.rows[which])
+        memory = self._memories(p, self.rows[which]) if memory is None else memory
         if sets is not None:
             p, memory = p[sets], memory[sets]
         inputs = self._inputs[which]
@@ -179,17 +211,21 @@ class FreeWindows:
         return out.reshape(many, count, self.steps + 1, 2 * N)
 
 
-def _rows(model: Model, drive: Drive, steps: int, apart: int, fastest: float) -> NDArray[np.int_]:
-    """First rows of windows of so many steps, `apart` rows apart, none steering beyond `fastest` or below SLOWEST."""
-    fast = np.zeros(len(drive.t), dtype=bool)
+def _rows(
+    model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float
+) -> NDArray[np.int_]:
+    """First rows of windows of so many steps, `apart` rows apart.
+
+    None runs across a steering that is faster than `fastest`, or a measured speed below `slowest`.
+    """
+    blocked = drive.measured[:, STATE_CHANNELS.index("u")] < slowest
     if "steer_rate" in model.external.names:
-        fast = np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
-        after = round(SETTLING / drive.dt)
-        fast = np.convolve(fast, np.ones(2 * after + 1), mode="same") > 0
-    fast |= drive.smooth[:, STATE_CHANNELS.index("u")] < SLOWEST
+        blocked |= np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
+    after = round(SETTLING / drive.dt)
+    blocked = np.convolve(blocked, np.ones(2 * after + 1), mode="same") > 0
     rows, row = [], drive.first
     while row + steps < len(drive.t):
-        inside = np.flatnonzero(fast[row : row + steps + 1])
+        inside = np.flatnonzero(blocked[row : row + steps + 1])
         if len(inside):
             row += int(inside[-1]) + 1
         else:

@@ -31,6 +31,10 @@ LEAST_NOISE = np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])
 """Least standard deviation that a sensor is believed to have (units of the states)."""
 
 
+FARTHEST = 1.0
+"""Scales by which histories are moved to another estimate by their derivative: an extrapolated rut may not turn inside out."""
+SCALE = 0.1
+"""Of n: what it may move by in a step of a fit."""
 LEAST_CURVATURE = 1e-9
 """Curvature of windows that say nothing of n: a standard deviation of 3e4."""
 
@@ -42,11 +46,13 @@ class HorizonRules:
     length, stride, run_in: of windows, between their starts, and of histories before them (s); model_error: what the equations
     miss of each channel within a window (m, m, rad, m/s, m/s, rad/s), added to the sensor's noise; common_error: share of n that
     an error common to all windows makes, which no number of windows removes; forgetting: time constant of old windows (s);
-    prior: standard deviation of the initial guess; stale: a window linearised farther than this from the estimate is linearised
-    again; tries: such windows per update; recent: numbers of newest windows of which each is tested against the older ones for a
-    change of soil, few for a large change, many for a small one or noisy sensors;
-    change: standard deviations of their difference that are one, and least_change: least share of n that is; fastest: steering
-    rate of the road wheels (rad/s) beyond which no window runs, since no steering follows.
+    longest: age beyond which a window counts no more (s); prior: standard deviation of the initial guess; stale: at every
+    update the window linearised farthest from the estimate, and farther than this (shares of a number's scale, 0.1 of n), is
+    linearised again, of those that started within `again` (s); recent: numbers of newest windows of which each is tested
+    against the older ones for a change of soil, few for a large change, many for a small one or noisy sensors; change:
+    standard deviations of their difference that are one, and least_change: least share of n that is; fastest: steering rate of
+    the road wheels (rad/s) beyond which no window runs, since no steering follows; slowest: measured speed (m/s) below which
+    none does, since the force laws divide by it.
     """
 
     length: float = 1.0
@@ -56,12 +62,14 @@ class HorizonRules:
     common_error: float = 0.03
     forgetting: float = 60.0
     prior: float = 0.3
-    stale: float = 0.03
-    tries: int = 8
+    longest: float = 120.0
+    stale: float = 0.1
+    again: float = 10.0
     recent: tuple[int, ...] = (4, 8, 16)
     change: float = 4.0
     least_change: float = 0.12
     fastest: float = 1.5
+    slowest: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -92,13 +100,13 @@ class Summary:
     states: list[Array] = field(default_factory=list)
     cost: list[float] = field(default_factory=list)
 
-    def minimum(self, weight: Array, prior: tuple[Array, float] | None = None, rows: slice = slice(None)) -> tuple[Array, Array]:
+    def minimum(self, weight: Array, prior: tuple[Array, Array] | None = None, rows: slice = slice(None)) -> tuple[Array, Array]:
         """(A,) minimum and (A, A) curvature of the sum of quadratics by `weight` (W,); prior: centre and standard deviation."""
         at, hessian, gradient = (np.array(part[rows]) for part in (self.at, self.hessian, self.gradient))
         total = np.einsum("w,wkl->kl", weight[rows], hessian)
         lean = np.einsum("w,wk->k", weight[rows], np.einsum("wkl,wl->wk", hessian, at) - gradient)
         if prior is not None:
-            total = total + np.eye(len(total)) / prior[1] ** 2
+            total = total + np.diag(1.0 / prior[1] ** 2)
             lean = lean + prior[0] / prior[1] ** 2
         return np.linalg.solve(total + LEAST_CURVATURE * np.eye(len(total)), lean), total
 
@@ -130,7 +138,7 @@ def estimate_horizon(
     if not bounds.lower <= n0 <= bounds.upper:
         raise ValueError(f"n0: expected an initial guess in [{bounds.lower}, {bounds.upper}], found {n0}")
     windows = drive_windows(recording, model, start, rules)
-    horizon = MovingHorizon(windows, n0, tied, rules)
+    horizon = MovingHorizon(windows, exponents(tied), n0, rules)
     rows, kept, step_us = windows.rows, [], []
     for k in range(len(rows)):
         began = time.perf_counter()
@@ -151,38 +159,76 @@ def drive_windows(recording: Recording, model: Model, start: float, rules: Horiz
     drive = shooting_drive(recording, model, start)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
     compiled = WindowModel(model, drive.dt, substeps_for(drive.dt))
-    return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in)
+    return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in, rules.slowest)
+
+
+def exponents(tied: bool) -> tuple[Free, ...]:
+    """The sinkage exponent as the free number of a horizon: one for both axles (`tied`) or one for each."""
+    bounds = SOIL_SIGNALS["n"]
+    names = (("n_f", "n_r"),) if tied else (("n_f",), ("n_r",))
+    return tuple(Free(group[0], group, SCALE, bounds.lower, bounds.upper) for group in names)
 
 
 class MovingHorizon:
-    """The recursion over windows. windows: of the drive; n0: initial guess; tied: one n for both axles; rules: its numbers."""
+    """The recursion over windows; the generated library has the same in C (`softsoil_horizon.c`).
 
-    def __init__(self, windows: FreeWindows, n0: float, tied: bool, rules: HorizonRules) -> None:
-        bounds = SOIL_SIGNALS["n"]
-        names = (("n_f", "n_r"),) if tied else (("n_f",), ("n_r",))
-        self.windows, self.rules = windows, rules
-        self.free = tuple(Free(group[0], group, 0.1, bounds.lower, bounds.upper) for group in names)
-        self.n, self._guess = np.full(len(names), n0), np.full(len(names), n0)
+    windows: of the drive; free: what is estimated, `exponents` or more: a number that is known beforehand belongs to the
+    vehicle, does not change with the soil, and its `known` is its prior; n0: initial guess of the exponents; rules: its numbers.
+    """
+
+    def __init__(self, windows: FreeWindows, free: Sequence[Free], n0: float, rules: HorizonRules) -> None:
+        self.windows, self.rules, self.free = windows, rules, tuple(free)
+        self._guess = np.array([n0 if f.known is None else f.known[0] for f in free])
+        self._prior = np.array([rules.prior if f.known is None else f.known[1] for f in free])
+        self._soil = np.array([f.known is None for f in free])
+        self._scale = np.array([f.scale for f in free])
+        self.n = self._guess.copy()
         self.summary, self._since = Summary(), 0
         self.changes: list[int] = []
+        self._memory: list[tuple[Array, Array, Array]] = []
         self._share = min(rules.stride / rules.length, 1.0)
 
     def update(self, k: int) -> tuple[Array, Array]:
         """Take in window k; returns the estimate (A,) and its standard deviation (A,)."""
-        summary, rules = self.summary, self.rules
-        self.take(np.array([k]), [self.windows.first[k]], again=2)
+        rules = self.rules
+        memory = self._carry(k)
+        self.take(np.array([k]), [self.windows.first[k]], memory[:, None])
         self._minimise(k)
-        stale = [i for i in range(self._since, k + 1) if np.abs(summary.at[i] - self.n).max() > rules.stale]
-        if stale:
-            self._linearise(np.array(stale[-rules.tries :]))
+        i, away = self._farthest(k)
+        if away > rules.stale:
+            self._linearise(np.array([i]), self._recalled(i)[:, None])
             self._minimise(k)
         if self._changed(k):
             self.changes.append(int(self.windows.rows[self._since]))
             self._minimise(k)
         return self.n.copy(), self.std(k)
 
-    def take(self, which: NDArray[np.int_], states: Sequence[Array], again: int = 1) -> None:
-        """Add the windows `which` with initial states (6,) each; again: Gauss-Newton steps of the initial states."""
+    def _farthest(self, k: int) -> tuple[int, float]:
+        """The window linearised farthest from the estimate, of those that started lately, and how far (scales)."""
+        rows, lately = self.windows.rows, round(self.rules.again / self.windows.drive.dt)
+        which = [i for i in range(self._since, k + 1) if rows[k] - rows[i] <= lately]
+        away = [float((np.abs(self.summary.at[i] - self.n) / self._scale).max()) for i in which]
+        return which[int(np.argmax(away))], max(away)
+
+    def _carry(self, k: int) -> Array:
+        """(1 + A, n_m) histories at the start of window k, continued from the window before it."""
+        windows, row = self.windows, int(self.windows.rows[k])
+        sets, steps = windows.moved(self.parameters(self.n), self.free)
+        if k == 0:
+            memory = windows.carried(sets, None, max(row - windows.before, 0), row)
+        else:
+            memory = windows.carried(sets, self._recalled(k - 1), int(windows.rows[k - 1]), row)
+        self._memory.append((memory, self.n.copy(), steps))
+        return memory
+
+    def _recalled(self, i: int) -> Array:
+        """(1 + A, n_m) histories at the start of window i, moved to the present estimate to first order."""
+        memory, at, steps = self._memory[i]
+        away = np.clip(self.n - at, -FARTHEST * self._scale, FARTHEST * self._scale)
+        return memory + np.einsum("km,k->m", memory[1:] - memory[0], away / steps)
+
+    def take(self, which: NDArray[np.int_], states: Sequence[Array], memory: Array | None = None) -> None:
+        """Add the windows `which` with initial states (6,) each; memory (1 + A, W, n_m): histories at their starts."""
         summary, count = self.summary, len(self.free)
         for x0 in states:
             summary.at.append(self.n.copy())
@@ -190,7 +236,7 @@ class MovingHorizon:
             summary.gradient.append(np.zeros(count))
             summary.states.append(x0)
             summary.cost.append(0.0)
-        self._linearise(which, again)
+        self._linearise(which, memory)
 
     @property
     def since(self) -> int:
@@ -205,22 +251,23 @@ class MovingHorizon:
             p[[model.p.index(name) for name in f.sets]] = value
         return p
 
-    def _linearise(self, which: NDArray[np.int_], again: int = 1) -> None:
-        """Reduce windows at the present estimate; the initial states of a new one are improved `again` times first."""
+    def _linearise(self, which: NDArray[np.int_], memory: Array | None) -> None:
+        """Reduce windows at the present estimate; windows whose model has no finite answer say nothing."""
         p, summary = self.parameters(self.n), self.summary
         x0 = np.array([summary.states[i] for i in which])
-        for _ in range(again):
-            linear = self.windows.linearise(p, x0, self.free, which)
-            reduced = reduce_windows(linear)
-            x0 = x0 + reduced.states(np.zeros(len(self.free)))
-        parts = np.concatenate([reduced.hessian.reshape(len(x0), -1), reduced.gradient, x0], axis=1)
-        sound = np.isfinite(parts).all(axis=1)
-        x0 = np.where(sound[:, None], x0, [summary.states[i] for i in which])
-        self.windows.follow(p, x0, which)
+        linear = self.windows.linearise(p, x0, self.free, which, memory)
+        sound = np.isfinite(linear.by_state).all(axis=(1, 2)) & np.isfinite(linear.by_free).all(axis=(1, 2))
+        for part in (linear.residual, linear.by_state, linear.by_free):
+            part[~sound] = 0.0
+        reduced = reduce_windows(linear)
+        move = reduced.states(np.zeros(len(self.free)))
+        x0 = x0 + move
+        if linear.path is not None and linear.path_by_state is not None:
+            bent = linear.path + np.einsum("wtij,wj->wti", linear.path_by_state, move)
+            bent[~sound] = np.nan
+            self.windows.keep(bent, which)
         cost = window_costs(linear.residual)
         for j, i in enumerate(which):
-            if not sound[j]:  # a window that the model cannot run from there says nothing
-                continue
             summary.at[i], summary.states[i], summary.cost[i] = self.n.copy(), x0[j], float(cost[j])
             summary.hessian[i], summary.gradient[i] = reduced.hessian[j], reduced.gradient[j]
 
@@ -229,10 +276,11 @@ class MovingHorizon:
         age = (k - np.arange(k + 1)) * self.rules.stride
         weight = self._share * np.exp(-age / self.rules.forgetting)
         weight[: self._since] = 0.0
+        weight[age > self.rules.longest] = 0.0
         return weight
 
     def _minimise(self, k: int) -> None:
-        n, _ = self.summary.minimum(self.weight(k), (self._guess, self.rules.prior))
+        n, _ = self.summary.minimum(self.weight(k), (self._guess, self._prior))
         self.n = np.clip(n, [f.lower for f in self.free], [f.upper for f in self.free])
 
     def _changed(self, k: int) -> bool:
@@ -254,19 +302,21 @@ class MovingHorizon:
             scatter = np.diag(inverse @ (per_window * count / self._share) @ inverse)
             spread = spread + np.maximum(scatter, np.diag(inverse) / self._share)
         moved = np.abs(n_new - n_old)
-        found = (moved > rules.change * np.sqrt(spread)) & (moved > rules.least_change * n_old)
+        found = self._soil & (moved > rules.change * np.sqrt(spread)) & (moved > rules.least_change * n_old)
         if not found.any():
             return False
         # Windows that overlap the border hold both soils: they are dropped with the older ones.
         self._since = k + 1 - max(recent - round(rules.length / rules.stride), 1)
-        self._guess = np.clip(n_new, [f.lower for f in self.free], [f.upper for f in self.free])
+        inside = np.clip(n_new, [f.lower for f in self.free], [f.upper for f in self.free])
+        self._guess = np.where(self._soil, inside, self._guess)
         return True
 
     def std(self, k: int) -> Array:
         """(A,) standard deviation after window k: sandwich of the scores, at least that of noise, and the error common to all."""
         weight = self.weight(k)
-        _, curvature = self.summary.minimum(weight, (self._guess, self.rules.prior))
+        _, curvature = self.summary.minimum(weight, (self._guess, self._prior))
         inverse = np.linalg.inv(curvature)
         robust = inverse @ self.summary.scatter(self.n, weight) @ inverse
-        return np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)) + (self.rules.common_error * self.n) ** 2)
+        common = np.where(self._soil, self.rules.common_error, 0.0)
+        return np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)) + (common * self.n) ** 2)
 

@@ -11,7 +11,7 @@ from softsoil.figures.page_html import figure, items, paragraph, provenance, row
 from softsoil.figures.refine import draw_axles, draw_paths, draw_ranking
 from softsoil.figures.refine_views import DriveView, drive_views
 from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS
-from softsoil.refinement.refine import Refinement
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.words import (
     effect_name,
@@ -67,10 +67,16 @@ def _parameters(declared: Declaration, found: Refinement) -> str:
         for name, (value, std, unit) in effect.parameters.items():
             cells = [escape(effect_name(effect.name)), f"<code>{escape(name)}</code>", with_error(value, std), unit]
             rows.append(row([*cells, escape(_doc(declared, effect.name, name))], "  r  "))
+    for number_ in (*found.contradicted, *found.fitted):
+        state = "contradicts the vehicle file" if number_ in found.contradicted else "fitted beside n"
+        words = f"{state}; declared {with_error(number_.declared, number_.stated)}"
+        cells = ["vehicle", f"<code>{escape(number_.name)}</code>", with_error(number_.value, number_.std), number_.unit]
+        rows.append(row([*cells, escape(words)], "  r  "))
     if len(found.bench.shootings) == len(found.n_after):
-        for shooting, before, after in zip(found.bench.shootings, found.n_before, found.n_after, strict=True):
-            words = f"sinkage exponent, {shooting.drive.name}; {before:.3f} with the declared model"
-            rows.append(row(["soil", "<code>n</code>", f"{after:.3f}", "", escape(words)], "  r  "))
+        drives = zip(found.bench.shootings, found.n_before, found.n_after, found.n_std, found.judged, strict=True)
+        for shooting, before, after, std, verdict in drives:
+            words = f"sinkage exponent, {shooting.drive.name}, {verdict.word}; {before:.3f} with the declared model"
+            rows.append(row(["soil", "<code>n</code>", with_error(after, std), "", escape(words)], "  r  "))
     head = row(["effect", "parameter", "value ± std, whole drive", "unit", "what it is"], "  r  ", "th")
     return f"<table>{head}{''.join(rows)}</table>"
 

@@ -11,7 +11,7 @@ from softsoil.codegen.compiled import find_compiler
 from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno")
-SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c")
+SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c", "src/softsoil_horizon.c")
 
 
 def build_c_library(folder: str | Path, flags: Sequence[str] = FLAGS, compiler: str | None = None) -> Path:

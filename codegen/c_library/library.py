@@ -11,6 +11,8 @@ from importlib.resources import files
 import numpy as np
 
 from softsoil.codegen.c_library.fmi import fmi_files
+from softsoil.codegen.c_library.horizon import FILES as HORIZON_FILES
+from softsoil.codegen.c_library.horizon import HorizonNumbers, about_horizon, horizon_values
 from softsoil.codegen.c_library.kernels import number, write_kernel
 from softsoil.codegen.c_library.parts import SAID, SOIL, TOLD, Parts
 from softsoil.codegen.c_library.statuses import STATUSES, status_cases, status_enum
@@ -60,12 +62,13 @@ class FilterNumbers:
 
 
 def library_files(
-    parts: Parts, numbers: FilterNumbers, dt: float, declared: Mapping[str, object], fmi: bool = False
+    parts: Parts, numbers: FilterNumbers, horizon: HorizonNumbers, dt: float, declared: Mapping[str, object], fmi: bool = False
 ) -> dict[str, str]:
     """Path inside the folder -> text, for every file of the library.
 
-    parts: of the model; numbers: of the filter; dt: nominal step (s); declared: what the model was made of, for
-    formulation.json (vehicle, soil, law, effects, versions); fmi: whether the FMI unit's files are wanted.
+    parts: of the model; numbers: of the filter; horizon: of the moving horizon; dt: nominal step (s);
+    declared: what the model was made of, for formulation.json (vehicle, soil, law, effects, versions);
+    fmi: whether the FMI unit's files are wanted.
     Raises ValueError for numbers that do not fit the model.
     """
     model = parts.model
@@ -74,11 +77,13 @@ def library_files(
             f"C library: expected {len(model.x)} q_std and std0 and {len(model.y)} r_std, "
             f"found {len(numbers.q_std)}, {len(numbers.std0)} and {len(numbers.r_std)}"
         )
-    found = formulation(parts, numbers, dt, declared)
+    found = formulation(parts, numbers, dt, declared) | about_horizon(parts, horizon)
     text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     values = _values(parts, numbers, dt, found) | readme_tables(parts)
+    values |= horizon_values(parts, horizon, dt)
     values["magic"] = hashlib.sha256(text.encode()).hexdigest()[:8]
-    out = {path: fill(template(name), values) for path, name in TEMPLATES.items()}
+    values["h_magic"] = hashlib.sha256(repr((text, horizon)).encode()).hexdigest()[:8]
+    out = {path: fill(template(name), values) for path, name in (TEMPLATES | HORIZON_FILES).items()}
     out |= {"src/softsoil_kernels.h": _kernels(parts), "formulation.json": text}
     return out | fmi_files(parts, values) if fmi else out
 

@@ -250,3 +250,63 @@ int softsoil_rollout(const double p[SOFTSOIL_N_P], double dt, size_t count, size
   }
   return status;
 }
+
+/* Whether the vector from column `at` on holds a job. */
+static int has_jobs(int at, int active, int passive) {
+  return at < SOFTSOIL_PASSIVE_AT ? at < active : at < SOFTSOIL_PASSIVE_AT + passive;
+}
+
+void softsoil_model_step_jobs(int active, int passive, const double *u, const double *p, double dt, int substeps,
+                              softsoil_jobs_t *x, softsoil_jobs_t *m) {
+  double provided[SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)] = {0.0};
+  double shared[SOFTSOIL_JOB_SUBSTEPS][SOFTSOIL_SOME(SOFTSOIL_FORCES)] = {{0.0}};
+  const ssv length = ssv_all(dt / substeps);
+  for (int at = 0; at < SOFTSOIL_JOB_ROW; at += SOFTSOIL_LANES) {
+    const int own = at < SOFTSOIL_PASSIVE_AT;
+    ssv state[SOFTSOIL_N_X], full[SOFTSOIL_N_U + SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)], cells[SOFTSOIL_CELLS];
+    ssv arguments[SOFTSOIL_SOME(SOFTSOIL_CALLS * SOFTSOIL_ARGUMENTS)], force[SOFTSOIL_SOME(SOFTSOIL_FORCES)];
+    ssv rate[SOFTSOIL_N_X], next[SOFTSOIL_CELLS];
+    if (!has_jobs(at, active, passive)) continue;
+    for (int i = 0; i < SOFTSOIL_N_X; ++i) state[i] = ssv_load(&x[i][at]);
+    for (int i = 0; i < SOFTSOIL_N_U; ++i) full[i] = ssv_all(u[i]);
+    if (own) {
+      for (int i = 0; i < SOFTSOIL_N_M; ++i) cells[i] = ssv_load(&m[i][at]);
+      lanes_read(state, full, p, cells, full + SOFTSOIL_N_U);
+      for (int i = 0; i < SOFTSOIL_N_PROVIDED && at == 0; ++i) provided[i] = ssv_first(full[SOFTSOIL_N_U + i]);
+    } else {
+      for (int i = 0; i < SOFTSOIL_N_PROVIDED; ++i) full[SOFTSOIL_N_U + i] = ssv_all(provided[i]);
+    }
+    for (int k = 0; k < substeps; ++k) {
+      if (own) {
+        lanes_before(state, full, p, arguments);
+#define RUN(first, wheels, scalar, one, side) lanes_of(first, wheels, one, side, arguments, p, force);
+        SOFTSOIL_LAWS(RUN)
+#undef RUN
+        for (int i = 0; i < SOFTSOIL_FORCES && at == 0; ++i) shared[k][i] = ssv_first(force[i]);
+      } else {
+        for (int i = 0; i < SOFTSOIL_FORCES; ++i) force[i] = ssv_all(shared[k][i]);
+      }
+      lanes_after(state, full, p, force, rate);
+      if (own && k == 0 && SOFTSOIL_N_M > 0) {
+        lanes_advance(state, full, p, cells, &dt, force, next);
+        for (int i = 0; i < SOFTSOIL_N_M; ++i) ssv_store(&m[i][at], next[i]);
+      }
+      for (int i = 0; i < SOFTSOIL_N_X; ++i) state[i] = state[i] + length * rate[i];
+    }
+    for (int i = 0; i < SOFTSOIL_N_X; ++i) ssv_store(&x[i][at], state[i]);
+  }
+}
+
+void softsoil_model_measure_jobs(int active, int passive, const double *u, const double *p, const softsoil_jobs_t *x,
+                                 softsoil_jobs_t *y) {
+  double full[SOFTSOIL_N_U + SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)] = {0.0};
+  for (int i = 0; i < SOFTSOIL_N_U; ++i) full[i] = u[i];
+  for (int at = 0; at < SOFTSOIL_JOB_ROW; at += SOFTSOIL_LANES) {
+    ssv state[SOFTSOIL_N_X], force[SOFTSOIL_SOME(SOFTSOIL_FORCES)], seen[SOFTSOIL_N_Y];
+    if (!has_jobs(at, active, passive)) continue;
+    for (int i = 0; i < SOFTSOIL_N_X; ++i) state[i] = ssv_load(&x[i][at]);
+    for (int i = 0; i < SOFTSOIL_SOME(SOFTSOIL_FORCES); ++i) force[i] = ssv_all(0.0);
+    kernel_measure(state, full, p, force, seen);
+    for (int i = 0; i < SOFTSOIL_N_Y; ++i) ssv_store(&y[i][at], seen[i]);
+  }
+}

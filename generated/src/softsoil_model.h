@@ -41,4 +41,19 @@ void softsoil_model_advance(const double *x, const double *u, const double *p, d
                             const softsoil_forces_t *forces);
 void softsoil_model_start(const double *x, const double *u_external, const double *p, double *m);
 
+/* Jobs: trajectories in step with one another under the same inputs. Columns 0 to `active` have wheels of their own; the
+ * `passive` ones from SOFTSOIL_PASSIVE_AT on differ from column 0 in states that no wheel and no history depends on, and
+ * share its forces. */
+#define SOFTSOIL_JOBS (7 + 1)
+#define SOFTSOIL_PASSIVE_AT ((SOFTSOIL_JOBS + 7) / 8 * 8)
+#define SOFTSOIL_JOB_ROW (SOFTSOIL_PASSIVE_AT + 8)
+#define SOFTSOIL_JOB_SUBSTEPS 8
+typedef double softsoil_jobs_t[SOFTSOIL_JOB_ROW];
+/* States x (N_X rows) and histories m (N_M rows) one sample of dt later, in so many Euler steps. */
+void softsoil_model_step_jobs(int active, int passive, const double *u, const double *p, double dt, int substeps,
+                              softsoil_jobs_t *x, softsoil_jobs_t *m);
+/* Measurements y (N_Y rows) of states x, for models whose measurements are functions of the states. */
+void softsoil_model_measure_jobs(int active, int passive, const double *u, const double *p, const softsoil_jobs_t *x,
+                                 softsoil_jobs_t *y);
+
 #endif

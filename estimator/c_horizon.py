@@ -1,0 +1,47 @@
+"""The numbers of the C library's moving horizon: those of the Python classes."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+from softsoil.codegen.c_library.horizon import HorizonNumbers
+from softsoil.estimator.evidence import LATERAL, TRIMMED
+from softsoil.estimator.free_windows import FREE_STEP, SETTLING, STATE_STEP
+from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.moving_horizon import LEAST_CURVATURE, SCALE, HorizonRules
+from softsoil.estimator.predictor import LONGEST_STEP
+from softsoil.estimator.shooting import SMOOTHING
+from softsoil.estimator.verdict import WORDS, VerdictRules
+from softsoil.estimator.window_fit import HUBER, RIDGE
+
+SENTENCES = {
+    "identified": "the windows determine n, and the model leaves no more than a right one does",
+    "not_excited": "the windows do not determine n: steer more, at several speeds",
+    "depends_on_first_guess": "n depends on its initial guess: drive on",
+    "at_bound": "n is at a bound of its range: check soil and vehicle",
+    "axles_disagree": "front and rear axle disagree on n",
+    "inconsistent": "the model leaves more of yaw rate or lateral velocity than a right one: check vehicle, soil and sensors",
+    "no_soil": "there is no soft soil",
+}
+
+
+def horizon_numbers(rules: HorizonRules | None = None, limits: VerdictRules | None = None) -> HorizonNumbers:
+    """The numbers of rules and limits, as the generator takes them."""
+    rules, limits = rules or HorizonRules(), limits or VerdictRules()
+    limit_of = dict(limits.unexplained)
+    own = {field.name: getattr(rules, field.name) for field in fields(rules)}
+    bounds = {field.name: getattr(limits, field.name) for field in fields(limits)}
+    return HorizonNumbers(
+        rules={
+            **{name: float(value) for name, value in own.items() if name not in ("model_error", "recent")},
+            "settling": SETTLING, "smoothing": SMOOTHING, "start_up": START_UP,
+        },
+        model_error=rules.model_error, recent=rules.recent,
+        limits={name: float(value) for name, value in bounds.items() if name != "unexplained"},
+        unexplained=[limit_of[name] for name in LATERAL],
+        constants={
+            "longest_step": LONGEST_STEP, "huber": HUBER, "ridge": RIDGE, "least_curvature": LEAST_CURVATURE,
+            "free_step": FREE_STEP, "trimmed": TRIMMED,
+        },
+        state_step=[float(step) for step in STATE_STEP], verdicts=[(word, SENTENCES[word]) for word in WORDS], scale=SCALE,
+    )  # fmt: skip

@@ -1,0 +1,819 @@
+/* The moving horizon: samples in, windows reduced to quadratics of the soil's parameters, their sum minimised. */
+#include <math.h>
+#include <string.h>
+
+#include "softsoil_horizon.h"
+#include "softsoil_model.h"
+
+#define K SOFTSOIL_HORIZON_N
+#define NS SOFTSOIL_HORIZON_STATES
+#define D (NS + K)
+#define ROWS SOFTSOIL_HORIZON_ROWS
+#define WINDOWS SOFTSOIL_HORIZON_WINDOWS
+#define KEPT SOFTSOIL_HORIZON_KEPT
+#define LONGEST_WINDOW 105 /* samples */
+#define MAGIC 0x073d911fu
+
+typedef softsoil_horizon_window_t window_t;
+
+/* Numbers of the horizon, as HorizonRules of the Python class. */
+static const double stride = 0.5, window_length = 1.0, run_in = 2.5, linearised_again = 10.0;
+static const double forgetting = 60.0, longest = 120.0, common_error = 0.03;
+static const double stale = 0.1, change = 4.0, least_change = 0.12;
+static const double fastest = 1.5, slowest = 0.5, settling = 0.1, smoothing = 0.25;
+static const double longest_step = 0.015, huber = 3.0, ridge = 1e-06, least_curvature = 1e-09;
+static const double trimmed = 4.0;
+enum { RECENTS = 3 };
+static const int recents[RECENTS] = {4, 8, 16};
+static const double state_step[NS] = {0.0001, 0.0001, 1e-05, 0.0001, 0.0001, 1e-05};
+static const double free_step = 5e-06;
+/* The parameters: their states, scales, bounds, and which of them are a soil's. */
+static const int at_state[K] = {SOFTSOIL_X_n};
+static const int is_soil[K] = {1};
+static const double scale[K] = {0.1}, lowest[K] = {0.2}, highest[K] = {1.6};
+/* Column of each initial state's job, and of each parameter's. */
+static const int state_column[NS] = {8, 9, 10, 1, 2, 3};
+static const int free_column[K] = {4};
+enum { ACTIVE = 5, PASSIVE = 3 };
+static const double nominal[SOFTSOIL_N_X] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5};
+static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0, 1000.0, 1000.0};
+static const double y_limit[SOFTSOIL_N_Y] = {100000000.0, 100000000.0, 100000.0, 150.0, 150.0, 50.0};
+static const int32_t y_wraps[SOFTSOIL_N_Y] = {0, 0, 1, 0, 0, 0};
+/* Limits of the verdict, as VerdictRules. */
+static const double most_std = 0.08, same = 0.1, bound = 0.02, axles = 0.25, axles_sigmas = 4.0;
+static const double most_unexplained[2] = {0.1, 0.022}, least_motion = 0.2;
+/* v and omega_z: by which a model is judged. */
+static const int judged[2] = {SOFTSOIL_Y_v, SOFTSOIL_Y_omega_z};
+
+const char *softsoil_verdict_text(int verdict) {
+  switch (verdict) {
+    case SOFTSOIL_VERDICT_IDENTIFIED:
+      return "the windows determine n, and the model leaves no more than a right one does";
+    case SOFTSOIL_VERDICT_NOT_EXCITED:
+      return "the windows do not determine n: steer more, at several speeds";
+    case SOFTSOIL_VERDICT_DEPENDS_ON_FIRST_GUESS:
+      return "n depends on its initial guess: drive on";
+    case SOFTSOIL_VERDICT_AT_BOUND:
+      return "n is at a bound of its range: check soil and vehicle";
+    case SOFTSOIL_VERDICT_AXLES_DISAGREE:
+      return "front and rear axle disagree on n";
+    case SOFTSOIL_VERDICT_INCONSISTENT:
+      return "the model leaves more of yaw rate or lateral velocity than a right one: check vehicle, soil and sensors";
+    case SOFTSOIL_VERDICT_NO_SOIL:
+      return "there is no soft soil";
+    default:
+      return "not a verdict of this library";
+  }
+}
+
+size_t softsoil_horizon_size(void) { return sizeof(softsoil_horizon_t); }
+
+static int count(softsoil_horizon_t *h, int status) {
+  if (h->counts[status] < UINT32_MAX) ++h->counts[status];
+  return status;
+}
+
+static int graver(int a, int b) { return a > b ? a : b; }
+
+static softsoil_horizon_row_t *row_at(softsoil_horizon_t *h, int64_t row) { return &h->row[row % ROWS]; }
+
+static window_t *window_at(softsoil_horizon_t *h, int64_t i) { return &h->window[i % WINDOWS]; }
+
+static int64_t oldest_row(const softsoil_horizon_t *h) {
+  return h->rows - ROWS > h->first_row ? h->rows - ROWS : h->first_row;
+}
+
+static double wrapped(double angle) { return angle - 6.283185307179586 * floor(angle / 6.283185307179586 + 0.5); }
+
+static double between(double low, double value, double high) { return value < low ? low : value > high ? high : value; }
+
+static double larger(double a, double b) { return a > b ? a : b; }
+
+/* To the nearest whole number, halves to the even one. */
+static int32_t nearest(double value) {
+  const double low = floor(value), part = value - low;
+  const int32_t whole = (int32_t)low;
+  return part > 0.5 || (!(part < 0.5) && whole % 2) ? whole + 1 : whole;
+}
+
+/* The inverse of a symmetric positive matrix (n x n, n <= 6), 0 where it is not positive. */
+static int invert(int n, const double *a, double *inverse) {
+  double l[6][6] = {{0.0}}, half[6][6] = {{0.0}};
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j <= i; ++j) {
+      double sum = a[i * n + j];
+      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
+      if (i == j) {
+        if (!(sum > 0.0) || !isfinite(sum)) return 0;
+        l[i][i] = sqrt(sum);
+      } else {
+        l[i][j] = sum / l[j][j];
+      }
+    }
+  for (int i = 0; i < n; ++i) {
+    half[i][i] = 1.0 / l[i][i];
+    for (int j = 0; j < i; ++j) {
+      double sum = 0.0;
+      for (int k = j; k < i; ++k) sum += l[i][k] * half[k][j];
+      half[i][j] = -sum / l[i][i];
+    }
+  }
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      double sum = 0.0;
+      for (int k = i > j ? i : j; k < n; ++k) sum += half[k][i] * half[k][j];
+      inverse[i * n + j] = sum;
+    }
+  return 1;
+}
+
+int softsoil_horizon_defaults(softsoil_horizon_options_t *options) {
+  static const softsoil_horizon_options_t declared = {
+      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7335, 0.524, 0.0, -0.2, 0.921, 0.958, -0.1667, 0.965, 0.953, 0.095, 25.1}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, {0.03, 0.03, 0.012, 0.02, 0.015, 0.024}, {0.5}, {0.3}, SOFTSOIL_STEP, 2.0};
+  if (!options) return SOFTSOIL_NULL_POINTER;
+  *options = declared;
+  return SOFTSOIL_OK;
+}
+
+static int options_are_good(const softsoil_horizon_options_t *o) {
+  int good = o->dt >= SOFTSOIL_HORIZON_MIN_DT && o->dt <= SOFTSOIL_HORIZON_MAX_DT && o->start_up >= 0.0 && o->start_up < 1e6;
+  for (int i = 0; i < SOFTSOIL_N_P; ++i) good = good && isfinite(o->p[i]);
+  for (int i = 0; i < SOFTSOIL_N_Y; ++i)
+    good = good && o->r_std[i] >= 0.0 && o->model_error[i] >= 0.0 && isfinite(o->model_error[i]) &&
+           o->r_std[i] + o->model_error[i] > 1e-9;
+  for (int k = 0; k < K; ++k)
+    good = good && o->guess[k] >= lowest[k] && o->guess[k] <= highest[k] && o->guess_std[k] > 1e-9 && o->guess_std[k] < 1e9;
+  return good && !SOFTSOIL_MEASURES_FORCES;
+}
+
+int softsoil_horizon_init(softsoil_horizon_t *h, const softsoil_horizon_options_t *options, double t) {
+  static const double first_u[SOFTSOIL_N_U] = {0.0, 0.0, 0.0, 15.0, 15.0, 15.0, 15.0};
+  softsoil_horizon_options_t chosen;
+  if (!h) return SOFTSOIL_NULL_POINTER;
+  softsoil_horizon_defaults(&chosen);
+  if (options) chosen = *options;
+  memset(h, 0, sizeof *h);
+  if (!options_are_good(&chosen)) return SOFTSOIL_BAD_ARGUMENT;
+  if (!isfinite(t)) return SOFTSOIL_TIME_NOT_FINITE;
+  h->options = chosen;
+  h->clock = t - chosen.dt;
+  h->t = h->changed_at = t;
+  for (int i = 0; i < SOFTSOIL_N_U; ++i) h->inputs[i] = first_u[i];
+  for (int i = 0; i < SOFTSOIL_N_Y; ++i) h->good_row[i] = -1;
+  for (int k = 0; k < K; ++k) {
+    h->n[k] = h->free_n[k] = h->centre[k] = chosen.guess[k];
+    h->std[k] = chosen.guess_std[k];
+    h->information_std[k] = 1e9;
+  }
+  for (int i = 0; i < 2; ++i) h->noise[i] = chosen.r_std[judged[i]] * chosen.r_std[judged[i]];
+  h->unexplained_std[0] = h->unexplained_std[1] = 1e9;
+  h->verdict = SOFTSOIL_VERDICT_NOT_EXCITED;
+  h->steps = nearest(window_length / chosen.dt) > 2 ? nearest(window_length / chosen.dt) : 2;
+  h->apart = nearest(stride / chosen.dt) > 1 ? nearest(stride / chosen.dt) : 1;
+  h->before = nearest(run_in / chosen.dt);
+  h->after = nearest(settling / chosen.dt);
+  h->again = nearest(linearised_again / chosen.dt);
+  h->half = nearest(smoothing / chosen.dt / 2.0) > 2 ? nearest(smoothing / chosen.dt / 2.0) : 2;
+  h->substeps = chosen.dt > longest_step ? (int32_t)ceil(chosen.dt / longest_step - 1e-9) : 1;
+  h->next_row = (int64_t)ceil(chosen.start_up / chosen.dt - 1e-6);
+  const double share = stride < window_length ? stride / window_length : 1.0;
+  for (int i = 0; i < WINDOWS; ++i) h->weights[i] = i * stride > longest ? 0.0 : share * exp(-i * stride / forgetting);
+  h->magic = MAGIC;
+  return SOFTSOIL_OK;
+}
+
+/* A new row, with the last good inputs and nothing measured. */
+static softsoil_horizon_row_t *new_row(softsoil_horizon_t *h) {
+  softsoil_horizon_row_t *row = row_at(h, h->rows);
+  memset(row, 0, sizeof *row);
+  memcpy(row->u, h->inputs, sizeof row->u);
+  for (int i = 0; i < SOFTSOIL_N_Y; ++i) row->y[i] = h->good_row[i] >= h->first_row ? h->good[i] : 0.0;
+  ++h->rows;
+  h->clock += h->options.dt;
+  return row;
+}
+
+/* A measurement taken in; rows without it before are filled: in between by a straight line, at first by itself. */
+static void fill(softsoil_horizon_t *h, int i, double value) {
+  const int64_t row = h->rows - 1, last = h->good_row[i];
+  const int known = last >= h->first_row;
+  if (known && y_wraps[i]) value += 6.283185307179586 * floor((h->good[i] - value) / 6.283185307179586 + 0.5);
+  const double slope = known ? (value - h->good[i]) / (double)(row - last) : 0.0;
+  int64_t from = known ? last + 1 : h->first_row;
+  if (from < row - ROWS + 1) from = row - ROWS + 1;
+  for (int64_t k = from; k < row; ++k) row_at(h, k)->y[i] = known ? h->good[i] + slope * (double)(k - last) : value;
+  row_at(h, row)->y[i] = value;
+  row_at(h, row)->seen[i] = 1;
+  h->good[i] = value;
+  h->good_row[i] = row;
+}
+
+/* Noise of v and omega_z from third differences, their motion, and the lateral specific force, over about the forgetting time. */
+static void watch(softsoil_horizon_t *h) {
+  const double most = forgetting / h->options.dt;
+  const softsoil_horizon_row_t *now = row_at(h, h->rows - 1);
+  if (now->blocked) return;
+  for (int j = 0; j < 2; ++j) {
+    const int i = judged[j];
+    if (!now->seen[i]) continue;
+    const double share = 1.0 / (h->noise_count[j] < most ? h->noise_count[j] + 1.0 : most);
+    const double away = now->y[i] - h->mean[j];
+    h->mean[j] += share * away;
+    h->square[j] += share * (away * (now->y[i] - h->mean[j]) - h->square[j]);
+    h->noise_count[j] += 1.0;
+    if (h->rows - h->first_row < 4) continue;
+    const softsoil_horizon_row_t *a = row_at(h, h->rows - 4), *b = row_at(h, h->rows - 3), *c = row_at(h, h->rows - 2);
+    const double third = now->y[i] - 3.0 * c->y[i] + 3.0 * b->y[i] - a->y[i];
+    if (a->seen[i] && b->seen[i] && c->seen[i] && fabs(third) < trimmed * sqrt(20.0 * h->noise[j]) + 1e-12)
+      h->noise[j] += larger(share, 0.002) * (third * third / 20.0 - h->noise[j]);
+  }
+  if (now->seen[SOFTSOIL_Y_u] && now->seen[SOFTSOIL_Y_omega_z]) {
+    const double a_y = now->y[SOFTSOIL_Y_u] * now->y[SOFTSOIL_Y_omega_z];
+    h->force_count += h->force_count < most ? 1.0 : 0.0;
+    h->force += (a_y * a_y - h->force) / h->force_count;
+  }
+}
+
+int softsoil_horizon_push(softsoil_horizon_t *h, const double u[SOFTSOIL_N_U], const double y[SOFTSOIL_N_Y],
+                          const unsigned char valid[SOFTSOIL_N_Y], double t) {
+  if (!h || !u || !y) return SOFTSOIL_NULL_POINTER;
+  if (h->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
+  if (!isfinite(t)) return count(h, SOFTSOIL_TIME_NOT_FINITE);
+  const double since = (t - h->clock) / h->options.dt;
+  if (!(since >= 0.5)) return count(h, SOFTSOIL_MEASUREMENT_LATE);
+  int status = SOFTSOIL_OK, any = 0;
+  if ((t - h->clock) > 1.0 + h->options.dt) {
+    h->clock = t - h->options.dt;
+    h->first_row = h->next_row = h->rows;
+    h->continued = 0;
+  } else {
+    for (int k = (int)floor(since + 0.5); k > 1; --k) new_row(h)->blocked = 0;
+  }
+  for (int i = 0; i < SOFTSOIL_N_U; ++i) {
+    if (!isfinite(u[i])) {
+      status = graver(status, count(h, SOFTSOIL_INPUT_NOT_FINITE));
+    } else if (fabs(u[i]) > u_limit[i]) {
+      status = graver(status, count(h, SOFTSOIL_INPUT_OUT_OF_RANGE));
+    } else {
+      h->inputs[i] = u[i];
+    }
+  }
+  softsoil_horizon_row_t *row = new_row(h);
+  for (int i = 0; i < SOFTSOIL_N_Y; ++i) {
+    if (valid && !valid[i]) continue;
+    if (!isfinite(y[i])) {
+      status = graver(status, count(h, SOFTSOIL_MEASUREMENT_NOT_FINITE));
+    } else if (fabs(y[i]) > y_limit[i]) {
+      status = graver(status, count(h, SOFTSOIL_MEASUREMENT_OUT_OF_RANGE));
+    } else {
+      fill(h, i, y[i]);
+      any = 1;
+    }
+  }
+  if (!any) status = graver(status, count(h, SOFTSOIL_NO_MEASUREMENT));
+  if (row->seen[SOFTSOIL_Y_u] && row->y[SOFTSOIL_Y_u] < slowest) {
+    row->blocked = 1;
+    status = graver(status, count(h, row->y[SOFTSOIL_Y_u] < -slowest ? SOFTSOIL_NEGATIVE_SPEED : SOFTSOIL_STANDSTILL));
+  }
+  row->blocked = row->blocked || fabs(row->u[SOFTSOIL_U_steer_rate]) > fastest;
+  watch(h);
+  return status;
+}
+
+/* Whether a window is complete; windows run across no steering faster than any actuator and no standstill. */
+static int complete(softsoil_horizon_t *h) {
+  const int64_t oldest = oldest_row(h);
+  if (h->next_row < oldest + (h->first_row < oldest ? h->half : 0)) {
+    h->next_row = oldest + h->half;
+    h->continued = 0;
+  }
+  while (h->next_row + h->steps + h->after < h->rows) {
+    const int64_t end = h->next_row + h->steps;
+    int64_t last = -1;
+    const int64_t first = h->next_row - h->after > oldest ? h->next_row - h->after : oldest;
+    for (int64_t k = first; k <= end + h->after; ++k)
+      if (row_at(h, k)->blocked) last = k + h->after < end ? k + h->after : end;
+    if (last < 0) return 1;
+    h->next_row = last + 1;
+  }
+  return 0;
+}
+
+/* States at a row: of the window over it, else the record smoothed by a quadratic. */
+static void states_at(softsoil_horizon_t *h, int64_t row, double *x) {
+  const softsoil_horizon_row_t *here = row_at(h, row);
+  if (here->estimated) {
+    memcpy(x, here->path, sizeof here->path);
+    return;
+  }
+  const int64_t oldest = oldest_row(h), newest = h->rows - 1;
+  int64_t half = h->half;
+  if (2 * half > newest - oldest) half = (newest - oldest) / 2;
+  int64_t centre = row;
+  if (centre < oldest + half) centre = oldest + half;
+  if (centre > newest - half) centre = newest - half;
+  double s_0 = 0.0, s_2 = 0.0, s_4 = 0.0, sums[3][NS] = {{0.0}};
+  for (int64_t k = -half; k <= half; ++k) {
+    const double s = (double)k;
+    s_0 += 1.0;
+    s_2 += s * s;
+    s_4 += s * s * s * s;
+    for (int i = 0; i < NS; ++i) {
+      const double y = row_at(h, centre + k)->y[i] - here->y[i];
+      sums[0][i] += y;
+      sums[1][i] += s * y;
+      sums[2][i] += s * s * y;
+    }
+  }
+  const double d = (double)(row - centre), below = s_0 * s_4 - s_2 * s_2;
+  for (int i = 0; i < NS; ++i) {
+    x[i] = here->y[i];
+    if (!(below > 0.0)) continue;
+    x[i] += (s_4 * sums[0][i] - s_2 * sums[2][i]) / below + sums[1][i] / s_2 * d +
+            (s_0 * sums[2][i] - s_2 * sums[0][i]) / below * d * d;
+  }
+}
+
+/* Steps by which parameters enter the derivatives, away from their upper bounds. */
+static void free_steps(const softsoil_horizon_t *h, double *step) {
+  for (int k = 0; k < K; ++k) step[k] = free_step * scale[k] * (h->n[k] + free_step * scale[k] > highest[k] ? -1.0 : 1.0);
+}
+
+/* A full state in a column of jobs. */
+static void put(softsoil_jobs_t *x, int column, const double *states, const double *n) {
+  for (int i = 0; i < SOFTSOIL_N_X; ++i) x[i][column] = i < NS ? states[i] : nominal[i];
+  for (int k = 0; k < K; ++k) x[at_state[k]][column] = n[k];
+}
+
+/* Histories at the start of window i, moved to the present estimate by their derivatives. */
+static void recall(const softsoil_horizon_t *h, int64_t i, double (*m)[SOFTSOIL_CELLS]) {
+  const int slot = (int)(i % KEPT);
+  memcpy(m, h->m[slot], sizeof h->m[slot]);
+  for (int k = 0; k < K; ++k) {
+    const double away = between(-scale[k], h->n[k] - h->carried[slot][k], scale[k]) / h->steps_at[slot][k];
+    for (int c = 0; c < SOFTSOIL_N_M; ++c) {
+      const double more = away * (h->m[slot][1 + k][c] - h->m[slot][0][c]);
+      for (int j = 0; j <= K; ++j) m[j][c] += more;
+    }
+  }
+}
+
+/* Histories at the start of window i, for the estimate and each parameter moved: continued from the window before. */
+static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
+  const int slot = (int)(i % KEPT);
+  double n[1 + K][K], states[NS], start[1 + K][SOFTSOIL_CELLS];
+  softsoil_jobs_t x[SOFTSOIL_N_X], m[SOFTSOIL_CELLS];
+  int status = SOFTSOIL_OK;
+  for (int j = 0; j <= K; ++j) memcpy(n[j], h->n, sizeof n[j]);
+  free_steps(h, h->steps_at[slot]);
+  for (int k = 0; k < K; ++k) n[1 + k][k] += h->steps_at[slot][k];
+  if (SOFTSOIL_N_M == 0) return status;
+  const int64_t oldest = oldest_row(h);
+  int64_t from = to - h->before > oldest ? to - h->before : oldest;
+  int whole = h->continued;
+  if (whole) {
+    from = window_at(h, i - 1)->row;
+    whole = from >= oldest;
+  }
+  if (whole) {
+    recall(h, i - 1, start);
+  } else {
+    from = to - h->before > oldest ? to - h->before : oldest;
+  }
+  for (int tries = 0; tries < 2; ++tries) {
+    memset(m, 0, sizeof m);
+    memset(x, 0, sizeof x);
+    states_at(h, from, states);
+    for (int j = 0; j < SOFTSOIL_PASSIVE_AT; ++j) {
+      const int set = j <= K ? j : 0;
+      put(x, j, states, n[set]);
+      if (!whole && j <= K) {
+        double first[SOFTSOIL_N_X];
+        for (int s = 0; s < SOFTSOIL_N_X; ++s) first[s] = x[s][j];
+        softsoil_model_start(first, row_at(h, from)->u, h->options.p, start[j]);
+      }
+      for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][j] = start[set][c];
+    }
+    for (int64_t row = from; row < to; ++row) {
+      softsoil_model_step_jobs(1 + K, 0, row_at(h, row)->u, h->options.p, h->options.dt, h->substeps, x, m);
+      states_at(h, row + 1, states);
+      for (int j = 0; j < SOFTSOIL_PASSIVE_AT; ++j) put(x, j, states, n[j <= K ? j : 0]);
+    }
+    int sound = 1;
+    for (int c = 0; c < SOFTSOIL_N_M; ++c)
+      for (int j = 0; j <= K; ++j) sound = sound && fabs(m[c][j]) < 1e30;
+    if (sound) break;
+    /* Histories without a finite value: straight ones in their place. */
+    status = SOFTSOIL_NUMERICAL;
+    from = to;
+    whole = 0;
+  }
+  for (int j = 0; j <= K; ++j)
+    for (int c = 0; c < SOFTSOIL_N_M; ++c) h->m[slot][j][c] = m[c][j];
+  return status;
+}
+
+/* Sums over a window: the robust normal equations, and those of v and omega_z alone, unweighted. */
+typedef struct {
+  double normal[D][D], lean[D], cost;
+  double own[2][NS][NS], own_lean[2][NS], own_square[2], own_count[2];
+} sums_t;
+
+static void add(sums_t *s, int channel, double z, const double *slope) {
+  const double size = fabs(z), weight = size > huber ? huber / size : 1.0;
+  for (int i = 0; i < D; ++i) {
+    const double weighted = weight * slope[i];
+    s->lean[i] += weighted * z;
+    for (int j = 0; j <= i; ++j) s->normal[i][j] += weighted * slope[j];
+  }
+  s->cost += size > huber ? huber * (2.0 * size - huber) : z * z;
+  for (int c = 0; c < 2; ++c) {
+    if (judged[c] != channel) continue;
+    for (int i = 0; i < NS; ++i) {
+      s->own_lean[c][i] += slope[i] * z;
+      for (int j = 0; j <= i; ++j) s->own[c][i][j] += slope[i] * slope[j];
+    }
+    s->own_square[c] += z * z;
+    s->own_count[c] += 1.0;
+  }
+}
+
+/* States along a window, and their derivatives by the initial ones. */
+typedef struct {
+  double state[NS], by_state[NS][NS];
+} path_t;
+
+/* The window's residuals and derivatives along the model; 0 where it has no usable answer. */
+static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[SOFTSOIL_CELLS], sums_t *sums, path_t *path) {
+  const softsoil_horizon_options_t *o = &h->options;
+  softsoil_jobs_t x[SOFTSOIL_N_X], m[SOFTSOIL_CELLS], y[SOFTSOIL_N_Y];
+  double step[K], n[K], state[NS], slope[D];
+  free_steps(h, step);
+  memset(sums, 0, sizeof *sums);
+  memset(x, 0, sizeof x);
+  memset(m, 0, sizeof m);
+  memset(y, 0, sizeof y);
+  for (int j = 0; j < SOFTSOIL_JOB_ROW; ++j) put(x, j, w->state, h->n);
+  for (int j = 0; j < SOFTSOIL_JOB_ROW; ++j)
+    for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][j] = start[0][c];
+  for (int i = 0; i < NS; ++i) {
+    memcpy(state, w->state, sizeof state);
+    state[i] += state_step[i];
+    put(x, state_column[i], state, h->n);
+  }
+  for (int k = 0; k < K; ++k) {
+    memcpy(n, h->n, sizeof n);
+    n[k] += step[k];
+    put(x, free_column[k], w->state, n);
+    for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][free_column[k]] = start[1 + k][c];
+  }
+  for (int s = 0; s <= h->steps; ++s) {
+    const softsoil_horizon_row_t *row = row_at(h, w->row + s);
+    softsoil_model_measure_jobs(ACTIVE, PASSIVE, row->u, o->p, (const softsoil_jobs_t *)x, y);
+    for (int i = 0; i < NS; ++i) {
+      path[s].state[i] = x[i][0];
+      for (int j = 0; j < NS; ++j) path[s].by_state[i][j] = (x[i][state_column[j]] - x[i][0]) / state_step[j];
+    }
+    for (int c = 0; c < SOFTSOIL_N_Y; ++c) {
+      const double at = y[c][0], sigma = sqrt(o->r_std[c] * o->r_std[c] + o->model_error[c] * o->model_error[c]);
+      int sound = fabs(at) < 1e12;
+      for (int i = 0; i < NS; ++i) {
+        slope[i] = (y[c][state_column[i]] - at) / sigma / state_step[i];
+        sound = sound && fabs(slope[i]) < 1e12;
+      }
+      for (int k = 0; k < K; ++k) {
+        slope[NS + k] = (y[c][free_column[k]] - at) / sigma / step[k];
+        sound = sound && fabs(slope[NS + k]) < 1e12;
+      }
+      if (!sound) return 0;
+      const double error = at - row->y[c];
+      if (row->seen[c] && isfinite(sigma)) add(sums, c, (y_wraps[c] ? wrapped(error) : error) / sigma, slope);
+    }
+    if (s < h->steps) softsoil_model_step_jobs(ACTIVE, PASSIVE, row->u, o->p, o->dt, h->substeps, x, m);
+  }
+  return 1;
+}
+
+/* Variance that the window leaves of v and omega_z per degree of freedom, its initial state at its best. */
+static void judge_window(const softsoil_horizon_t *h, const sums_t *s, const double *inverse, const double *move, window_t *w) {
+  for (int c = 0; c < 2; ++c) {
+    const softsoil_horizon_options_t *o = &h->options;
+    const double sigma_2 = o->r_std[judged[c]] * o->r_std[judged[c]] + o->model_error[judged[c]] * o->model_error[judged[c]];
+    double square = s->own_square[c], leverage = 0.0;
+    for (int i = 0; i < NS; ++i) {
+      square += 2.0 * move[i] * s->own_lean[c][i];
+      for (int j = 0; j < NS; ++j) {
+        const double own = i > j ? s->own[c][i][j] : s->own[c][j][i];
+        square += move[i] * own * move[j];
+        leverage += inverse[i * NS + j] * own;
+      }
+    }
+    w->excess[c] = s->own_count[c] > 0.0 ? larger(square, 0.0) * sigma_2 / larger(s->own_count[c] - leverage, 1.0) : (double)NAN;
+  }
+}
+
+/* A window reduced to a quadratic at the present estimate; one without a usable answer says nothing. */
+static int linearise(softsoil_horizon_t *h, int64_t i, const double (*start)[SOFTSOIL_CELLS]) {
+  window_t *w = window_at(h, i);
+  path_t path[LONGEST_WINDOW + 1];
+  double a[NS * NS], inverse[NS * NS], solved[NS][K], move[NS];
+  sums_t s;
+  memcpy(w->at, h->n, sizeof w->at);
+  memset(w->gradient, 0, sizeof w->gradient);
+  memset(w->hessian, 0, sizeof w->hessian);
+  w->cost = 0.0;
+  w->excess[0] = w->excess[1] = (double)NAN;
+  if (!run(h, w, start, &s, path)) return SOFTSOIL_NUMERICAL;
+  for (int r = 0; r < NS; ++r)
+    for (int c = 0; c < NS; ++c) a[r * NS + c] = (r > c ? s.normal[r][c] : s.normal[c][r]) + (r == c ? ridge : 0.0);
+  if (!invert(NS, a, inverse)) return SOFTSOIL_NUMERICAL;
+  for (int r = 0; r < NS; ++r) {
+    move[r] = 0.0;
+    for (int k = 0; k < K; ++k) solved[r][k] = 0.0;
+    for (int c = 0; c < NS; ++c) {
+      move[r] -= inverse[r * NS + c] * s.lean[c];
+      for (int k = 0; k < K; ++k) solved[r][k] += inverse[r * NS + c] * s.normal[NS + k][c];
+    }
+  }
+  for (int k = 0; k < K; ++k) {
+    w->gradient[k] = s.lean[NS + k];
+    for (int r = 0; r < NS; ++r) w->gradient[k] -= solved[r][k] * s.lean[r];
+    for (int l = 0; l < K; ++l) {
+      w->hessian[k][l] = k > l ? s.normal[NS + k][NS + l] : s.normal[NS + l][NS + k];
+      for (int r = 0; r < NS; ++r) w->hessian[k][l] -= s.normal[NS + k][r] * solved[r][l];
+    }
+  }
+  w->cost = s.cost / ((h->steps + 1) * SOFTSOIL_N_Y);
+  judge_window(h, &s, inverse, move, w);
+  for (int r = 0; r < NS; ++r) w->state[r] += move[r];
+  for (int k = 0; k <= h->steps; ++k) {
+    softsoil_horizon_row_t *row = row_at(h, w->row + k);
+    for (int r = 0; r < NS; ++r) {
+      row->path[r] = path[k].state[r];
+      for (int c = 0; c < NS; ++c) row->path[r] += path[k].by_state[r][c] * move[c];
+    }
+    row->estimated = 1;
+  }
+  return SOFTSOIL_OK;
+}
+
+/* Quadratics of the windows from `from` to before `to`, weighted by their age at the newest. */
+typedef struct {
+  double n[K], hessian[K * K], weight;
+} minimum_t;
+
+static double weight_of(const softsoil_horizon_t *h, int64_t i) {
+  const int64_t age = h->taken - 1 - i;
+  return age < WINDOWS ? h->weights[age] : 0.0;
+}
+
+static int64_t first_counted(const softsoil_horizon_t *h) {
+  return h->since > h->taken - WINDOWS ? h->since : h->taken - WINDOWS;
+}
+
+/* Their minimum, with the initial guess or without; 0 where there is none. */
+static int minimise(softsoil_horizon_t *h, int64_t from, int64_t to, int guess, minimum_t *out) {
+  double lean[K] = {0.0}, firm[K * K], inverse[K * K];
+  memset(out, 0, sizeof *out);
+  for (int64_t i = from; i < to; ++i) {
+    const window_t *w = window_at(h, i);
+    const double weight = weight_of(h, i);
+    out->weight += weight;
+    for (int k = 0; k < K; ++k) {
+      lean[k] -= weight * w->gradient[k];
+      for (int l = 0; l < K; ++l) {
+        out->hessian[k * K + l] += weight * w->hessian[k][l];
+        lean[k] += weight * w->hessian[k][l] * w->at[l];
+      }
+    }
+  }
+  for (int k = 0; k < K && guess; ++k) {
+    const double sure = 1.0 / (h->options.guess_std[k] * h->options.guess_std[k]);
+    out->hessian[k * K + k] += sure;
+    lean[k] += sure * h->centre[k];
+  }
+  memcpy(firm, out->hessian, sizeof firm);
+  for (int k = 0; k < K; ++k) firm[k * K + k] += least_curvature;
+  if (!invert(K, firm, inverse)) return 0;
+  for (int k = 0; k < K; ++k)
+    for (int l = 0; l < K; ++l) out->n[k] += inverse[k * K + l] * lean[l];
+  return 1;
+}
+
+/* Scatter of the windows' scores at n, weighted. */
+static void scatter(softsoil_horizon_t *h, const double *n, int64_t from, int64_t to, double *out) {
+  memset(out, 0, K * K * sizeof *out);
+  for (int64_t i = from; i < to; ++i) {
+    const window_t *w = window_at(h, i);
+    const double weight = weight_of(h, i);
+    double score[K];
+    for (int k = 0; k < K; ++k) {
+      score[k] = w->gradient[k];
+      for (int l = 0; l < K; ++l) score[k] += w->hessian[k][l] * (n[l] - w->at[l]);
+    }
+    for (int k = 0; k < K; ++k)
+      for (int l = 0; l < K; ++l) out[k * K + l] += weight * score[k] * score[l];
+  }
+}
+
+/* The diagonal of A S A. */
+static double sandwich(const double *a, const double *s, int k) {
+  double sum = 0.0;
+  for (int l = 0; l < K; ++l)
+    for (int m = 0; m < K; ++m) sum += a[k * K + l] * s[l * K + m] * a[m * K + k];
+  return sum;
+}
+
+static void estimate(softsoil_horizon_t *h) {
+  minimum_t found;
+  if (!minimise(h, first_counted(h), h->taken, 1, &found)) return;
+  for (int k = 0; k < K; ++k)
+    if (isfinite(found.n[k])) h->n[k] = between(lowest[k], found.n[k], highest[k]);
+}
+
+/* Whether the newest `recent` windows contradict the older ones beyond their scatter; these then count no more. */
+static int changed_within(softsoil_horizon_t *h, int recent) {
+  const int64_t from = first_counted(h), middle = h->taken - recent;
+  double per_window[K * K], inverse[2][K * K];
+  minimum_t part[2];
+  int found = 0;
+  if (h->taken - h->since < recent + 2 * recents[0]) return 0;
+  if (!minimise(h, middle, h->taken, 0, &part[0]) || !minimise(h, from, middle, 0, &part[1])) return 0;
+  scatter(h, part[1].n, from, middle, per_window);
+  const double share = h->weights[0], old = part[1].weight / share;
+  for (int j = 0; j < 2; ++j) {
+    for (int k = 0; k < K * K; ++k) part[j].hessian[k] /= share;
+    for (int k = 0; k < K; ++k) part[j].hessian[k * K + k] += least_curvature;
+    if (!invert(K, part[j].hessian, inverse[j])) return 0;
+  }
+  for (int k = 0; k < K * K; ++k) per_window[k] /= share * larger(old, 1.0);
+  for (int k = 0; k < K; ++k) {
+    const double counts[2] = {(double)recent, old};
+    double spread = 0.0;
+    for (int j = 0; j < 2; ++j)
+      spread += larger(sandwich(inverse[j], per_window, k) * counts[j], inverse[j][k * K + k]) / share;
+    const double moved = fabs(part[0].n[k] - part[1].n[k]);
+    found = found || (is_soil[k] && moved > change * sqrt(spread) && moved > least_change * part[1].n[k]);
+  }
+  if (!found) return 0;
+  /* Windows that overlap the border hold both soils: they are dropped with the older ones. */
+  const int whole = recent - nearest(window_length / stride);
+  h->since = h->taken - (whole > 1 ? whole : 1);
+  for (int k = 0; k < K; ++k)
+    if (is_soil[k]) h->centre[k] = between(lowest[k], part[0].n[k], highest[k]);
+  ++h->changes;
+  h->changed_at = h->clock - (double)(h->rows - 1 - window_at(h, h->since)->row) * h->options.dt;
+  return 1;
+}
+
+/* Standard deviations: sandwich of the scores, at least that of noise, and the error common to all windows. */
+static void deviations(softsoil_horizon_t *h) {
+  const int64_t from = first_counted(h);
+  double inverse[K * K], scores[K * K];
+  minimum_t found;
+  scatter(h, h->n, from, h->taken, scores);
+  for (int guess = 0; guess < 2; ++guess) {
+    const int good = minimise(h, from, h->taken, guess, &found);
+    for (int k = 0; k < K && !guess; ++k) found.hessian[k * K + k] += least_curvature;
+    if (!good || !invert(K, found.hessian, inverse)) continue;
+    for (int k = 0; k < K; ++k) {
+      const double common = guess && is_soil[k] ? common_error * h->n[k] : 0.0;
+      const double variance = larger(sandwich(inverse, scores, k), inverse[k * K + k]) + common * common;
+      if (isfinite(variance)) (guess ? h->std : h->information_std)[k] = sqrt(larger(variance, 0.0));
+      if (!guess && isfinite(found.n[k])) h->free_n[k] = between(lowest[k], found.n[k], highest[k]);
+    }
+  }
+}
+
+/* Share of the motion of v or omega_z that the windows of this soil leave beyond sensor noise, and its standard error. */
+static void unexplained(softsoil_horizon_t *h, int c) {
+  double sorted[WINDOWS], sum = 0.0, square = 0.0;
+  int many = 0;
+  for (int64_t i = first_counted(h); i < h->taken; ++i) {
+    const double value = window_at(h, i)->excess[c];
+    if (!isfinite(value)) continue;
+    int j = many++;
+    for (; j > 0 && sorted[j - 1] > value; --j) sorted[j] = sorted[j - 1];
+    sorted[j] = value;
+    sum += value;
+    square += value * value;
+  }
+  h->unexplained[c] = 0.0;
+  h->unexplained_std[c] = 1e9;
+  if (many == 0) return;
+  const double left = 0.5 * (sorted[many / 2] + sorted[(many - 1) / 2]), mean = sum / many;
+  const double spread = sqrt(larger(square / many - mean * mean, 0.0));
+  const double most = forgetting / h->options.dt;
+  const double samples = h->noise_count[c] < most ? h->noise_count[c] : most;
+  const double noise_error = h->noise[c] * sqrt(4.6 / larger(samples, 1.0)), of_mean = 1.25 * spread / sqrt((double)many);
+  const double error = larger(sqrt(of_mean * of_mean + noise_error * noise_error), 1e-15);
+  const double motion = larger(h->square[c] - h->noise[c], 0.0) + 1e-12;
+  h->unexplained[c] = sqrt(larger(left - h->noise[c], 0.0) / motion);
+  h->unexplained_std[c] = error / motion / larger(2.0 * h->unexplained[c], sqrt(error / motion));
+}
+
+static int decide(const softsoil_horizon_t *h) {
+  if (h->windows < 2 * recents[0]) return SOFTSOIL_VERDICT_NOT_EXCITED;
+  for (int c = 0; c < 2; ++c)
+    if (!(h->motion < least_motion) && h->unexplained[c] - h->unexplained_std[c] > most_unexplained[c])
+      return SOFTSOIL_VERDICT_INCONSISTENT;
+  for (int k = 0; k < K; ++k)
+    if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k])) return SOFTSOIL_VERDICT_NOT_EXCITED;
+  for (int k = 0; k < K; ++k)
+    if (is_soil[k] && (h->n[k] < lowest[k] + bound || h->n[k] > highest[k] - bound)) return SOFTSOIL_VERDICT_AT_BOUND;
+  for (int k = 0; k < K; ++k)
+    if (is_soil[k] && fabs(h->free_n[k] - h->n[k]) > same * h->n[k]) return SOFTSOIL_VERDICT_DEPENDS_ON_FIRST_GUESS;
+  for (int k = 0; k + 1 < K; ++k) {
+    if (!is_soil[k] || !is_soil[k + 1]) continue;
+    const double apart = fabs(h->n[k] - h->n[k + 1]), spread = sqrt(h->std[k] * h->std[k] + h->std[k + 1] * h->std[k + 1]);
+    if (apart > axles_sigmas * spread && apart > 0.5 * axles * (h->n[k] + h->n[k + 1])) return SOFTSOIL_VERDICT_AXLES_DISAGREE;
+  }
+  return SOFTSOIL_VERDICT_IDENTIFIED;
+}
+
+/* The window linearised farthest from the estimate of those that may be linearised again, or -1. */
+static int64_t farthest(softsoil_horizon_t *h) {
+  const int64_t newest = window_at(h, h->taken - 1)->row;
+  double most = stale;
+  int64_t found = -1, i = h->taken - KEPT > h->since ? h->taken - KEPT : h->since;
+  for (; i < h->taken; ++i) {
+    const window_t *w = window_at(h, i);
+    if (w->row < newest - h->again || w->row <= h->rows - ROWS) continue;
+    for (int k = 0; k < K; ++k) {
+      const double away = fabs(w->at[k] - h->n[k]) / scale[k];
+      if (away > most) {
+        most = away;
+        found = i;
+      }
+    }
+  }
+  return found;
+}
+
+int softsoil_horizon_update(softsoil_horizon_t *h) {
+  double start[1 + K][SOFTSOIL_CELLS];
+  if (!h) return SOFTSOIL_NULL_POINTER;
+  if (h->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
+  h->updated = 0;
+  if (!complete(h)) return SOFTSOIL_OK;
+  const int64_t i = h->taken;
+  int status = carry(h, i, h->next_row);
+  const int slot = (int)(i % KEPT);
+  memcpy(h->carried[slot], h->n, sizeof h->n);
+  window_t *w = window_at(h, i);
+  w->row = h->next_row;
+  states_at(h, w->row, w->state);
+  h->next_row += h->apart;
+  h->continued = 1;
+  ++h->taken;
+  status = graver(status, linearise(h, i, (const double (*)[SOFTSOIL_CELLS])h->m[slot]));
+  estimate(h);
+  const int64_t again = farthest(h);
+  if (again >= 0) {
+    recall(h, again, start);
+    status = graver(status, linearise(h, again, (const double (*)[SOFTSOIL_CELLS])start));
+    estimate(h);
+  }
+  for (int r = 0; r < RECENTS; ++r)
+    if (changed_within(h, recents[r])) {
+      estimate(h);
+      break;
+    }
+  deviations(h);
+  h->t = h->clock - (double)(h->rows - 1 - w->row - h->steps) * h->options.dt;
+  h->cost = w->cost;
+  h->windows = (int32_t)(h->taken - first_counted(h));
+  h->motion = sqrt(h->force);
+  for (int c = 0; c < 2; ++c) unexplained(h, c);
+  h->verdict = decide(h);
+  h->updated = 1;
+  if (status) count(h, status);
+  return status;
+}
+
+int softsoil_horizon_correct(const softsoil_horizon_t *h, softsoil_t *s) {
+  int moved = 0;
+  if (!h || !s || h->magic != MAGIC || s->magic != 0xe76ed6eau || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
+  for (int k = 0; k < K; ++k) {
+    const int at = at_state[k];
+    const double away = h->n[k] - s->x[at];
+    int own = 0;
+    while (softsoil_order[own] != at) ++own;
+    double variance = 0.0;
+    for (int j = 0; j <= own; ++j) variance += s->root[own][j] * s->root[own][j];
+    if (!(away * away > variance) || !(variance > 0.0)) continue;
+    for (int i = 0; i < SOFTSOIL_N_X; ++i) {
+      double shared = 0.0;
+      if (i == own) continue;
+      for (int j = 0; j <= own && j <= i; ++j) shared += s->root[i][j] * s->root[own][j];
+      /* Only motion moves with it: the other parameters have estimates of their own. */
+      if (softsoil_order[i] < NS && softsoil_order[i] > SOFTSOIL_X_psi) s->x[softsoil_order[i]] += shared / variance * away;
+    }
+    s->x[at] = h->n[k];
+    const double factor = h->std[k] / sqrt(variance);
+    for (int j = 0; j <= own; ++j) s->root[own][j] *= factor;
+    s->std[at] = h->std[k];
+    moved = 1;
+  }
+  return moved;
+}

@@ -1,0 +1,184 @@
+"""The moving horizon in C: the same numbers as the Python class, defined answers to whatever a sensor sends, and its verdict."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from c_folders import SCALAR, declared, library
+from softsoil.codegen.c_library.build import FLAGS
+from softsoil.codegen.c_library.horizon_binding import CHorizon
+from softsoil.estimator.inputs import sensor_std
+from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
+from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.files.package_data import example_logs
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+
+pytestmark = pytest.mark.compiler
+START = 2.0
+N_0 = 0.7
+
+
+def spoiled(recording, seed=1):
+    """Dropouts of 0.02 to 1.5 s and outliers of metres in every measured state."""
+    rng = np.random.default_rng(seed)
+    channels = {name: values.copy() for name, values in recording.channels.items()}
+    for name in STATE_CHANNELS:
+        for _ in range(4):
+            first = rng.integers(300, len(recording) - 300)
+            channels[name][first : first + rng.integers(2, 150)] = np.nan
+        channels[name][rng.integers(300, len(recording) - 300, size=5)] += 3.0 * rng.normal(size=5)
+    return replace(recording, channels=channels)
+
+
+def both(recording, name, flags):
+    """Estimates of Python and C after every window: n and its standard deviation (K, A), and the C horizon."""
+    model = declared(name).build()
+    windows = drive_windows(recording, model, START, HorizonRules())
+    python = MovingHorizon(windows, exponents(bool(model.effects)), N_0, HorizonRules())
+    c, drive, rows = CHorizon(library(name, flags)), windows.drive, []
+    c.options.dt, c.options.start_up = drive.dt, START
+    c.options.r_std[:] = sensor_std(recording, LEAST_NOISE)
+    c.options.guess[:] = [N_0] * len(c.names)
+    c.start(drive.t[0])
+    for t, u, y in zip(drive.t, drive.inputs, drive.measured, strict=True):
+        c.push(u, y, t)
+        if c.update():
+            rows.append((*python.update(len(rows)), c.n, c.std))
+    assert len(windows.rows) - len(rows) <= 1
+    return [np.array(column) for column in zip(*rows, strict=True)], c, python
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("log", example_logs()[:3], ids=lambda path: path.name.split(".")[0])
+@pytest.mark.parametrize("damage", (None, spoiled), ids=("whole", "spoiled"))
+def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
+    recording = add_noise(read_drive(log), "table5", 2)
+    (n, std, c_n, c_std), c, python = both(recording if damage is None else damage(recording), "tracks", FLAGS)
+    assert np.abs(n - c_n).max() < 1e-7
+    assert np.abs(std - c_std).max() < 1e-7
+    assert c.head.changes == len(python.changes)
+
+
+@pytest.mark.parametrize("flags", (SCALAR, FLAGS), ids=("scalar", "lanes"))
+def test_the_same_numbers_with_one_n_for_each_axle(flags):
+    recording = add_noise(read_drive(example_logs()[0]), "table5", 2)
+    (n, std, c_n, c_std), c, _ = both(recording.between(0.0, 15.0), "plain", flags)
+    assert len(c.names) == 2
+    assert np.abs(n - c_n).max() < 2e-6  # two numbers, one of them hardly determined
+    assert np.abs(std - c_std).max() < 2e-6
+
+
+def driven(seconds=20.0, **more):
+    """A noisy drive of the two-track model itself on its own soil."""
+    own = declared("tracks")
+    return add_noise(synthetic_drive(own.build(), own.vehicle.radius, seconds=seconds, **more), "good", 3)
+
+
+def ran(recording, change=None):
+    """A C horizon after a drive; change(k, u, y, t) -> (u, y, t) or None for a sample that never came."""
+    from softsoil.estimator.shooting import shooting_drive
+
+    drive = shooting_drive(recording, declared("tracks").build(), 1.0)
+    c = CHorizon(library("tracks", FLAGS))
+    c.options.dt, c.options.start_up = drive.dt, 1.0
+    c.options.r_std[:] = sensor_std(recording, LEAST_NOISE)
+    c.options.guess[:] = [N_0]
+    c.start(drive.t[0])
+    for k, (t, u, y) in enumerate(zip(drive.t, drive.inputs, drive.measured, strict=True)):
+        sample = (u, y, t) if change is None else change(k, u.copy(), y.copy(), t)
+        if sample is not None:
+            c.push(*sample)
+            c.update()
+        assert np.isfinite([*c.n, *c.std, c.head.t, c.head.cost, c.head.motion]).all()
+    return c
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return driven()
+
+
+def test_an_exciting_drive_is_identified_and_its_n_is_right(drive):
+    c = ran(drive)
+    assert c.verdict == "identified"
+    assert c.n[0] == pytest.approx(declared("tracks").soil.n, abs=3 * c.std[0])
+
+
+def test_a_vehicle_that_stands_identifies_nothing(drive):
+    def still(k, u, y, t):
+        y[:] = [1.0, 2.0, 0.3, 0.0, 0.0, 0.0]
+        return 0.0 * u, y, t
+
+    c = ran(drive, still)
+    assert c.verdict == "not_excited"
+    assert c.n[0] == N_0
+    assert c.counts["STANDSTILL"] > 1000
+    assert c.head.windows == 0
+
+
+def test_reversing_is_said_and_its_windows_are_left_out(drive):
+    def back(k, u, y, t):
+        y[3] = -2.0
+        return u, y, t
+
+    c = ran(drive, back)
+    assert c.counts["NEGATIVE_SPEED"] > 1000
+    assert c.head.windows == 0
+
+
+@pytest.mark.parametrize("absent", (["v"], ["x", "y"], ["psi"], ["u"]), ids=",".join)
+def test_channels_that_are_absent_leave_a_finite_answer(drive, absent):
+    columns = [STATE_CHANNELS.index(name) for name in absent]
+
+    def without(k, u, y, t):
+        y[columns] = np.nan
+        return u, y, t
+
+    c = ran(drive, without)
+    assert c.head.windows > 30
+    assert c.verdict != "identified" or c.n[0] == pytest.approx(declared("tracks").soil.n, rel=0.1)
+
+
+def test_samples_that_never_come_start_windows_anew(drive):
+    c = ran(drive, lambda k, u, y, t: None if 400 < k < 600 or k % 50 == 0 else (u, y, t))
+    assert c.verdict == "identified"
+    assert c.n[0] == pytest.approx(declared("tracks").soil.n, abs=4 * c.std[0])
+
+
+def test_absurd_samples_and_times_are_named(drive):
+    rng = np.random.default_rng(5)
+
+    def absurd(k, u, y, t):
+        if k % 7 == 0:
+            y[rng.integers(6)] = rng.choice([np.nan, np.inf, 1e300, -1e9, 5e-324])
+        if k % 11 == 0:
+            u[rng.integers(len(u))] = rng.choice([np.nan, -np.inf, 1e300])
+        if k % 101 == 0:
+            t = rng.choice([np.nan, np.inf, t - 1.0])
+        return u, y, t
+
+    counts = ran(drive, absurd).counts
+    for name in (
+        "MEASUREMENT_NOT_FINITE",
+        "MEASUREMENT_OUT_OF_RANGE",
+        "INPUT_NOT_FINITE",
+        "TIME_NOT_FINITE",
+        "MEASUREMENT_LATE",
+    ):
+        assert counts[name] > 0
+
+
+def test_options_out_of_range_are_refused():
+    c = CHorizon(library("tracks", FLAGS))
+    for name, value in (("dt", 1e-4), ("dt", 1.0), ("start_up", -1.0)):
+        kept = getattr(c.options, name)
+        setattr(c.options, name, value)
+        with pytest.raises(ValueError, match="out of its range"):
+            c.start(0.0)
+        setattr(c.options, name, kept)
+    c.options.guess[0] = 3.0
+    with pytest.raises(ValueError, match="out of its range"):
+        c.start(0.0)
