@@ -40,7 +40,7 @@ def generate(
         typer.Option("--controller", help="Also the controller: NMPC on the filter's estimate, and a closed loop."),
     ] = False,
     hessian: Annotated[str, typer.Option("--hessian", help="Of the controller: exact or gauss_newton.")] = "exact",
-    fmi: Annotated[bool, typer.Option("--fmi", help="Also FMI 3.0 units: softsoil.fmu, with --controller softsoil_driver.fmu.")] = False,
+    fmi: Annotated[bool, typer.Option("--fmi", help="Also FMI 3.0 units: of the model, and of the driver.")] = False,
     out: OutOption = None,
 ) -> None:
     """Write a model and its filter as a C library: header, sources, README, example, CMake and formulation.json.

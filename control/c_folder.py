@@ -13,7 +13,8 @@ from softsoil.control.declared import for_control
 from softsoil.control.driver_types import DriverSettings
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.c_library import N_NAMES, c_library_texts, c_parts
+from softsoil.estimator.c_library import c_library_texts, c_parts
+from softsoil.estimator.tuning import N_NAMES
 from softsoil.symbolic.signals import Layout
 
 EXAMPLE_OBSTACLES = ((62.0, 1.6, 1.0, 0.0, 0.0), (90.0, 2.4, 1.0, 0.0, 0.0))

@@ -6,20 +6,20 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
 from softsoil.codegen.sampling import STEP
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.c_horizon import horizon_numbers
-from softsoil.estimator.terrain import Tuning, terrain_model
+from softsoil.estimator.terrain import terrain_model
+from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
-
-N_NAMES = ("n", "n_f", "n_r")
-EXTRA_STD = 0.01
-"""Of the first value and the noise of states that an effect brings, as in `softsoil.estimator.terrain`."""
 
 
 def c_parts(declared: Declaration) -> Parts:
@@ -36,13 +36,21 @@ def _model_with(declared: Declaration, law) -> Model:
 def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
     """Defaults of the C filter: the terrain estimator's own numbers."""
     tuning = tuning or Tuning()
-    extra = [name in N_NAMES for name in model.x.names[len(tuning.model_error) :]]
+    states = model.x
     return FilterNumbers(
-        q_std=(*tuning.model_error, *(tuning.n_walk if is_n else EXTRA_STD for is_n in extra)),
-        r_std=tuning.sensor_floor,
-        std0=(*tuning.sensor_floor, *(tuning.n_std if is_n else EXTRA_STD for is_n in extra)),
-        gate=tuning.gate,
-    )
+        q_std=_floats(tuning.q_std(states)), r_std=tuning.sensor_floor, gate=tuning.gate,
+        std0=_floats(tuning.std0(states, tuning.sensor_floor)), force_std=_floats(tuning.force_std(states)),
+        ceiling=_floats(by_unit(states, tuning.ceiling, 1e5)), patience=tuning.patience, patience_rates=tuning.patience_rates,
+        pose=tuple(int(name in POSE) for name in model.y.names), soil=tuple(name for name in states.names if name in N_NAMES),
+        change_after=tuning.change_after, change_sigmas=tuning.change_sigmas, change_std=tuning.change_std,
+        change_samples=CHANGE_SAMPLES, standstill=tuning.standstill, fade=tuning.fade, fading=FADING, leap=LEAP,
+        wheels_turn=WHEELS_TURN, u_limit=_floats(by_unit(model.external, tuning.input_limit, 1e9)),
+        y_limit=_floats(by_unit(model.y, tuning.output_limit, 1e9)),
+    )  # fmt: skip
+
+
+def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
 
 
 def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) -> dict[str, str]:
