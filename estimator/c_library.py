@@ -93,7 +93,7 @@ def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi
     """
     paths = write_library(folder, c_library_texts(declaration, dt, fmi))
     if fmi:
-        from softsoil.codegen.c_library.pack_fmu import pack_fmu
+        from softsoil.codegen.c_library.pack_fmu import pack_fmus
 
-        paths.append(pack_fmu(Path(folder)))
+        paths += pack_fmus(Path(folder))
     return paths
