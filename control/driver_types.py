@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.codegen.sampling import STEP
-from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.nmpc_status import Status
 from softsoil.recording.noise import TABLE5
 
@@ -25,8 +24,6 @@ omega_fl, omega_fr, omega_rl, omega_rr: wheel speeds (rad/s, positive forward); 
 the nominal slip. a_x_imu: what an accelerometer along the vehicle reads, du/dt - v omega_z (m/s^2); without it the
 commanded acceleration is taken. steer: angle at the road wheels (rad); without it the commanded one is taken.
 Other names are passed over."""
-Judge = Callable[[LiveEstimator], str]
-"""A verdict on the estimated n."""
 IDENTIFIED, NOT_JUDGED = "identified", "not_judged"
 
 
@@ -76,8 +73,9 @@ class DriverCommand:
 
     steer (rad) at the end of the tick, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the plan; a_asked: a_x and
     what the speed's error adds; status: of the last solve; lost: there is no plan, the command is the safe one; halt: braking
-    before what cannot be passed; finished: the end of the path; stopped: came to a stand; n, n_std: estimate; n_used: what
-    the controller drives on; verdict: on n, do not use n for anything else unless it is "identified"; slip: of the wheels;
+    before what cannot be passed; finished: the end of the path; stopped: came to a stand; n, n_std: estimate, the judge's where
+    its verdict is "identified", else the filter's; n_used: what the controller drives on; verdict: on n, do not use n for
+    anything else unless it is "identified"; slip: of the wheels;
     state (n_z,): estimate that the driver acts on; solved: whether this tick has a new plan; plan_z (N + 1, n_z),
     plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m).
     """
@@ -104,6 +102,33 @@ class DriverCommand:
     plan_w: Array
     along: float
     left: float
+
+
+class Judge(Protocol):
+    """A second estimate of n beside the filter's, with a verdict on it: `LiveHorizon`."""
+
+    @property
+    def verdict(self) -> str:
+        """Whether n may be used: "identified", or why not."""
+        ...
+
+    @property
+    def n(self) -> float:
+        """Estimate of n."""
+        ...
+
+    @property
+    def n_std(self) -> float:
+        """Its standard deviation."""
+        ...
+
+    def start(self, t: float, n0: float) -> None:
+        """Begin a drive at t (s) with the initial guess n0."""
+        ...
+
+    def tick(self, t: float, inputs: Mapping[str, float], y: Array) -> None:
+        """One sample at t (s): inputs by name, measurements y (6,), NaN where none was made."""
+        ...
 
 
 class DrivenVehicle(Protocol):
