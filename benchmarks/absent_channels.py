@@ -1,6 +1,6 @@
 """The same drives without v, without wheel speeds, without pose and without all of them: n, and the effects that are found.
 
-    python benchmarks/absent_channels.py ../shared/data/chrono_vehicle [--effects steer_lag ...] [--write docs/any-log.md]
+    python benchmarks/absent_channels.py ../shared/data/chrono_vehicle [--effects steer_lag ...] [--write PAGE]
 
 With --write the tables replace what stands between the marks in that document.
 """

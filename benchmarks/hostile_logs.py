@@ -1,6 +1,6 @@
 """Every hostile variant of a good log as a command opens it: refused, warned about, or what n comes out.
 
-    python benchmarks/hostile_logs.py [--log data/multi_clay_n0.50.parquet] [--write docs/any-log.md]
+    python benchmarks/hostile_logs.py [--log data/multi_clay_n0.50.parquet] [--write docs/reference/any-log.md]
 
 With --write the table replaces what stands between the marks in that document.
 """
@@ -16,12 +16,12 @@ from softsoil.cases.hostile import VARIANTS, Variant
 from softsoil.estimator.estimate import estimate
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.files.package_data import LOGS, REFERENCE_VEHICLE
-from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.read import read_drive, write_drive
+from softsoil.recording.usable import checked
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.soil import SOILS
 from softsoil.symbolic.vehicle import load_vehicle
@@ -83,9 +83,7 @@ def judged(
     write_drive(variant.of(good), path)
     try:
         drive = read_drive(path)
-        checks = check_channels(drive, vehicle)
-        refuse_contradictions("log", checks)
-        doubts = warnings(checks)
+        drive, doubts = checked(drive, vehicle)
         n, word = n_of(completed(drive, vehicle))
     except ValueError as error:
         return "refused", "", "", _short(str(error).replace(str(path), "log")), time.perf_counter() - began

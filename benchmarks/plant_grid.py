@@ -1,6 +1,6 @@
 """Grid convergence: forces of a single-wheel run against the spacing of the soil's grid.
 
-    python -m benchmarks.plant_grid [--figure docs/plant_grid.png]
+    python -m benchmarks.plant_grid [--figure docs/pictures/plant_grid.png]
 
 The paper's Table 3 run (clay, 1 Hz, 20 deg) at constant step; the error is the rms difference of the lateral force (over 25 ms)
 to the finest grid, over its peak; so it holds the grid's own noise and its bias.

@@ -1,4 +1,4 @@
-"""The pictures of docs/plant.md: a drive with its ruts.
+"""The pictures of docs/concepts/plant.md: a drive with its ruts.
 
 python -m benchmarks.plant_pictures [--out docs] [--animation runs/plant.gif]
 """
@@ -18,7 +18,7 @@ from softsoil.symbolic.soil import SANDY_LOAM
 def main() -> None:
     """Drive and draw."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("docs"))
+    parser.add_argument("--out", type=Path, default=Path("docs/pictures"))
     parser.add_argument("--animation", type=Path)
     arguments = parser.parse_args()
     plant = Plant(SANDY_LOAM, start=Start(u=5.0))

@@ -159,7 +159,7 @@ _DRIVES = (
     Variant("1 kHz", _at_rate(1000.0), harmless=True), Variant("a million rows", _long, harmless=True),
 )  # fmt: skip
 VARIANTS = (*_SIGNS, *_UNITS, *_CLOCKS, *_SWAPS, *_SENSORS, *_DRIVES)
-"""All variants, in the order of the table in docs/any-log.md."""
+"""All variants, in the order of the table in docs/reference/any-log.md."""
 
 
 def variant(name: str) -> Variant:

@@ -18,10 +18,11 @@ from softsoil.control.nmpc import Nmpc
 from softsoil.control.ocp import Ocp
 from softsoil.declaration.model_file import Declaration, load_declaration
 from softsoil.figures.drive import animate, draw_drive
-from softsoil.files.package_data import REFERENCE_VEHICLE
+from softsoil.files.package_data import REFERENCE_VEHICLE, plant_file
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
-from softsoil.mpc_demo.scenarios import Scenario, scenarios
+from softsoil.mpc_demo.scenarios import Scenario, scenarios, size_of
+from softsoil.plant.machine import load_plant_vehicle
 from softsoil.symbolic.vehicle import load_vehicle
 
 
@@ -54,7 +55,8 @@ def drive(
 
     Example: softsoil drive lane_change_clay --seeds 3
     """
-    courses, names = _courses(scenario or ["lane_change_clay"]), _controllers(controllers)
+    driven = load_vehicle(vehicle or REFERENCE_VEHICLE) if model is None else load_declaration(model).vehicle
+    courses, names = _courses(scenario or ["lane_change_clay"], size_of(driven)), _controllers(controllers)
     folder = output_folder(out, "drive")
     faults = Faults(
         dropout=None if dropout is None else (dropout, dropout + 3.0),
@@ -81,8 +83,8 @@ def drive(
     say_written([write_result(folder / "drive.json", as_json(logs), about_vehicle(vehicle, model)), *paths])
 
 
-def _courses(asked: Sequence[str]) -> list[Scenario]:
-    known = scenarios()
+def _courses(asked: Sequence[str], size: float) -> list[Scenario]:
+    known = scenarios(size)
     if "all" in asked:
         return list(known.values())
     for name in asked:
@@ -112,10 +114,15 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
     return loop_for(noted(declared), converged)
 
 
-def loop_for(declared: Declaration, converged: bool = False, hessian: str = "exact") -> ClosedLoop:
-    """Loop and solver for a declared model; converged: iterate every solve to convergence; hessian: of `Nmpc`."""
+def loop_for(
+    declared: Declaration, converged: bool = False, hessian: str = "exact", noisy: str = "states"
+) -> ClosedLoop:  # fmt: skip
+    """Loop and solver for a declared model; converged: iterate every solve to convergence; hessian: of `Nmpc`; noisy: of
+    `ClosedLoop`. The plant's vehicle is the one of `plant_file`."""
     ocp = Ocp(declared.build(), declared.vehicle)
-    return ClosedLoop(ocp, Nmpc(ocp, "converged" if converged else "rti", hessian=hessian))
+    machine = load_plant_vehicle(plant_file(declared.vehicle.name, declared.vehicle.source))
+    solver = Nmpc(ocp, "converged" if converged else "rti", hessian=hessian)
+    return ClosedLoop(ocp, solver, machine=machine, noisy=noisy)
 
 
 def as_json(logs: Sequence[LoopLog]) -> dict:

@@ -8,13 +8,14 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from softsoil.commands.import_steering import fitted_map, say_map, steered, without_command
 from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.import_report import write_import_report
-from softsoil.recording.bring_in import Import, bring_in, inspect_sources, read_sources
+from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources
+from softsoil.importing.draft_map import draft
+from softsoil.importing.import_map import ImportMap, load_map, map_from_table
 from softsoil.recording.cross_check import refuse_contradictions
-from softsoil.recording.draft_map import draft
-from softsoil.recording.import_map import ImportMap, load_map, map_from_table
 from softsoil.recording.read import write_drive
 
 
@@ -34,19 +35,29 @@ def import_log(
 ) -> None:
     """Bags and tables become one drive on one clock; absent channels are derived and marked, all are checked.
 
-    A channel that contradicts the others beyond doubt ends the import: nothing is written.
+    A channel that contradicts the others beyond doubt ends the import: nothing is written. `steer_command` in the map, a command
+    or the steering wheel's angle, becomes `steer` by the vehicle's steering map, or is fitted to `steer` where a log has both.
 
     Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
     """
     with progress(", ".join(path.name for path in sources)) as told:
         plan = load_map(map_file) if map_file is not None else drafted(sources)
         geometry = declared_vehicle(vehicle, None)
-        found = bring_in(_name(sources[0]), plan, read_sources(sources, plan, told), geometry, align)
+        plan = steered(plan, geometry)
+        series = read_sources(sources, plan, told)
+        steering = fitted_map(plan, series)
+        found = bring_in(_name(sources[0]), without_command(plan), series, geometry, align)
     _say(found)
     refuse_contradictions(str(sources[0]), found.checks)
     folder = output_folder(out, "import")
     drive = write_drive(found.drive, folder / "drive.parquet")
-    written = [drive, write_result(folder / "import.json", found.as_json(), about_vehicle(vehicle))]
+    content = found.as_json()
+    written = [drive]
+    if steering is not None:
+        content["steering"] = say_map(steering)
+        written.append(folder / "steering.toml")
+        written[-1].write_text("\n".join(steering.map.toml()) + "\n", encoding="utf-8")
+    written.append(write_result(folder / "import.json", content, about_vehicle(vehicle)))
     say_written([*written, write_import_report(found, folder / "report.html")])
 
 

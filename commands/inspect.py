@@ -11,9 +11,9 @@ from rich.table import Table
 
 from softsoil.commands.options_model import OutOption
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
-from softsoil.recording.bring_in import inspect_sources
-from softsoil.recording.draft_map import draft, offers
-from softsoil.recording.sources import Holding
+from softsoil.importing.bring_in import inspect_sources
+from softsoil.importing.draft_map import draft, offers
+from softsoil.importing.sources import Holding
 
 MOST_FIELDS = 12
 """Fields of a source that the terminal shows; inspect.json has all."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -11,11 +10,11 @@ import typer
 from softsoil.commands.options_model import declared_vehicle
 from softsoil.commands.output import console
 from softsoil.recording.columns import load_columns
-from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, Recording
 from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive
+from softsoil.recording.usable import checked, mark_checked
 from softsoil.symbolic.vehicle import Vehicle
 
 ColumnsOption = Annotated[
@@ -49,11 +48,8 @@ def open_drive(
     """
     clean = read_drive(log, load_columns(columns, CHANNEL_UNITS) if columns is not None else None)
     geometry = geometry or declared_vehicle(vehicle, model)
-    checks = check_channels(clean, geometry)
-    refuse_contradictions(str(log), checks)
-    doubts = warnings(checks)
+    clean, doubts = checked(clean, geometry)
     for doubt in doubts:
         console.print(f"warning: {log.name}: {doubt}", style="yellow", highlight=False, markup=False, soft_wrap=True)
-    clean = replace(clean, notes=(*clean.notes, *(f"warning: {doubt}" for doubt in doubts)))
     # Noise first: what is derived carries that of the sensors it is derived from.
-    return completed(clean, geometry), completed(add_noise(clean, noise, seed), geometry)
+    return completed(clean, geometry), completed(mark_checked(add_noise(clean, noise, seed)), geometry)

@@ -165,7 +165,7 @@ def _numbers(ocp: Ocp) -> dict[str, str]:
     limits = [*ocp.state_box.values(), *((signal.lower, signal.upper) for signal in ocp.w)]
     reals = {
         "ocp_dt": settings.dt, "reserve": settings.reserve, "terminal": weights.terminal, "slack": weights.slack,
-        "slack_squared": weights.slack_squared, "wheelbase": ocp.vehicle.wheelbase, "body": settings.body - settings.margin,
+        "slack_squared": weights.slack_squared, "wheelbase": ocp.vehicle.wheelbase, "body": ocp.body - settings.margin,
         **{name: value for name, value in vars(SETTINGS).items() if isinstance(value, float)},
     }  # fmt: skip
     pairs = [f"{{{number(low, 17)}, {number(high, 17)}}}" for low, high in limits]

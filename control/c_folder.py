@@ -6,8 +6,10 @@ from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_controller import controller_files, controller_values
+from softsoil.control.c_driver import driver_files
 from softsoil.control.c_statuses import STATUSES
 from softsoil.control.declared import for_control
+from softsoil.control.driver_types import DriverSettings
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.c_library import N_NAMES, c_library_texts, c_parts
@@ -18,13 +20,14 @@ EXAMPLE_OBSTACLES = ((62.0, 1.6, 1.0, 0.0, 0.0), (90.0, 2.4, 1.0, 0.0, 0.0))
 
 
 def controller_texts(
-    declared: Declaration, dt: float = STEP, fmi: bool = False, settings: OcpSettings | None = None, hessian: str = "exact"
+    declared: Declaration, dt: float = STEP, fmi: bool = False, settings: OcpSettings | None = None, hessian: str = "exact",
+    driver: DriverSettings | None = None,
 ) -> dict[str, str]:  # fmt: skip
     """Every file of estimator and controller, path -> text, for a declared model.
 
     The model gets LEAST_EFFECTS where its vehicle declares no effects, as everywhere in control. dt: nominal step of the
-    estimator (s); fmi: with the FMI unit's files; settings: of the optimal control problem; hessian: of the controller.
-    Raises ValueError for a step or a Hessian that is not possible.
+    estimator (s); fmi: with the FMI unit's files; settings: of the optimal control problem; hessian: of the controller;
+    driver: declared numbers of the driver. Raises ValueError for a step or a Hessian that is not possible.
     """
     declared = for_control(declared)
     ocp = Ocp(declared.build(), declared.vehicle, settings)
@@ -37,6 +40,7 @@ def controller_texts(
     return {
         **c_library_texts(declared, dt, fmi),
         **controller_files(ocp, hessian),
+        **driver_files(ocp, model, values, driver),
         **{path: fill(template(name), values) for path, name in own.items()},
     }
 

@@ -7,6 +7,8 @@ while not command.finished:
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -34,6 +36,8 @@ from softsoil.symbolic.soil import SOIL_SIGNALS
 Array = NDArray[np.float64]
 END = 2.0
 """m before the end of the path: there a drive is finished."""
+STEER_LIMIT = 1.6
+"""rad: beyond it a value is no steering angle."""
 UNSEEN = (1.0, 1.0, 0.1, 1.0, 0.5, 0.2)
 """Standard deviations of a first x, y, psi, u, v, omega_z that was not measured and is taken for 0, SI units."""
 
@@ -69,6 +73,7 @@ class Driver:
         self.estimator = estimator or LiveEstimator(self.ocp.model, self.settings.sensor_std, tick=self.settings.tick)
         self.follower = PlanFollower(self.ocp.settings.dt, self.settings.tick)
         self.slip, self.steer, self.steer_rate, self.a_x = self.ocp.settings.slip, 0.0, 0.0, 0.0
+        self.resistance = 0.0
         self.along, self.left, self._ticks, self._solves = 0.0, 0.0, 0, 0
         self._begun: float | None = None
         self._waiting: tuple[int, tuple] | None = None
@@ -129,11 +134,11 @@ class Driver:
         self.solver.set_initial_guess(z, np.zeros((n, len(self.ocp.w))))
         self._follow_from(t, z, np.zeros((n, len(self.ocp.w))), False)
         if self._known is None:
-            self.steer = _given(measured, "steer", 0.0)
+            self.steer = self._steering(measured, 0.0)
 
     def _estimate(self, t: float, measured: Measured) -> None:
         states = self.estimator.states
-        steer = _given(measured, "steer", self.steer)
+        steer = self._steering(measured, self.steer)
         u, v, omega_z = (states[STATE_CHANNELS.index(name)] for name in ("u", "v", "omega_z"))
         accelerometer = _given(measured, "a_x_imu", np.nan)
         a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else self.a_x
@@ -158,6 +163,7 @@ class Driver:
     def _solve(self, t: float) -> None:
         solver, z0 = self.solver, self._z0()
         self.along, self.left = self.path.project(z0[0], z0[1], self.along if self._solves else None)
+        self._resist(t, float(z0[self.ocp.z.index("u")]))
         s = self._parameters(self.n_used)
         if self._solves:
             solver.shift(self.settings.period)
@@ -172,6 +178,13 @@ class Driver:
         if stats.status.usable:
             took = max(1, int(np.ceil(stats.seconds / self.settings.tick))) if self.settings.wall else 1
             self._follow_from(t, solver.z, solver.w, self._must_halt(z0), self._ticks + took)
+
+    def _resist(self, t: float, u: float) -> None:
+        """Take in what the vehicle is slower at t (s), at the speed u (m/s), than the plan of a period ago has it."""
+        if self._solves and not self.follower.lost(t) and not self.follower.halt:
+            short = (self.follower.command(t, 0.0)[1] - u) / self.settings.period
+            most = self.settings.most_resistance
+            self.resistance = float(np.clip(self.resistance + self.settings.resistance_share * short, -most, most))
 
     def _follow_from(self, t: float, z: Array, w: Array, halt: bool, ready: int | None = None) -> None:
         """Follow a plan at once, or from the tick `ready` on."""
@@ -200,7 +213,7 @@ class Driver:
         slow = (self.follower.halt or lost) and abs(u) < self.settings.standing
         self._still = self._still + 1 if slow else 0
         drives = self._begun is not None and not lost and not self.follower.halt
-        asked = self.a_x + (self.settings.speed_gain * (speed - u) if drives else 0.0)
+        asked = self.a_x + (self.settings.speed_gain * (speed - u) + self.resistance if drives else 0.0)
         estimate = self._sure or self.estimator
         known = self._begun is not None
         return DriverCommand(
@@ -209,7 +222,15 @@ class Driver:
             estimate.n if known else self.n0, estimate.n_std if known else self.estimator.tuning.n_std,
             self.n_used if known else self.n0, self.verdict, self.slip, self._z0() if known else self.ocp.z.nominal, solved,
             self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,
+            math.nan if self.ocp.vehicle.steering is None else float(self.ocp.vehicle.steering.command_of(self.steer)),
         )  # fmt: skip
+
+    def _steering(self, measured: Measured, default: float) -> float:
+        """Angle at the road wheels (rad): measured, by the vehicle's steering map from a measured command, or `default`."""
+        command, steering = _given(measured, "steer_command", math.nan), self.ocp.vehicle.steering
+        if steering is not None and math.isfinite(command):
+            default = float(steering.angle_of(command))
+        return _steered(measured, default)
 
     @property
     def _sure(self) -> Judge | None:
@@ -244,6 +265,12 @@ def _problem(model: Declaration | Ocp) -> Ocp:
 
 def _states(measured: Measured) -> Array:
     return np.array([_given(measured, name, np.nan) for name in STATE_CHANNELS])
+
+
+def _steered(measured: Measured, default: float) -> float:
+    """A measured steering angle that may be one, else the default."""
+    steer = _given(measured, "steer", default)
+    return steer if abs(steer) < STEER_LIMIT else default
 
 
 def _given(measured: Measured, name: str, default: float) -> float:

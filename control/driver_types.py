@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -22,7 +23,8 @@ yaw frame, forward and to the left (m/s); omega_z: yaw rate (rad/s, positive to 
 tick; the first state needs x, y, psi and u once.
 omega_fl, omega_fr, omega_rl, omega_rr: wheel speeds (rad/s, positive forward); without them they follow from the motion and
 the nominal slip. a_x_imu: what an accelerometer along the vehicle reads, du/dt - v omega_z (m/s^2); without it the
-commanded acceleration is taken. steer: angle at the road wheels (rad); without it the commanded one is taken.
+commanded acceleration is taken. steer: angle at the road wheels (rad), or steer_command, which the
+vehicle's steering map turns into it; without both the commanded one is taken.
 Other names are passed over."""
 IDENTIFIED, NOT_JUDGED = "identified", "not_judged"
 
@@ -34,7 +36,9 @@ class DriverSettings:
     tick: s between calls; plan_every: ticks between solves; wall: a plan is followed from as many ticks on as its solve took,
     one at least, else always from the next tick on, which makes drives repeat to the bit; sensor_std: of x, y, psi, u, v,
     omega_z (SI); slip_share: share of a tick's measured slip in its running mean; speed_gain: acceleration per error in
-    speed that a vehicle which takes accelerations is given beyond the plan's (1/s);
+    speed that a vehicle which takes accelerations is given beyond the plan's (1/s); resistance_share: of what the vehicle
+    became slower than planned within a period, per period, in the running estimate of the deceleration that plans do not know
+    (the soil's resistance, a grade, the pedals' map), which the command makes up for; most_resistance: its limit (m/s^2);
     caution, settled, most: while n is not identified the controller drives on n + caution (n_std - settled), by `most` at most:
     an n that is too low promises lateral force that the soil does not give, one that is too high costs next to nothing.
     standing, stands: slower than `standing` (m/s) for `stands` (s) while halted or without a plan, the vehicle has stopped.
@@ -47,6 +51,8 @@ class DriverSettings:
     sensor_std: tuple[float, ...] = tuple(TABLE5[name] for name in ("x", "y", "psi", "u", "v", "omega_z"))
     slip_share: float = 0.02
     speed_gain: float = 1.0
+    resistance_share: float = 0.05
+    most_resistance: float = 2.0
     caution: float = 2.0
     settled: float = 0.1
     most: float = 0.25
@@ -71,13 +77,14 @@ class DriverSettings:
 class DriverCommand:
     """What the vehicle is to do until the next tick.
 
-    steer (rad) at the end of the tick, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the plan; a_asked: a_x and
-    what the speed's error adds; status: of the last solve; lost: there is no plan, the command is the safe one; halt: braking
-    before what cannot be passed; finished: the end of the path; stopped: came to a stand; n, n_std: estimate, the judge's where
-    its verdict is "identified", else the filter's; n_used: what the controller drives on; verdict: on n, do not use n for
-    anything else unless it is "identified"; slip: of the wheels;
+    steer (rad) at the end of the tick, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the plan; a_asked:
+    a_x, what the speed's error adds and what the resistance takes away; status: of the last solve; lost: there is no plan,
+    the command is the safe one; halt: braking before what cannot be passed; finished: the end of the path; stopped: came to
+    a stand; n, n_std: estimate, the judge's where its verdict is "identified", else the filter's; n_used: what the
+    controller drives on; verdict: on n, do not use n for anything else unless it is "identified"; slip: of the wheels;
     state (n_z,): estimate that the driver acts on; solved: whether this tick has a new plan; plan_z (N + 1, n_z),
-    plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m).
+    plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m); steer_command: what gives
+    `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one.
     """
 
     t: float
@@ -102,6 +109,7 @@ class DriverCommand:
     plan_w: Array
     along: float
     left: float
+    steer_command: float = math.nan
 
 
 class Judge(Protocol):

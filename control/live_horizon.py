@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 class LiveEvidence:
     """Numbers that the verdict rests on.
 
-    information_std: of n by noise and model error alone; unexplained, unexplained_std: share of the motion of v and of omega_z
+    information_std: of n by noise and model error alone; unexplained, unexplained_std: share of the variance of v and of omega_z
     that the model leaves beyond sensor noise, and its standard error; motion: root mean square lateral specific force (m/s^2);
     windows: that the estimate rests on; changes: how often the soil has changed.
     """

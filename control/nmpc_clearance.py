@@ -43,7 +43,7 @@ def planned_gaps(ocp: Ocp, z: Array, obstacles: Array) -> Array:
     x = z[:, ocp.z.index("x"), None] - back * np.cos(psi)
     y = z[:, ocp.z.index("y"), None] - back * np.sin(psi)
     apart = np.hypot(x[:, :, None] - obstacles[:, None, :, 0], y[:, :, None] - obstacles[:, None, :, 1])
-    gaps: Array = (apart - obstacles[:, None, :, 2]).min(axis=(1, 2)) - (ocp.settings.body - ocp.settings.margin)
+    gaps: Array = (apart - obstacles[:, None, :, 2]).min(axis=(1, 2)) - (ocp.body - ocp.settings.margin)
     return gaps
 
 

@@ -57,7 +57,7 @@ class OcpSettings:
     """Horizon, limits and weights.
 
     steps: N; dt: s; a_x: least and greatest acceleration (m/s^2); speed: least and greatest u (m/s); obstacles: how many
-    are watched; body: radius of the circles along the vehicle that must stay clear (m), margin: how much of it a
+    are watched; room: kept around the vehicle's half width (m), margin: how much of it a
     plan may use up where it must (m): one that needs more is taken to touch the obstacle; reserve: share of the soil's lateral
     force that is kept (softly); slip: of the wheels at constant speed; slip_gain: its growth with a_x (s^2/m); both are
     only the nominal values of run-time parameters. Raises ValueError for an empty range or a step <= 0.
@@ -68,7 +68,7 @@ class OcpSettings:
     a_x: tuple[float, float] = (-3.0, 1.5)
     speed: tuple[float, float] = (0.5, 12.0)
     obstacles: int = 2
-    body: float = 1.05
+    room: float = 0.33
     margin: float = 0.2
     reserve: float = 0.02
     slip: float = 0.04
@@ -82,8 +82,8 @@ class OcpSettings:
             raise ValueError(
                 f"ocp: expected obstacles >= 0 and reserve in [0, 1), found {self.obstacles}, {self.reserve}"
             )
-        if not 0 <= self.margin < self.body:
-            raise ValueError(f"ocp: expected margin in [0, body), found {self.margin} and a body of {self.body} m")
+        if not 0 <= self.margin <= self.room:
+            raise ValueError(f"ocp: expected margin in [0, room], found {self.margin} and a room of {self.room} m")
         for name in ("a_x", "speed"):
             low, high = getattr(self, name)
             if not low < high:
@@ -127,6 +127,11 @@ class Ocp:
         )
         self.state_box = {"steer": (-lock, lock), "u": (low, high)}
         """Soft limits of states by name."""
+
+    @property
+    def body(self) -> float:
+        """Radius of the circles along the vehicle that must stay clear (m): half its width and the room around it."""
+        return half_width(self.vehicle) + self.settings.room
 
     @property
     def bears(self) -> bool:
@@ -202,7 +207,7 @@ class Ocp:
         gaps = []
         for back in (i * self.vehicle.wheelbase / (CIRCLES - 1) for i in range(CIRCLES)):
             dx, dy = x - back * ca.cos(psi) - obstacle[0], y - back * ca.sin(psi) - obstacle[1]
-            gaps.append(smooth_norm(dx, dy, 0.05) - obstacle[2] - self.settings.body)
+            gaps.append(smooth_norm(dx, dy, 0.05) - obstacle[2] - self.body)
         return ca.Function("clearance", [z, obstacle], [ca.vertcat(*gaps)], ["z", "obstacle"], ["gap"])
 
     def symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
@@ -211,6 +216,11 @@ class Ocp:
             ca.SX.sym("z", len(self.z)), ca.SX.sym("w", len(self.w)), ca.SX.sym("r", len(self.r)),
             ca.SX.sym("s", len(self.s)),
         )  # fmt: skip
+
+
+def half_width(vehicle: Vehicle) -> float:
+    """Half the width of a vehicle over its wheels (m)."""
+    return 0.5 * (max(vehicle.track, vehicle.rear_track) + vehicle.width)
 
 
 def _bearing(q: Quantities, axle: str) -> Any:

@@ -77,6 +77,7 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     for name, values in tables.items():
         if values or name.startswith("effects."):
             lines += ["", f"[vehicle.{name}]", *(_line(key, value) for key, value in values.items())]
+    lines += [] if vehicle.steering is None else ["", *vehicle.steering.toml("vehicle.steering")]
     lines += ["", "[soil]", f"name = {toml_text(soil.name)}"]
     lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS]
     return "\n".join(lines) + "\n"

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import estimate_horizon
@@ -14,14 +15,14 @@ from softsoil.estimator.terrain import TerrainEstimate, Tuning, estimate_terrain
 from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import judge
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.recording.read import as_drive
+from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 
 METHODS = ("ukf", "horizon")
 
 
 def estimate(
-    log: Recording | str | Path,
+    log: Recording | pd.DataFrame | str | Path,
     model: Model,
     n0: float | None = None,
     *,
@@ -32,11 +33,14 @@ def estimate(
 ) -> TerrainEstimate:
     """The sinkage exponent along a log, from sensor channels only, with the verdict on whether it may be used.
 
-    log: a drive or its file; model: with its declared effects, of which any ties n of both axles, as the declared effects say
-    what differs between them; without effects front and rear have their own, as in the paper; n0: initial guess (default: the
-    soil's); method: "ukf", the unscented Kalman filter (paper, section IV), or "horizon", windows with free initial states;
-    start: seconds left out at the beginning; tuning: of the filter; progress: called with the share that is done.
-    Raises ValueError for reversing, an initial guess outside the bounds of n, an unknown method, or a log without the channels.
+    log: a drive, its file, or a table with the default columns: its channels are checked against each other as by the command,
+    a doubtful one is a UserWarning, absent ones are derived; model: with its declared effects, of which any ties n of both
+    axles, as the declared effects say what differs between them; without effects front and rear have their own, as in the
+    paper; n0: initial guess (default: the soil's); method: "ukf", the unscented Kalman filter (paper, section IV), or
+    "horizon", windows with free initial states; start: seconds left out at the beginning; tuning: of the filter; progress:
+    called with the share that is done.
+    Raises ValueError for reversing, an initial guess outside the bounds of n, an unknown method, a log without the channels, or
+    channels that contradict each other beyond doubt.
 
     Example:
         >>> import softsoil
@@ -50,7 +54,7 @@ def estimate(
     """
     if method not in METHODS:
         raise ValueError(f"method: expected one of {', '.join(METHODS)}; found {method!r}")
-    drive = as_drive(log)
+    drive = usable(log, model.geometry)
     first = float(model.p["n_f"].nominal) if n0 is None else n0
     tied = bool(model.effects)
     found = run_method(drive, model, first, method, start=start, tuning=tuning, progress=progress)

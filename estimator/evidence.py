@@ -32,9 +32,9 @@ class Evidence:
 
     n, std: at the end of the drive, from windows, per axle or one for both; information_std: of n by sensor noise and model
     error alone, without the initial guess; by_guess: final n from each initial guess (G, A); n_axles, axles_std (2,): n of the
-    front and of the rear axle, fitted separately; unexplained, unexplained_std: root mean square that the model leaves of each
-    lateral channel beyond sensor noise, as a share of the channel's own motion, and its standard error; motion: root mean square
-    lateral specific force u omega_z (m/s^2); windows: how many.
+    front and of the rear axle, fitted separately; unexplained, unexplained_std: mean square that the model leaves of each
+    lateral channel beyond sensor noise, as a share of the channel's own variance, and its standard error; motion: root mean
+    square lateral specific force u omega_z (m/s^2); windows: how many.
     """
 
     n: Array
@@ -98,7 +98,7 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
 
 
 def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:
-    """Share of each lateral channel's motion that the model leaves beyond sensor noise, and its standard error."""
+    """Share of each lateral channel's variance that the model leaves beyond sensor noise, and its standard error."""
     which = np.arange(horizon.since, len(windows.rows))  # windows of an earlier soil are no fault of the model
     x0 = np.array(horizon.summary.states)[which]
     linear = windows.linearise(horizon.parameters(horizon.n), x0, horizon.free, which)
@@ -118,9 +118,7 @@ def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str
         left, count = float(np.median(per_window)), len(per_window)
         motion = float(np.nanvar(windows.drive.smooth[windows.rows[0] :, i])) + 1e-12
         error = max(float(np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)), 1e-15)
-        beyond = max(left - noise, 0.0)
-        shares[name] = float(np.sqrt(beyond / motion))
-        errors[name] = float(error / motion / max(2 * shares[name], np.sqrt(error / motion)))
+        shares[name], errors[name] = (left - noise) / motion, error / motion
     return shares, errors
 
 

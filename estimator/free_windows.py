@@ -99,7 +99,9 @@ class FreeWindows:
         self.rows = _rows(compiled.model, drive, self.steps, apart, fastest, slowest)
         self._before = len(drive.t) if np.isinf(run_in) else round(run_in / drive.dt)
         if len(self.rows) < 2:
-            raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {len(self.rows)}")
+            raise ValueError(
+                f"{drive.name}: expected at least 2 windows of {horizon:g} s above {slowest:g} m/s, found {len(self.rows)}"
+            )
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded, self._inputs = drive.measured[take], drive.inputs[take]
         self.reset()

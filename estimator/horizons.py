@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.estimator.inputs import known_states, measured_inputs, measured_states
 from softsoil.estimator.predictor import Predictor, substeps_for
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.recording.read import as_drive
+from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
@@ -62,7 +63,7 @@ class Windows:
 
 
 def predict(
-    log: Recording | str | Path,
+    log: Recording | pd.DataFrame | str | Path,
     model: Model,
     n: float | tuple[float, float] | None = None,
     horizon: float = 2.5,
@@ -87,7 +88,7 @@ def predict(
     if n is not None:
         n_f, n_r = n if isinstance(n, tuple) else (n, n)
         p = model.p.pack(n_f=n_f, n_r=n_r)
-    return Replay(as_drive(log), model, start).windows(p, horizon)
+    return Replay(usable(log, model.geometry), model, start).windows(p, horizon)
 
 
 class Replay:

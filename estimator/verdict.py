@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.evidence import Evidence, gather
+from softsoil.estimator.hard_ground import HardGround, compare_hard_ground, on_hard_ground
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
@@ -33,8 +34,10 @@ class VerdictRules:
     excited: largest standard deviation of n by noise and model error alone, over n; same: largest difference of the final n
     between initial guesses, or between the filter and the windows, over n; bound: distance from a bound of n within which it is
     one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard deviations, from which they disagree;
-    unexplained: of yaw rate and lateral velocity, share of their motion that a right model leaves at most, beyond one standard
-    error; least_motion: root mean square lateral specific force (m/s^2) below which nothing is said of the model.
+    unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right model leaves at most;
+    unexplained_sigmas: standard errors beyond that by which it must be exceeded; least_motion: root mean square lateral
+    specific force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard
+    ground fits better than soil, by `road_sigmas` standard errors, was on hard ground.
     """
 
     excited: float = 0.08
@@ -43,7 +46,10 @@ class VerdictRules:
     apart: float = 0.25
     apart_sigmas: float = 4.0
     unexplained: tuple[tuple[str, float], ...] = (("omega_z", 0.022), ("v", 0.10))
+    unexplained_sigmas: float = 2.0
     least_motion: float = 0.2
+    road: float = 0.4
+    road_sigmas: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -83,7 +89,26 @@ def judge(
         return Verdict("not_excited", f"no window of the drive can be judged: {error}")
     evidence = gather(windows, initial_guesses(n0), tied, horizon)
     others = () if again is None else (again(float(np.clip(evidence.n[0], *BOUNDS))),)
-    return decide(evidence, np.asarray(n, dtype=float), others, rules)
+    verdict = decide(evidence, np.asarray(n, dtype=float), others, rules)
+    if verdict.word not in ("inconsistent", "at_bound", "axles_disagree", "depends_on_first_guess"):
+        return verdict
+    road = drive_windows(recording, on_hard_ground(model), start, horizon)
+    return hard_ground(compare_hard_ground(windows, road, n0), evidence, rules) or verdict
+
+
+def hard_ground(found: HardGround, evidence: Evidence, rules: VerdictRules | None = None) -> Verdict | None:
+    """The verdict "no_soil" where the windows are those of a road; None where they are not."""
+    rules = rules or VerdictRules()
+    if evidence.motion < rules.least_motion or found.friction < rules.road:
+        return None
+    if found.better <= rules.road_sigmas * found.better_std:
+        return None
+    return Verdict(
+        "no_soil",
+        f"hard ground with a coefficient of friction of {found.friction:.2f} leaves {found.cost:.1f}, soil "
+        f"{found.soil_cost:.1f} in the mean square of the sensors' standard deviations: nothing sinks here, n has no meaning",
+        evidence,
+    )
 
 
 def initial_guesses(n0: float) -> tuple[float, ...]:
@@ -113,17 +138,23 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
     if e.motion < rules.least_motion:
         return None
     for name, limit in rules.unexplained:
-        share, error = e.unexplained.get(name, 0.0), e.unexplained_std.get(name, np.inf)
-        if share - error > limit:
+        left, error = e.unexplained.get(name, 0.0), e.unexplained_std.get(name, np.inf)
+        if left - rules.unexplained_sigmas * error > limit**2:
             what = {"omega_z": "yaw rate", "v": "lateral velocity"}[name]
+            low, high = (100 * np.sqrt(max(left + sign * error, 0.0)) for sign in (-1, 1))
             return "inconsistent", (
-                f"the model leaves {100 * share:.1f} ± {100 * error:.1f} % of the {what}'s motion unexplained beyond sensor "
-                f"noise, a right one at most {100 * limit:.0f} %: another vehicle, soil class or effect, or a wrong channel"
+                f"the model leaves {low:.1f} to {high:.1f} % of the {what}'s motion unexplained beyond sensor noise, a right one "
+                f"at most {100 * limit:.1f} %: another vehicle, soil class or effect, or a wrong channel"
             )
     return None
 
 
 def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    if e.motion < rules.least_motion:
+        return "not_excited", (
+            f"the vehicle hardly turns (lateral specific force {e.motion:.2f} m/s^2 rms, expected at least "
+            f"{rules.least_motion:g}): steer more, at several speeds"
+        )
     share = float(np.max(e.information_std / np.maximum(n, SOIL_SIGNALS["n"].lower)))
     if not share <= rules.excited:
         return "not_excited", (

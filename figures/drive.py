@@ -13,15 +13,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from softsoil.control.courses import WARM_UP
 from softsoil.figures.style import ESTIMATED, INITIAL, RC, SOFT, TRUE, page
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, LoopLog
 from softsoil.mpc_demo.scenarios import Scenario
 
 COLORS = dict(zip(CONTROLLERS, (INITIAL, TRUE, ESTIMATED), strict=True))
 LABELS = dict(zip(CONTROLLERS, ("wrong first guess of n", "true n", "estimated n"), strict=True))
-LENGTH, BACK, HALF = 3.4, 2.95, 0.7
-"""m: outline of the vehicle, its rear end behind the front axle, half its width."""
+OVERHANG = 0.1
+"""Of the vehicle's outline before the front and behind the rear axle, over the wheelbase."""
 
 
 def draw_drive(scenario: Scenario, logs: Sequence[LoopLog], path: Path) -> Path:
@@ -45,7 +44,7 @@ def draw_drive(scenario: Scenario, logs: Sequence[LoopLog], path: Path) -> Path:
         n_true = [scenario.n_true(row["truth"][0]) for row in logs[-1].rows]
         axes[1, 1].plot(logs[-1].column("t"), n_true, color=SOFT, ls="--", label="truth")
         axes[1, 1].legend(loc="best")
-        axes[1, 0].axvspan(0, WARM_UP, color=SOFT, alpha=0.15, lw=0)
+        axes[1, 0].axvspan(0, scenario.warm_up, color=SOFT, alpha=0.15, lw=0)
         axes[1, 0].set(title="Distance left of the path (grey: not judged)", xlabel="along the path, m", ylabel="m")
         axes[1, 1].set(title="Sinkage exponent that the controller uses", xlabel="time, s", ylabel="n")
         axes[2, 0].set(title="Steering", xlabel="along the path, m", ylabel="rad")
@@ -86,7 +85,7 @@ def animate(scenario: Scenario, log: LoopLog, path: Path, frames: int = 110) -> 
             x, y, psi = truth[i, :3]
             way.set_data(truth[: i + 1, 0], truth[: i + 1, 1])
             plan.set_data(*log.plans[i].T)
-            body.set_xy(_outline(x, y, psi))
+            body.set_xy(_outline(log, x, y, psi))
             trace.set_data(t[: i + 1], n[: i + 1])
             return way, plan, body, trace
 
@@ -94,8 +93,9 @@ def animate(scenario: Scenario, log: LoopLog, path: Path, frames: int = 110) -> 
     return path
 
 
-def _outline(x: float, y: float, psi: float) -> np.ndarray:
+def _outline(log: LoopLog, x: float, y: float, psi: float) -> np.ndarray:
     """(4, 2) corners of the vehicle, its front axle at (x, y)."""
-    corners = np.array([[LENGTH - BACK, HALF], [LENGTH - BACK, -HALF], [-BACK, -HALF], [-BACK, HALF]])
+    front, back, half = OVERHANG * log.wheelbase, (1.0 + OVERHANG) * log.wheelbase, log.half_width
+    corners = np.array([[front, half], [front, -half], [-back, -half], [-back, half]])
     cos, sin = np.cos(psi), np.sin(psi)
     return corners @ np.array([[cos, sin], [-sin, cos]]) + [x, y]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, page
-from softsoil.recording.bring_in import Import
+from softsoil.importing.bring_in import Import
 from softsoil.recording.drive import CHANNEL_UNITS
 
 STYLE = """

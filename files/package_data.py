@@ -7,8 +7,8 @@ from pathlib import Path
 
 VEHICLES = Path(str(files("softsoil"))) / "vehicles"
 LOGS = Path(str(files("softsoil"))) / "data"
-VEHICLE_NAMES = ("reference", "paper", "plant")
-"""Built-in vehicles: of the reference logs, the same in the paper's structure, the simulated one as its model declares it."""
+VEHICLE_NAMES = ("reference", "paper", "plant", "heavy")
+"""Built-in vehicles: of the reference logs, the same in the paper's structure, two simulated ones as their models say."""
 REFERENCE_VEHICLE = VEHICLES / "reference.toml"
 """The vehicle that a command takes where none is named."""
 PLANT_VEHICLE = VEHICLES / "plant.toml"
@@ -18,6 +18,15 @@ PLANT_VEHICLE = VEHICLES / "plant.toml"
 def vehicle_file(source: str | Path) -> Path:
     """Path of a vehicle's TOML: of the package for a built-in name, else `source` itself."""
     return VEHICLES / f"{source}.toml" if str(source) in VEHICLE_NAMES else Path(source)
+
+
+def plant_file(name: str, source: str | Path = "") -> Path:
+    """Path of the plant's vehicle that a declared one describes: NAME_plant.toml beside its file or of the package, else the
+    reference vehicle's. name: of the declared vehicle; source: its file."""
+    for folder in (Path(source).parent, VEHICLES):
+        if (path := folder / f"{name}_plant.toml").is_file():
+            return path
+    return VEHICLES / "reference_plant.toml"
 
 
 def source_name(path: str | Path) -> str:

@@ -15,14 +15,15 @@ from softsoil.control.driver_types import DriverCommand, DriverSettings
 from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_status import Status
-from softsoil.control.ocp import Ocp
+from softsoil.control.ocp import CIRCLES, Ocp, half_width
 from softsoil.control.pedals import Pedals
 from softsoil.estimator.terrain import Tuning
 from softsoil.mpc_demo.closed_loop_parts import TICK, Faults, NoisySensors
 from softsoil.mpc_demo.scenarios import Scenario
+from softsoil.plant.machine import PlantVehicle
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant, Sample
-from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS
 
 Array = NDArray[np.float64]
 
@@ -32,8 +33,8 @@ EVERY = 4
 """Ticks between solves."""
 DEADLINE = EVERY * TICK
 """s: a solution that takes longer is late."""
-WIDTH = 0.75
-"""m: radius of the circles at both axles that touch an obstacle, for the judgement."""
+CORNERS = 0.03
+"""m: what the circles along the vehicle that touch an obstacle, for the judgement, are wider than half the vehicle."""
 
 
 @dataclass
@@ -43,7 +44,8 @@ class LoopLog:
     t; truth (K, 6), estimate (K, 6): x, y, psi, u, v, omega_z; n, n_std; steer; a_x; error: true distance left of the path
     (m); clearance: of the nearest obstacle (m, inf for none); along: length along the path (m); solve_ms; status: names;
     halt: braking before what cannot be passed; plans: predicted x, y of every solve (K, N + 1, 2); gated: measurements left
-    out; finished: came to the end of the course; stopped: came to a stand before an obstacle.
+    out; finished: came to the end of the course; stopped: came to a stand before an obstacle; warm_up: length that is not judged;
+    wheelbase, half_width: of the vehicle (m).
     """
 
     scenario: str
@@ -54,6 +56,9 @@ class LoopLog:
     gated: int = 0
     finished: bool = False
     stopped: bool = False
+    warm_up: float = WARM_UP
+    wheelbase: float = 0.0
+    half_width: float = 0.0
 
     def column(self, name: str) -> Array:
         """(K, ...) of the named quantity."""
@@ -62,7 +67,7 @@ class LoopLog:
     @property
     def judged(self) -> NDArray[np.bool_]:
         """Rows after the warm-up."""
-        return self.column("along") > WARM_UP
+        return self.column("along") > self.warm_up
 
     @property
     def tracking_rms(self) -> float:
@@ -100,11 +105,15 @@ class ClosedLoop:
     """The driver on the plant.
 
     ocp: the problem; solver: of it, shared between runs; wall: a plan is followed from as many ticks on as its solve took, at
-    least one; else always from the next tick on, which makes runs repeat to the bit; tuning: of the estimator.
+    least one; else always from the next tick on, which makes runs repeat to the bit; tuning: of the estimator; machine: the
+    plant's vehicle, default the reference vehicle; noisy: which sensors are, of SENSORS.
     """
 
-    def __init__(self, ocp: Ocp, solver: Nmpc, wall: bool = True, tuning: Tuning | None = None) -> None:
-        self.ocp, self.solver = ocp, solver
+    def __init__(
+        self, ocp: Ocp, solver: Nmpc, wall: bool = True, tuning: Tuning | None = None, machine: PlantVehicle | None = None,
+        noisy: str = "states",
+    ) -> None:  # fmt: skip
+        self.ocp, self.solver, self.machine, self.noisy = ocp, solver, machine, noisy
         self.settings = DriverSettings(tick=TICK, plan_every=EVERY, wall=wall)
         self.estimator = LiveEstimator(ocp.model, self.settings.sensor_std, tuning, TICK)
 
@@ -119,7 +128,7 @@ class ClosedLoop:
         """
         if controller not in CONTROLLERS:
             raise ValueError(f"controller: expected one of {', '.join(CONTROLLERS)}; found {controller!r}")
-        return _Run(self, scenario, controller, NoisySensors(seed, faults or Faults()), disturb).drive()
+        return _Run(self, scenario, controller, NoisySensors(seed, faults or Faults(), self.noisy), disturb).drive()
 
 
 class _Run:
@@ -128,13 +137,14 @@ class _Run:
     def __init__(self, loop: ClosedLoop, scenario: Scenario, controller: str, sensors: NoisySensors, disturb) -> None:
         self.scenario, self.controller, self.sensors, self.ocp = scenario, controller, sensors, loop.ocp
         x, y, psi = scenario.path.at(np.zeros(1))[0]
-        self.plant = Plant(scenario.soil, start=Start(x=x, y=y, psi=psi, u=scenario.speed))
+        self.plant = Plant(scenario.soil, vehicle=loop.machine, start=Start(x=x, y=y, psi=psi, u=scenario.speed))
         solver: Any = loop.solver if disturb is None else FailingSolver(loop.solver, disturb)
         self.driver = Driver(
             loop.ocp, scenario.path, scenario.speed, scenario.obstacles, self._n(0.0), controller == "n_estimated",
             settings=loop.settings, solver=solver, estimator=loop.estimator, start=[x, y, psi, scenario.speed, 0.0, 0.0],
         )  # fmt: skip
-        self.log = LoopLog(scenario.name, controller, sensors.seed)
+        self.log = LoopLog(scenario.name, controller, sensors.seed, warm_up=scenario.warm_up)
+        self.log.wheelbase, self.log.half_width = loop.ocp.vehicle.wheelbase, half_width(loop.ocp.vehicle)
 
     def _n(self, x: float) -> float:
         return self.scenario.n_true(x) if self.controller == "n_true" else self.scenario.n_guess
@@ -152,21 +162,20 @@ class _Run:
             self.log.finished, self.log.stopped = command.finished, command.stopped
             if command.finished or command.stopped:
                 break
-            throttle, brake = pedals(command.a_x, command.speed, float(command.state[3]))
+            throttle, brake = pedals(command.a_asked, command.speed, float(command.state[3]))
             sample = self.plant.step((command.steer, throttle, brake), TICK)
-            states = dict(zip(STATE_CHANNELS, self.sensors.read((k + 1) * TICK, sample), strict=True))
-            measured = {**states, **{name: sample[name] for name in (*WHEEL_CHANNELS, "a_x_imu")}}
+            measured = self.sensors.measure((k + 1) * TICK, sample)
         self.log.gated = self.driver.estimator.gated
         return self.log
 
     def _note(self, sample: Sample, command: DriverCommand, steer: float) -> None:
         x, y, psi, t = sample["x"], sample["y"], sample["psi"], command.t
         along, error = self.scenario.path.project(x, y, command.along)
-        gap, back = np.inf, self.ocp.vehicle.wheelbase
+        gap, back, half = np.inf, self.log.wheelbase, self.log.half_width + CORNERS
         for ox, oy, radius, vx, vy in self.scenario.obstacles:
-            for behind in (0.0, 0.5 * back, back):
+            for behind in np.linspace(0.0, back, CIRCLES):
                 dx, dy = x - behind * np.cos(psi) - ox - t * vx, y - behind * np.sin(psi) - oy - t * vy
-                gap = min(gap, float(np.hypot(dx, dy) - radius - WIDTH))
+                gap = min(gap, float(np.hypot(dx, dy) - radius - half))
         self.log.rows.append(
             {
                 "t": t, "truth": [sample[name] for name in STATE_CHANNELS], "estimate": command.state[:6], "n": command.n,

@@ -25,20 +25,26 @@ LEAST_WORTH = 0.01
 
 @dataclass(frozen=True)
 class Case:
-    """One course at one speed (m/s), with what goes wrong."""
+    """One course at one speed (m/s), with what goes wrong; size: of the vehicle, see `scenarios`."""
 
     course: str
     speed: float
     faults: Faults = field(default_factory=Faults)
+    size: float = 1.0
 
     @property
     def name(self) -> str:
         """Course, speed, and whether sensors fail."""
-        return f"{self.course} {self.speed:g} m/s" + (" faults" if self.faults != Faults() else "")
+        return f"{self.course} {self.speed:.3g} m/s" + (" faults" if self.faults != Faults() else "")
+
+    def enlarged(self, size: float) -> Case:
+        """The case for a vehicle of another size: speed and times with the size's root."""
+        root = float(np.sqrt(size))
+        return Case(self.course, root * self.speed, self.faults.stretched(root), size)
 
     def scenario(self, side: str) -> Scenario:
         """The course with the first guess of n too `low` or too `high`; on a change of soil it knows the first one."""
-        course = replace(scenarios()[self.course], speed=self.speed)
+        course = replace(scenarios(self.size)[self.course], speed=self.speed)
         if self.course == "two_soils":
             return course
         n = course.n_true(0.0)

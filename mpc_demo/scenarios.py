@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,14 @@ from softsoil.control.courses import WARM_UP, double_lane_change, slalom, straig
 from softsoil.control.path import Path
 from softsoil.plant.soil_field import SoilField
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
+from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
 GUESS_OFF = 0.25
 """How far above the truth the wrong first guess of n stands."""
+WHEELBASE = 2.721
+"""m: of the vehicle for which the courses are laid out."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,8 @@ class Scenario:
 
     name; soil: under the course, as the plant has it; believed: class that the controllers know (all but n);
     n_true: what the controller with the true n is told, by place along x (m); n_guess: the wrong first guess;
-    path; speed: m/s; obstacles: (K, 5) x, y, radius (m) and velocity (m/s); why: what it is for.
+    path; speed: m/s; obstacles: (K, 5) x, y, radius (m) and velocity (m/s); why: what it is for;
+    warm_up: length at the beginning on which nothing is judged (m).
     """
 
     name: str
@@ -37,6 +41,7 @@ class Scenario:
     speed: float
     obstacles: Array
     why: str
+    warm_up: float = WARM_UP
 
     @property
     def seconds(self) -> float:
@@ -53,8 +58,14 @@ def _field(gap: float) -> Array:
     return np.array([(x, y, r, 0.0, 0.0) for x, y, r in places])
 
 
-def scenarios() -> dict[str, Scenario]:
-    """Every course by name."""
+def scenarios(size: float = 1.0) -> dict[str, Scenario]:
+    """Every course by name, for a vehicle `size` times as long as the reference vehicle (`size_of`).
+
+    Lengths grow with the size and speeds with its root, which leaves the accelerations as they are (Froude's similarity).
+    Raises ValueError for a size that is not positive.
+    """
+    if not size > 0:
+        raise ValueError(f"scenarios: expected size > 0, found {size}")
     found = {}
     for soil, speed, gap in ((CLAY, 6.0, 15.5), (SANDY_LOAM, 7.0, 14.0)):
         n = float(soil.n)
@@ -66,13 +77,27 @@ def scenarios() -> dict[str, Scenario]:
             ("slalom", slalom(), speed - 1.0, NONE, "steady turning to both sides"),
         ):
             key = f"{name}_{soil.name}"
-            found[key] = Scenario(key, uniform, soil, lambda x, n=n: n, guess, path, pace, obstacles, why)  # type: ignore[misc]
-    found["two_soils"] = _two_soils()
+            course = Scenario(key, uniform, soil, lambda x, n=n: n, guess, path, pace, obstacles, why)  # type: ignore[misc]
+            found[key] = _enlarged(course, size)
+    found["two_soils"] = _enlarged(_two_soils(size), size)
     return found
 
 
-def _two_soils() -> Scenario:
-    border = WARM_UP + 3.0 + 26.0
+def size_of(vehicle: Vehicle) -> float:
+    """Length of a vehicle over that of the reference vehicle, by their wheelbases and to a tenth."""
+    return max(round(vehicle.wheelbase / WHEELBASE, 1), 0.1)
+
+
+def _enlarged(course: Scenario, size: float) -> Scenario:
+    """The course `size` times as long and wide."""
+    root = np.sqrt(size)
+    obstacles = course.obstacles * [size, size, size, root, root]
+    path = Path(size * course.path.points)
+    return replace(course, path=path, speed=root * course.speed, obstacles=obstacles, warm_up=size * course.warm_up)
+
+
+def _two_soils(size: float) -> Scenario:
+    border = size * (WARM_UP + 3.0 + 26.0)
     after = CLAY.with_(n=0.75)
     return Scenario(
         "two_soils", SoilField.change_at(CLAY, after, border), CLAY,

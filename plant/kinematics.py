@@ -85,7 +85,8 @@ def _arm_point(point: Array, fixed: Array, lengths: Array, start: Array) -> Arra
 def solve_axle(axle: Mapping[str, Any], link_arm: float, max_angle: float, side: int) -> tuple[Array, Array, Array]:
     """Grids q (A,), theta (B,) and the QUANTITIES on them (A, B, 14), of the left (side = 1) or right (-1) wheel.
 
-    A right wheel is a left wheel seen in the mirror: its steering link moves the other way.
+    max_angle: of the pitman arm (rad), 0 for an axle that is not steered; axle: hardpoints, and `toe` (rad), to the left, of the
+    wheel on its carrier as designed. A right wheel is a left wheel seen in the mirror: its steering link moves the other way.
     """
     wishbone = axle["layout"] == "double_wishbone"
     points, equations = (_double_wishbone if wishbone else _trailing_arm)(axle)
@@ -93,7 +94,7 @@ def solve_axle(axle: Mapping[str, Any], link_arm: float, max_angle: float, side:
     hinge = np.array([*axle["lower_chassis"], axle["lower_carrier"]]) if wishbone else np.zeros((3, 3))
     reach = np.linalg.norm(hinge - mount, axis=1)
     travels = np.linspace(-TRAVEL, TRAVEL, 13)
-    angles = np.linspace(-max_angle, max_angle, 11) if wishbone else np.array([0.0])
+    angles = np.linspace(-max_angle, max_angle, 11) if wishbone and max_angle > 0 else np.array([0.0])
     poses = np.zeros((len(travels), len(angles), 6))
     strut, link, rod = np.zeros((3, *poses.shape[:2]))
     order = np.argsort(np.abs(travels), kind="stable")
@@ -120,10 +121,15 @@ def solve_axle(axle: Mapping[str, Any], link_arm: float, max_angle: float, side:
             if "bar_link" in axle:
                 link[a, b] = (turn.apply(np.array(axle["bar_link"]) - points[0]) + points[0] + pose[:3])[2]
     lengths = np.stack([strut, link, rod], axis=-1)
-    return travels, angles, _quantities(points[0], travels, angles, poses, lengths, side)
+    toe = float(axle.get("toe", 0.0))
+    spin = np.array([-np.sin(toe), np.cos(toe), 0.0])
+    return travels, angles, _quantities((points[0], spin), travels, angles, poses, lengths, side)
 
 
-def _quantities(spindle: Array, travels: Array, angles: Array, poses: Array, lengths: Array, side: int) -> Array:
+def _quantities(
+    wheel: tuple[Array, Array], travels: Array, angles: Array, poses: Array, lengths: Array, side: int
+) -> Array:
+    """wheel: its centre and its axle's unit vector on the carrier as designed."""
     turns = Rotation.from_rotvec(poses[..., 3:].reshape(-1, 3)).as_matrix().reshape(*poses.shape[:2], 3, 3)
     turning = []
     for axis, grid in ((0, travels), (1, angles)):
@@ -132,8 +138,8 @@ def _quantities(spindle: Array, travels: Array, angles: Array, poses: Array, len
             continue
         rate = np.gradient(turns, grid, axis=axis, edge_order=2) @ np.swapaxes(turns, -1, -2)
         turning.append(np.stack([rate[..., 2, 1], rate[..., 0, 2], rate[..., 1, 0]], axis=-1))
-    axle = turns[..., :, 1]
-    centre = spindle + poses[..., :3]
+    axle = turns @ wheel[1]
+    centre = wheel[0] + poses[..., :3]
     out = np.concatenate(
         [centre, axle[..., [0]], axle[..., [2]], turning[0], turning[1], lengths], axis=-1
     )

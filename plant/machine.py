@@ -80,6 +80,15 @@ class PlantVehicle:
     max_steer: float
 
     @property
+    def yaw_inertia(self) -> float:
+        """Yaw inertia of all bodies about the whole vehicle's centre of gravity as designed (kg m^2)."""
+        m = self.machine
+        design = m.paths[:, :2, 0, 0]
+        centre = (m.unsprung_mass @ design) / m.total_mass
+        wheels = m.unsprung_mass @ ((design - centre) ** 2).sum(axis=1)
+        return float(m.sprung_inertia[2, 2] + m.sprung_mass * (centre @ centre) + wheels)
+
+    @property
     def half_track(self) -> float:
         """Half the front track as designed (m)."""
         return float(self.machine.paths[0, 1, 0, 0])
@@ -96,12 +105,16 @@ def load_plant_vehicle(path: Path = REFERENCE) -> PlantVehicle:
         if section not in table:
             raise ValueError(f"{path}: expected a section [{section}], found {', '.join(table)}")
     try:
-        return _build(table, str(table.get("name", Path(path).stem)))
+        return build_vehicle(table, str(table.get("name", Path(path).stem)))
     except KeyError as error:
         raise ValueError(f"{path}: expected the key {error}, found none") from None
 
 
-def _build(table: dict[str, Any], name: str) -> PlantVehicle:
+def build_vehicle(table: dict[str, Any], name: str) -> PlantVehicle:
+    """The vehicle from a parsed table, its keys as in vehicles/reference_plant.toml; KeyError for a missing one.
+
+    A rear axle of wishbones is not steered: its tie rod is a toe link.
+    """
     wheel, axles, steering, drive = (
         table["wheel"],
         (table["front"], table["rear"]),
@@ -112,8 +125,8 @@ def _build(table: dict[str, Any], name: str) -> PlantVehicle:
     unsprung = np.repeat([wheel["mass"] + axle["carrier_mass"] for axle in axles], 2)
     paths = np.stack(
         [
-            fit_polynomials(*solve_axle(axle, steering["link_arm"], steering["max_angle"], side))
-            for axle in axles
+            fit_polynomials(*solve_axle(axle, steering["link_arm"], angle, side))
+            for axle, angle in zip(axles, (steering["max_angle"], 0.0), strict=True)
             for side in (1, -1)
         ]
     )

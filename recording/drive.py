@@ -37,6 +37,8 @@ CHANNEL_UNITS: Mapping[str, str] = MappingProxyType(
 STATE_CHANNELS = ("x", "y", "psi", "u", "v", "omega_z")
 WHEEL_CHANNELS = ("omega_fl", "omega_fr", "omega_rl", "omega_rr")
 TRUTH_PREFIX = "true_"
+CHECKED = "checked"
+"""Key of `Recording.meta` of a drive whose channels have been checked against each other."""
 
 ChannelState = Literal["measured", "derived", "absent"]
 """measured: a sensor's own; derived: computed from other channels, so that it judges nothing; absent: not in the log."""
@@ -128,5 +130,6 @@ class Recording:
         )
 
     def with_channels(self, **channels: Array) -> Recording:
-        """The same drive with channels replaced or added."""
-        return replace(self, channels={**self.channels, **channels})
+        """The same drive with channels replaced or added; it is to be checked again."""
+        meta = {key: value for key, value in self.meta.items() if key != CHECKED}
+        return replace(self, channels={**self.channels, **channels}, meta=meta)

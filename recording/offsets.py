@@ -2,9 +2,9 @@
 
 Each comparison has a channel that may be late, y(t + tau), and what the others say it must be: heading rate against the gyro,
 speed against the accelerometer, wheel speed against speed, course against heading, and the steering angle against the motion
-that it causes. The last one is the force balance of the front axle: delta = (v + l_f omega_z)/u + C(F) with
-F = a_y + k^2/l_r d(omega_z)/dt per mass (k: radius of gyration) and C odd: the lateral force follows the slip angle at once,
-while the yaw rate itself lags.
+that it causes. The last one is the force balance of the front axle: delta = arctan((v + l_f omega_z)/u) + C(F, s) with
+F = a_y + k^2/l_r d(omega_z)/dt per mass (k: radius of gyration), s: slip of the wheels and C odd in F: the lateral force follows
+the slip angle at once, while the yaw rate itself lags.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ REACH = 2.0
 """s: largest offset that is looked for."""
 STEP = 0.02
 """s: clock of the comparison; the best offset is interpolated between its steps."""
-SMOOTHING = 0.1
+SMOOTHING = 0.15
 """s: moving mean over all signals before they are compared, the same for both sides."""
 SYSTEMATIC = {"steer": 0.02, "psi": 0.005, "position": 0.01, "u": 0.01, "wheels": 0.1}
 """s: what the comparison itself is off by on drives with one clock (steer: 0.00 to 0.02 on multi-sine drives of two vehicles)."""
 LEAD = {"wheels": 0.28, "steer": -0.01}
 """s: by how much a channel leads what it is compared with on one clock: slip follows the acceleration, so that on soft soil the
-rim speed leads the speed by 0.19 to 0.47 s (26 drives of two vehicles); the steering lags the force balance by 0.004 to 0.015 s
-(8 multi-sine drives)."""
+rim speed leads the speed by 0.19 to 0.47 s (26 drives of two vehicles); the steering lags the force balance by 0.007 to 0.011 s
+(4 multi-sine drives of the reference vehicle; a yaw inertia that is 10 % too large adds 0.008 s)."""
 MOST_ROWS = 60_000
 """Rows of a long drive that are compared: its middle 20 minutes."""
 LEAST_R2 = 0.5
@@ -174,10 +174,15 @@ def _steering(c: _Clocked, geometry: Geometry) -> Offset | None:
     gyration = geometry.yaw_inertia / geometry.mass
     turning = c.rate("omega_z")
     if c.has("v"):
-        course = (c["v"] + geometry.l_f * c["omega_z"]) / u
+        course = np.arctan((c["v"] + geometry.l_f * c["omega_z"]) / u)
         a_y = c["u"] * c["omega_z"] + c.rate("v")
         force = a_y + gyration / geometry.l_r * turning
-        return best_offset("steer", "front axle's motion", c["steer"], course, [force, force**3], c.dt)
+        features = [force, force**3]
+        names = [name for name in WHEEL_CHANNELS if c.has(name)]
+        if names:  # a wheel that slips needs a larger slip angle for the same force
+            slip = 1.0 - u / np.maximum(geometry.radius * np.mean([c[name] for name in names], axis=0), SLOWEST)
+            features += [force * slip, force * slip**2]
+        return best_offset("steer", "front axle's motion", c["steer"], course, features, c.dt)
     # Without lateral velocity the rear axle's slip stands in: (v - l_r omega_z)/u falls with its force.
     a_y = c["a_y_imu"] if c.has("a_y_imu") else c["u"] * c["omega_z"]
     front, rear = a_y + gyration / geometry.l_r * turning, a_y - gyration / geometry.l_f * turning

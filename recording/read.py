@@ -17,6 +17,8 @@ REQUIRED = ("t", "u", "omega_z", "steer")
 """The least that a drive has; `softsoil.recording.derive.completed` derives and marks the rest."""
 STATES_KEY = "softsoil_channel_states"
 """Key of the metadata of a Parquet file under which the channels' states stand."""
+TABLE_NAME = "table"
+"""Name of a drive from a table in memory."""
 GAP_STEPS = 2.5
 """A step longer than this many median steps is reported as a gap."""
 
@@ -37,7 +39,16 @@ def read_drive(
         ('multi_clay_n0.50', 0.012)
     """
     path = Path(path)
-    table = read_table(path)
+    return _drive(read_table(path), path, columns, required, {"path": str(path)})
+
+
+def _drive(
+    table: pd.DataFrame,
+    path: Path,
+    columns: Mapping[str, Source] | None,
+    required: tuple[str, ...],
+    meta: Mapping[str, str],
+) -> Recording:
     sources = {name: Source(name) for name in CHANNEL_UNITS} | dict(columns or {})
     channels: dict[str, Array] = {}
     for name, source in sources.items():
@@ -48,7 +59,7 @@ def read_drive(
     notes += _gaps(channels["t"])
     check_units(path, sources, channels)
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
-    return Recording(_stem(path), channels, truth, tuple(notes), {"path": str(path)}, _states(path, table, channels))
+    return Recording(_stem(path), channels, truth, tuple(notes), meta, _states(path, table, channels))
 
 
 def _states(path: Path, table: pd.DataFrame, channels: Mapping[str, Array]) -> dict[str, ChannelState]:
@@ -59,8 +70,10 @@ def _states(path: Path, table: pd.DataFrame, channels: Mapping[str, Array]) -> d
     return {name: state for name, state in kept.items() if name in channels}
 
 
-def as_drive(log: Recording | str | Path) -> Recording:
-    """The drive itself, or read from its file with the default columns."""
+def as_drive(log: Recording | pd.DataFrame | str | Path) -> Recording:
+    """The drive itself, or from a table in memory or a file with the default columns."""
+    if isinstance(log, pd.DataFrame):
+        return _drive(log, Path(TABLE_NAME), None, REQUIRED, {})
     return log if isinstance(log, Recording) else read_drive(log)
 
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from softsoil.estimator.window_fit import WindowFit
 from softsoil.recording.drive import Recording
+from softsoil.recording.read import as_drive
 from softsoil.refinement.geometry_check import front_axle
 from softsoil.refinement.identify_asks import Excitation, asks, excitation
 from softsoil.refinement.identify_bench import Bench, first_n, fit_numbers, free_numbers, make_bench
@@ -17,7 +20,7 @@ from softsoil.refinement.identify_errors import Errors, departures, errors_of, n
 from softsoil.refinement.identify_judge import judge
 from softsoil.refinement.identify_result import Contradiction, Found, Identification
 from softsoil.refinement.identify_rules import RULES, Rules
-from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.known_vehicle import Known, as_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehicle_of
 from softsoil.refinement.wheel_balance import EXCESS, EXCESS_STD
 from softsoil.symbolic.soil import Soil
@@ -28,9 +31,9 @@ ROLLING_STEPS = 2
 
 
 def identify(
-    recordings: Sequence[Recording],
-    soils: Sequence[Soil],
-    known: Known,
+    logs: Sequence[Recording | str | Path],
+    soils: Soil | Sequence[Soil],
+    known: Known | Mapping[str, Any] | str | Path,
     judged: int = -1,
     *,
     start: float = 2.0,
@@ -39,14 +42,30 @@ def identify(
 ) -> Identification:
     """The numbers of the vehicle and of its effects that predict its logs, with their standard errors, from sensor channels only.
 
-    recordings: two or more drives; soils: class of each, n unknown; known: what the owner has measured; judged: index of the
-    drive that is left out of every fit and judges; start: seconds left out at the beginning of each; rules: thresholds.
-    Raises ValueError for fewer than two drives, or drives that cannot be used.
+    logs: two drives or more, or their files; soils: class of all or of each, n unknown; known: what the owner has measured, as a
+    table of numbers or its file; judged: index of the log that is left out of every fit and judges; start: seconds left out at
+    the beginning of each; rules: thresholds; progress: called with the share that is done.
+    Raises ValueError for fewer than two logs, logs that cannot be used, or known numbers that are too few or out of bounds.
+
+    Example:
+        >>> import softsoil
+        >>> known = {"mass": 1378.3, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.3302, "width": 0.212}
+        >>> known["simulator"] = softsoil.load_vehicle("reference").simulator
+        >>> multi, lock, _ = softsoil.example_logs()
+        >>> found = softsoil.identify([lock, multi], softsoil.load_soil("clay"), known)
+        >>> found.verdict, found.judged.log
+        ('needs_data', 'multi_clay_n0.50')
+        >>> found.reason.split(":")[0]
+        'Every log repeats one steering wave'
     """
     began = time.perf_counter()
-    if len(recordings) < 2:
-        raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(recordings)}")
-    known = _with_steering(known, recordings)
+    if len(logs) < 2:
+        raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(logs)}")
+    recordings = [as_drive(log) for log in logs]
+    soils = [soils] * len(logs) if isinstance(soils, Soil) else list(soils)
+    if len(soils) != len(logs):
+        raise ValueError(f"identify: expected one soil, or one for each of {len(logs)} logs; found {len(soils)}")
+    known = _with_steering(as_known(known), recordings)
     bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]
     fitted = bench.only([i for i in range(len(recordings)) if i != last])

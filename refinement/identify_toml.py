@@ -23,6 +23,7 @@ def vehicle_toml(found: Identification) -> str:
     lines += [_line(n.name, getattr(vehicle, n.name), found.numbers.get(n.name), n.unit) for n in NUMBERS]
     if vehicle.simulator:
         lines += ["", "[simulator]", *(f"{key} = {value:.6g}" for key, value in vehicle.simulator.items())]
+    lines += [] if vehicle.steering is None else ["", *vehicle.steering.toml()]
     for effect, values in vehicle.effects.items():
         lines += ["", f"[effects.{effect}]"]
         for key, value in values.items():

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from softsoil.files.steering_map import SteeringMap, steering_from_table
 from softsoil.files.toml_file import finite, read_toml
 from softsoil.symbolic.vehicle import NUMBERS, SIMULATOR, Vehicle
 
@@ -22,7 +24,8 @@ class Known:
     """Numbers of a vehicle that are given.
 
     name; numbers: of the vehicle itself; effects: of declared effects, as in a vehicle file; stated: standard deviations that the
-    file states in its table [uncertainty]; file: where it comes from; simulator: as in a vehicle file, of a simulated soil.
+    file states in its table [uncertainty]; file: where it comes from; simulator: as in a vehicle file, of a simulated soil;
+    steering: map of the steering.
     """
 
     name: str
@@ -31,6 +34,7 @@ class Known:
     stated: dict[str, float] = field(default_factory=dict)
     file: str = ""
     simulator: dict[str, float] = field(default_factory=dict)
+    steering: SteeringMap | None = None
 
     def __getitem__(self, name: str) -> float:
         """A number that every known vehicle has."""
@@ -88,6 +92,13 @@ def load_known(path: str | Path) -> Known:
     return known_from_table(table.get("vehicle", table), str(path), path.stem)
 
 
+def as_known(known: Known | Mapping[str, Any] | str | Path) -> Known:
+    """Known numbers from themselves, from a table as a vehicle file has it, or from a file; ValueError as `load_known`."""
+    if isinstance(known, Known):
+        return known
+    return load_known(known) if isinstance(known, str | Path) else known_from_table(dict(known), "known", "vehicle")
+
+
 def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     """Known numbers from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
     keys = ({f.name for f in fields(Vehicle)} - {"source"}) | set(LOADS)
@@ -125,7 +136,8 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     for key in simulator:
         if key not in SIMULATOR:
             raise ValueError(f"{where}: simulator: expected keys {', '.join(SIMULATOR.names)}; found {key!r}")
-    return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator)
+    steering = steering_from_table(table.get("steering", {}), where)
+    return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator, steering)
 
 
 def _table(value: Any, where: str) -> dict[str, Any]:

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
-from softsoil.recording.read import as_drive
+from softsoil.recording.usable import usable
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import N_NAMES, Fit
 from softsoil.refinement.observations import carried, ruled_out
@@ -99,7 +100,7 @@ class Refinement:
 
 
 def refine(
-    logs: Sequence[Recording | str | Path],
+    logs: Sequence[Recording | pd.DataFrame | str | Path],
     declaration: Declaration,
     *,
     start: float = START_UP,
@@ -110,9 +111,9 @@ def refine(
     """What the declared model lacks on one or more drives of one soil class, from sensor channels only.
 
     The first two thirds of each drive are fitted, the rest judges, then what was found is fitted to the whole; of a drive with
-    standstills, its longest stretch forwards. logs: drives or their files; start: seconds left out at the beginning of each;
-    candidates: names of the effects that are tried, default all that are not declared, without those that a measurement
-    excludes;
+    standstills, its longest stretch forwards. logs: drives, files or tables, checked and completed as by `estimate`; start:
+    seconds left out at the beginning of each; candidates: names of the effects that are tried, default all that are not
+    declared, without those that a measurement excludes;
     workers: effects tried at once. Raises ValueError for drives that cannot be used.
 
     Example:
@@ -123,7 +124,7 @@ def refine(
         True
     """
     began = time.perf_counter()
-    recordings = [forward_part(as_drive(log)) for log in logs]
+    recordings = [forward_part(usable(log, declaration.vehicle)) for log in logs]
     names = _possible(recordings, declaration, candidates)
     bench = make_bench(recordings, declaration, start, names=names)
     repeated = all(one_wave(recording) for recording in recordings)

@@ -14,13 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.consistency import whiteness_p
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.recording.read import as_drive
+from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.symbolic.vehicle import Vehicle
@@ -63,11 +64,12 @@ class DriveResidual:
 
 
 def residual(
-    log: Recording | str | Path, declaration: Declaration, n: float | None = None, *, start: float = START_UP
+    log: Recording | pd.DataFrame | str | Path, declaration: Declaration, n: float | None = None, *, start: float = START_UP
 ) -> DriveResidual:
     """What a declared model leaves unexplained in a log, per channel, axle and horizon.
 
-    log: a drive or its file; n: sinkage exponent of both axles, default the soil's; start: seconds left out at the beginning.
+    log: a drive, file or table, checked and completed as by `estimate`; n: sinkage exponent of both axles, default the soil's;
+    start: seconds left out at the beginning.
     Raises ValueError for an n outside its bounds, reversing, or a log with no whole window after the start-up.
 
     Example:
@@ -84,7 +86,7 @@ def residual(
         raise ValueError(f"n: expected a sinkage exponent in [{signal.lower:g}, {signal.upper:g}], found {n:g}")
     model = declaration.build()
     p = model.p.pack() if n is None else model.p.pack(n_f=n, n_r=n)
-    return drive_residual(as_drive(log), model, declaration.vehicle, p, start)
+    return drive_residual(usable(log, declaration.vehicle), model, declaration.vehicle, p, start)
 
 
 def drive_residual(

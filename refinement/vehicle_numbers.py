@@ -7,7 +7,7 @@ one Gaussian observation beside thousands of samples: where logs see a number it
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -169,14 +169,16 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
         simulator = known.simulator
     rest: dict[str, Any] = {**known.rest(set(own)), **own}
     stated = {name: std for name, std in (stds or {}).items() if name not in SIMULATOR}
-    return Vehicle(name=known.name, effects=effects, simulator=simulator, uncertainty=stated, **rest)
+    made = Vehicle(name=known.name, effects=effects, simulator=simulator, uncertainty=stated, **rest)
+    return replace(made, steering=known.steering)
 
 
 def declared_vehicle(known: Known) -> Vehicle:
     """The vehicle that the known numbers declare by themselves: defaults of a vehicle file for the rest, no effects but those
     declared; yaw inertia and height of the centre of gravity, which have no default, as expected."""
     numbers: dict[str, Any] = {name: expected(known)[name][0] for name in ("yaw_inertia", "h_cg")} | known.numbers
-    return Vehicle(name=known.name, effects=known.effects, simulator=known.simulator, **numbers)
+    made = Vehicle(name=known.name, effects=known.effects, simulator=known.simulator, **numbers)
+    return replace(made, steering=known.steering)
 
 
 def free_layout(known: Known) -> Layout:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from softsoil.plant.simulate import simulate
     from softsoil.recording.drive import Recording
     from softsoil.recording.read import read_drive, write_drive
+    from softsoil.refinement.identify import identify
     from softsoil.refinement.refine import refine
     from softsoil.refinement.residual import residual
     from softsoil.symbolic.catalogue import catalogue
@@ -54,6 +55,7 @@ __all__ = [
     "estimate",
     "example_logs",
     "generate",
+    "identify",
     "load_declaration",
     "load_soil",
     "load_vehicle",
@@ -80,6 +82,7 @@ if not TYPE_CHECKING:
         "plant.simulate": ("simulate",),
         "recording.drive": ("Recording",),
         "recording.read": ("read_drive", "write_drive"),
+        "refinement.identify": ("identify",),
         "refinement.refine": ("refine",),
         "refinement.residual": ("residual",),
         "symbolic.catalogue": ("bicycle=declared_model", "catalogue"),

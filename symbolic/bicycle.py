@@ -106,12 +106,12 @@ def bicycle(
         Stage("loads", _loads),
         Stage("tracks", _tracks),
         Stage("contacts", lambda q: _contacts(q, soil.name)),
-        Stage("forces", lambda q: _forces(q, simulated(law, {name: q[name] for name in free.names if name in SIMULATOR}))),
+        Stage("forces", lambda q: forces(q, simulated(law, {name: q[name] for name in free.names if name in SIMULATOR}))),
         Stage("balance", _balance),
         Stage("rates", _rates),
         Stage("outputs", lambda q: {f"y_{name}": q[name] for name in STATES.names}),
     )
-    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages)
+    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages, geometry=vehicle)
 
 
 def vehicle_law(vehicle: Vehicle, law: ForceLaw | str) -> ForceLaw:
@@ -194,7 +194,8 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
     return corner.with_(soil=soil, contact=contact)
 
 
-def _forces(q: Quantities, law: ForceLaw) -> Quantities:
+def forces(q: Quantities, law: ForceLaw) -> Quantities:
+    """The wheels with the force of a law on each: the stage "forces"."""
     wheel = Wheel(q["radius"], q["width"])
     wheels = tuple(c.with_(force=law(c.soil, wheel, c.contact)) for c in q["wheels"])
     return {"wheels": wheels}

@@ -8,7 +8,7 @@ every state and the value `y_<output>` of every output.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -92,8 +92,8 @@ class Model:
     """Continuous-time model xdot = f(x, u, p), y = g(x, u, p); argument order always (x, u, p).
 
     x, u, p, y: layouts of states, inputs, parameters, outputs; stages: the derivation in order; memories: histories whose
-    provided signals are the last entries of u; added: the effects in it, by name. Raises ValueError where one name stands for two
-    quantities.
+    provided signals are the last entries of u; added: the effects in it, by name; geometry: the vehicle, where it has one.
+    Raises ValueError where one name stands for two quantities.
     Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).ode().name_in() == ["x", "u", "p"]
     """
 
@@ -105,6 +105,7 @@ class Model:
     stages: tuple[Stage, ...]
     memories: tuple[Memory, ...] = ()
     added: tuple[Added, ...] = ()
+    geometry: Any = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         _ = self.x + self.u + self.p  # raises where a name is taken twice

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from softsoil.files.package_data import vehicle_file
+from softsoil.files.steering_map import SteeringMap, steering_from_table
 from softsoil.files.toml_file import finite, read_toml
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.wheel import Wheel
@@ -51,7 +52,7 @@ class Vehicle:
 
     effects: declared effects by name, each a table of parameters; simulator: where its logs come from a simulated soil, how that
     meets a wheel (SIMULATOR), empty for a real one; uncertainty: standard deviations of numbers and effects' parameters, by name
-    and in their units, as far as they are known; source: its file, for messages.
+    and in their units, as far as they are known; steering: command to mean road-wheel angle; source: its file.
     Raises ValueError for a number outside its physical bounds.
     Example: softsoil.load_vehicle("reference").with_(mass=2000.0).mass == 2000.0
     """
@@ -81,6 +82,7 @@ class Vehicle:
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     simulator: dict[str, float] = field(default_factory=dict)
     uncertainty: dict[str, float] = field(default_factory=dict)
+    steering: SteeringMap | None = None
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
@@ -124,7 +126,7 @@ SIMULATOR = Layout.of(
 
 def load_vehicle(source: str | Path) -> Vehicle:
     """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file (keys: NUMBERS, `[effects.<name>]` tables of
-    declared effects, `[simulator]`).
+    declared effects, `[simulator]`, `[steering]`).
 
     Raises ValueError naming the file, the key, what was expected and what was found.
     Example: softsoil.load_vehicle("paper").effects == {}
@@ -164,6 +166,7 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
                 f"{where}: uncertainty.{key}: expected a positive standard deviation of a number of the vehicle or of a "
                 f"parameter of its effects, found {std:g}"
             )
+    values["steering"] = steering_from_table(table.get("steering", {}), where)
     try:
         values |= {"effects": effects, "simulator": simulator, "uncertainty": uncertainty, "source": where}
         return Vehicle(str(table.get("name", name)), **values)

@@ -10,8 +10,8 @@ from types import MappingProxyType
 
 PROJECT = Path(__file__).resolve().parents[2]
 ORDER = (
-    "files", "recording", "symbolic", "declaration", "codegen", "estimator", "plant", "control", "calibration", "refinement",
-    "cases", "mpc_demo", "figures", "commands",
+    "files", "recording", "importing", "symbolic", "declaration", "codegen", "estimator", "plant", "control", "calibration",
+    "refinement", "cases", "mpc_demo", "figures", "commands",
 )  # fmt: skip
 """Rooms from the ground up: a room imports from rooms below it only."""
 NOT_BELOW: Mapping[str, Set[str]] = MappingProxyType(

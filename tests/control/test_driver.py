@@ -1,9 +1,11 @@
 """The driver: its parts, a drive of a small vehicle, and what it does when measurements or plans are missing."""
 
 import importlib.util
+import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -19,8 +21,10 @@ from softsoil.control.follower import PlanFollower
 from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_status import Status
+from softsoil.control.ocp import Ocp
 from softsoil.control.path import Path
 from softsoil.control.pedals import Pedals
+from softsoil.files.steering_map import SteeringMap
 
 
 def test_the_estimator_begins_each_drive_anew():
@@ -103,6 +107,22 @@ def test_a_stranger_starts_from_its_first_measurements_and_comes_to_the_path():
     np.testing.assert_allclose(log.commands[0].state[:6], [0.0, 0.4, 0.0, 5.0, 0.0, 0.0], atol=1e-12)
 
 
+def test_a_vehicle_with_a_steering_map_is_commanded_in_its_unit_and_measured_in_it():
+    steering = SteeringMap((-8.0, 0.0, 6.0), (-0.5, 0.03, 0.5))
+    ocp = small_ocp()
+    mapped = Ocp(ocp.model, ocp.vehicle.with_(steering=steering), ocp.settings)
+    solver, estimator = parts()
+    driver = Driver(mapped, Path(straight().points[:160]), 5.0, settings=SENSORS, solver=solver, estimator=estimator)
+    measured = {"x": 0.0, "y": 0.4, "psi": 0.0, "u": 5.0, "steer_command": 1.2}
+    first = driver.tick(0.0, measured)
+    assert steering.angle_of(first.steer_command) == pytest.approx(first.steer, abs=1e-9)
+    assert driver._steering(measured, 0.0) == pytest.approx(float(steering.angle_of(1.2)))
+    assert driver._steering({**measured, "steer": 0.1}, 0.0) == 0.1
+    assert driver._steering({}, 0.07) == 0.07
+    plain, _ = driven(ModelVehicle(), 0.1)
+    assert math.isnan(plain.tick(0.2, {}).steer_command)
+
+
 def test_without_wheel_speeds_and_accelerometer_n_is_still_learnt_and_the_uncertain_n_is_on_the_safe_side():
     _, log = driven(ModelVehicle())
     first, last = log.commands[0], log.commands[-1]
@@ -112,6 +132,22 @@ def test_without_wheel_speeds_and_accelerometer_n_is_still_learnt_and_the_uncert
     assert (
         all(command.n_used == command.n for command in judged.commands) and judged.commands[0].verdict == "identified"
     )
+
+
+class HeldBack(ModelVehicle):
+    """A vehicle that the soil holds back by 0.6 m/s^2, of which the controller's model knows nothing."""
+
+    def apply(self, command: DriverCommand, seconds: float) -> None:
+        super().apply(command, seconds)
+        self.z[3] -= 0.6 * seconds
+
+
+def test_the_speed_is_held_against_what_the_plan_does_not_know():
+    driver, log = driven(HeldBack(), 6.0)
+    assert log.column("state")[-1, 3] == pytest.approx(5.0, abs=0.1)
+    assert driver.resistance == pytest.approx(0.6, abs=0.15)
+    careless = replace(SENSORS, resistance_share=0.0)
+    assert driven(HeldBack(), 6.0, settings=careless)[1].column("state")[-1, 3] < 4.8
 
 
 def test_a_driver_that_does_not_learn_keeps_what_it_was_given():

@@ -1,4 +1,4 @@
-"""docs/add-an-effect.md, followed to the letter in a copy of the project."""
+"""docs/tutorials/add-an-effect.md, followed to the letter in a copy of the project."""
 
 import os
 import re
@@ -10,7 +10,7 @@ import pytest
 
 from drives import PROJECT
 
-PAGE = PROJECT / "docs" / "add-an-effect.md"
+PAGE = PROJECT / "docs" / "tutorials" / "add-an-effect.md"
 ROOMS = sorted(link.name for link in (PROJECT / "softsoil").iterdir() if link.is_symlink())
 HEAVY = shutil.ignore_patterns("__pycache__", "*.parquet", "*.csv.gz", "clibrary_corpus")
 

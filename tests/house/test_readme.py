@@ -18,7 +18,7 @@ DOCUMENTS = [
     PROJECT / "README.md",
     PROJECT / "CONTRIBUTING.md",
     PROJECT / "CHANGELOG.md",
-    *sorted(PROJECT.glob("docs/*.md")),
+    *sorted(PROJECT.glob("docs/**/*.md")),
 ]
 DOCUMENTS += sorted(PROJECT.glob("data/*.md"))
 ROOMS = tuple(path.name for path in PROJECT.iterdir() if path.is_dir() and not path.name.startswith("."))
@@ -40,8 +40,9 @@ def test_links_and_paths_exist(document):
 
 def test_every_document_is_in_the_index():
     index = (PROJECT / "docs" / "README.md").read_text(encoding="utf-8")
-    for document in PROJECT.glob("docs/*.md"):
-        assert document.name == "README.md" or f"]({document.name})" in index
+    for document in (PROJECT / "docs").rglob("*.md"):
+        name = document.relative_to(PROJECT / "docs").as_posix()
+        assert name == "README.md" or f"]({name})" in index
 
 
 def test_every_command_that_the_readme_names_is_there():
@@ -74,11 +75,11 @@ def test_python_of_the_readme_prints_what_the_command_prints(tmp_path):
     arguments = ["estimate", str(log), "--soil", "clay", "--n0", "0.7", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
-    found = json.loads((tmp_path / "out" / "estimate.json").read_text(encoding="utf-8"))
+    written = json.loads((tmp_path / "out" / "estimate.json").read_text(encoding="utf-8"))
     verdict, number = run.stdout.splitlines()
-    assert verdict == found["verdict"] and result.output.splitlines()[2].startswith(f"{verdict}: ")
-    assert number == f"n {found['n_front']:.3f} ± {found['n_front_std']:.3f}"
-    assert f"n front {found['n_front']:.3f} ± {found['n_front_std']:.3f}" in result.output
+    assert verdict == written["verdict"] and result.output.splitlines()[2].startswith(f"{verdict}: ")
+    assert number == f"n {written['n_front']:.3f} ± {written['n_front_std']:.3f}"
+    assert f"n front {written['n_front']:.3f} ± {written['n_front_std']:.3f}" in result.output
 
 
 def test_python_in_the_documents_imports_the_public_face_first():

@@ -15,7 +15,7 @@ from softsoil.control.nmpc import Nmpc
 from softsoil.control.path import Path
 from softsoil.figures.drive import animate, draw_drive
 from softsoil.mpc_demo.closed_loop import DEADLINE, ClosedLoop, LoopLog
-from softsoil.mpc_demo.closed_loop_parts import TICK, Faults, NoisySensors
+from softsoil.mpc_demo.closed_loop_parts import OTHERS, TICK, Faults, NoisySensors
 from softsoil.mpc_demo.scenarios import scenarios
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
@@ -90,6 +90,20 @@ def test_sensors_are_the_papers_and_faults_are_where_they_should_be():
     assert np.isnan(sensors.read(1.5, sample)).all()
     wild = np.array([sensors.read(3.5, sample) for _ in range(200)])
     assert np.all(np.abs(wild - quiet.mean(axis=0)).max(axis=0) > 8 * sensors.std)
+
+
+def test_all_sensors_may_be_noisy():
+    """As many measurements as the driver takes, each as noisy as it is declared; the states as without."""
+    sample = Plant(CLAY, start=Start(u=5.0)).step((0.1, 0.2, 0.0), TICK)
+    few, all_of_them = NoisySensors(3), NoisySensors(3, noisy="all")
+    first, second = few.measure(0.5, sample), all_of_them.measure(0.5, sample)
+    assert first["omega_fl"] == sample["omega_fl"] and "steer" not in first
+    assert all(second[name] == first[name] for name in ("x", "y", "psi", "u", "v", "omega_z"))
+    rows = np.array([[all_of_them.measure(0.5, sample)[name] for name in OTHERS] for _ in range(2000)])
+    np.testing.assert_allclose(rows.std(axis=0), all_of_them.other_std, rtol=0.1)
+    np.testing.assert_allclose(rows.mean(axis=0), [sample[name] for name in OTHERS], atol=4 * all_of_them.other_std.max() / 44)
+    with pytest.raises(ValueError, match="states, all"):
+        NoisySensors(3, noisy="some")
 
 
 def test_paths_project_onto_themselves():

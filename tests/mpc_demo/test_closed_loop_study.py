@@ -72,6 +72,13 @@ def test_the_study_is_named_without_doubles_and_covers_both_soils():
     assert low < STUDY[0].scenario("low").n_true(0.0) < high
 
 
+def test_a_larger_vehicle_has_larger_courses_speeds_and_times():
+    case = STUDY[-1].enlarged(1.44)
+    assert case.speed == pytest.approx(1.2 * STUDY[-1].speed) and case.scenario("low").speed == case.speed
+    assert case.faults.dropout == pytest.approx(tuple(1.2 * t for t in STUDY[-1].faults.dropout))
+    assert case.faults.burst == pytest.approx(tuple(1.2 * t for t in STUDY[-1].faults.burst))
+
+
 def test_report_and_figure_are_made(tmp_path, capsys):
     say_study(runs(0.3, 0.2, 0.21))
     assert "recovered" in capsys.readouterr().out

@@ -1,0 +1,115 @@
+"""Numbers of a vehicle given wrong to `softsoil identify`: whether it names them, and whether it leaves right ones alone.
+
+Run: python -m benchmarks.identify_contradictions [../shared/data] [--seeds 2] [--vehicles suv reference plant] [--errors ...]
+The reference simulator's two vehicles and one of the plant (a seed of benchmarks.identify_plant), each with its numbers as
+measured, and with one of them wrong: wheelbase +2 % (l_f and l_r alike), radius +1 % and -1 %, yaw inertia given 38 % too large.
+One lock and one multi-sine drive are fitted, with the noise "good" of each seed. A wrong number counts as said where the verdict
+is `contradicts_given` and names it; every other number named is a false one.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.identify_suv import FITTED, HELD, KNOWN
+from benchmarks.judges.plant_vehicles import FIT, case_of, log_of
+from softsoil.recording.drive import Recording
+from softsoil.recording.log_names import named_soil
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+from softsoil.refinement.identify import identify
+from softsoil.refinement.known_vehicle import Known
+from softsoil.symbolic.soil import Soil, load_soil
+from softsoil.symbolic.vehicle import load_vehicle
+
+REFERENCE = Known(
+    "reference",
+    {"mass": 1378.33, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.330229, "width": 0.2121, "h_cg": 0.63},
+    file="the simulator's input",
+    simulator=load_vehicle("reference").simulator,
+)
+REFERENCE_DRIVES = ("paper_clay_n0.50", "multi_sandyloam_n0.70", "multi_clay_n0.50")
+"""Of the shared drives, the last left out."""
+SUV_INERTIA, REFERENCE_INERTIA = 3920.0, 1820.0
+"""kg m^2: what the true wheel forces balance with (benchmarks.identify_suv; the drives' README)."""
+PLANT_SEED = 0
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A vehicle to be given wrong numbers of: name, its right ones, yaw inertia (kg m^2), clean drives and their soil classes."""
+
+    name: str
+    known: Known
+    inertia: float
+    drives: Sequence[Recording]
+    soils: Sequence[Soil]
+
+
+def _wheelbase(s: Subject) -> Known:
+    return s.known.with_numbers(l_f=1.02 * s.known["l_f"], l_r=1.02 * s.known["l_r"])
+
+
+ERRORS: Mapping[str, tuple[str, Callable[[Subject], Known]]] = {
+    "right": ("", lambda s: s.known),
+    "wheelbase+2%": ("l_f", _wheelbase),
+    "radius+1%": ("radius", lambda s: s.known.with_numbers(radius=1.01 * s.known["radius"])),
+    "radius-1%": ("radius", lambda s: s.known.with_numbers(radius=0.99 * s.known["radius"])),
+    "inertia+38%": ("yaw_inertia", lambda s: s.known.with_numbers(yaw_inertia=1.38 * s.inertia)),
+    "inertia right": ("", lambda s: s.known.with_numbers(yaw_inertia=s.inertia)),
+}
+"""What is wrong -> the number that has to be named, and the known numbers with it."""
+
+
+def main() -> None:
+    """Identify with each error and print what is said."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"), help="folder of the shared data")
+    parser.add_argument("--seeds", type=int, default=2, help="how many seeds of the noise")
+    parser.add_argument("--vehicles", nargs="+", default=["suv", "reference", "plant"], help="which of the three")
+    parser.add_argument("--errors", nargs="+", default=list(ERRORS), choices=list(ERRORS), help="which errors")
+    asked = parser.parse_args()
+    said = wrong = false = runs = 0
+    for vehicle in asked.vehicles:
+        subject = _subject(vehicle, asked.data)
+        for error in asked.errors:
+            named, known = ERRORS[error][0], ERRORS[error][1](subject)
+            for seed in range(asked.seeds):
+                drives = [add_noise(drive, "good", 10 * i + 1000 * seed) for i, drive in enumerate(subject.drives)]
+                found = identify(drives, subject.soils, known)
+                names = [c.name for c in found.contradictions]
+                hit = bool(named) and named in names and found.verdict == "contradicts_given"
+                more = [name for name in names if name != named]
+                runs, said, wrong, false = runs + 1, said + hit, wrong + bool(named), false + len(more)
+                words = ", ".join(f"{c.name} {c.given:.5g} -> {c.value:.5g} ({c.sigmas:.1f})" for c in found.contradictions)
+                value = found.vehicle.yaw_inertia / subject.inertia - 1.0
+                print(
+                    f"{subject.name:10s} {error:14s} seed {seed}: {'said' if hit else 'NOT said' if named else 'right numbers'}"
+                    f"; {found.verdict} {words or 'nothing'}; yaw inertia {100 * value:+.1f} %; {found.seconds:.0f} s",
+                    flush=True,
+                )
+    print(f"{said} of {wrong} wrong numbers said; {false} right numbers contradicted in {runs} identifications")
+
+
+def _subject(name: str, data: Path) -> Subject:
+    """The vehicle called `name` with its drives; ValueError for another name."""
+    if name == "plant":
+        case = case_of(PLANT_SEED)
+        logs = [log_of(case, kind, number) for number, kind in enumerate(FIT)]
+        inertia = case.drawn.vehicle.yaw_inertia
+        return Subject(f"plant {PLANT_SEED}", case.known, inertia, [log.drive for log in logs], [log.soil for log in logs])
+    if name == "suv":
+        names, folder, known, inertia = (*FITTED, HELD), "chrono_suv", KNOWN, SUV_INERTIA
+    elif name == "reference":
+        names, folder, known, inertia = REFERENCE_DRIVES, "chrono_vehicle", REFERENCE, REFERENCE_INERTIA
+    else:
+        raise ValueError(f"--vehicles: expected suv, reference or plant; found {name!r}")
+    drives = [read_drive(data / folder / f"{one}.csv.gz") for one in names]
+    return Subject(name, known, inertia, drives, [load_soil(str(named_soil(one))) for one in names])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,204 @@
+"""`softsoil identify` judged on a vehicle of the independent simulator: n, yaw inertia, predictions and traced effects.
+
+Fitted: the drives of the case with the noise named "good". Judged, on all its other drives: n by the filter and by the horizon
+with Table-5 noise from two initial guesses, n by all windows at once, predictions over 2.5 s from clean states; the yaw inertia
+against what the true wheel forces balance with (read here only, to judge); what `refine` names on drives with an effect.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.judges.true_soil import drive_name
+from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.estimate import METHODS, run_method
+from softsoil.estimator.free_windows import FreeWindows, WindowModel
+from softsoil.estimator.horizons import Replay
+from softsoil.estimator.inputs import sensor_std
+from softsoil.estimator.parameters import Free
+from softsoil.estimator.shooting import shooting_drive
+from softsoil.estimator.window_fit import fit_windows
+from softsoil.mpc_demo.blind_test import score
+from softsoil.recording.drive import Recording
+from softsoil.recording.log_names import named_n, named_soil
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+from softsoil.refinement.identify import identify
+from softsoil.refinement.identify_bench import FASTEST, MODEL_STD, N_NAMES, N_SCALE, NOISE_FLOOR
+from softsoil.refinement.identify_bench import HORIZON as HORIZON_OF_FIT
+from softsoil.refinement.identify_result import JUDGED_STATES, Identification
+from softsoil.refinement.identify_toml import vehicle_toml
+from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.refine import refine
+from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
+from softsoil.symbolic.soil import Soil, load_soil
+from softsoil.symbolic.vehicle import Vehicle, load_vehicle
+
+HORIZON = 2.5
+"""s, of the predictions."""
+GUESSES = (0.2, -0.15)
+"""Initial guesses of n, off the true one."""
+ROWS = 9
+"""Samples over which true forces and yaw rate are averaged."""
+START_UP = 2.0
+"""s."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A vehicle to be identified.
+
+    known: its numbers as an owner knows them; fitted: drives of the fit; held: the drive that `identify` judges itself on;
+    nominal: its drives without an effect; tracks: front and rear (m), of the true forces; effects: name of a drive with an
+    effect -> effect, soil class, true parameters.
+    """
+
+    known: Known
+    fitted: tuple[str, ...]
+    held: str
+    nominal: tuple[Path, ...]
+    tracks: tuple[float, float]
+    effects: Mapping[str, tuple[str, str, Mapping[str, float]]]
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the drives."""
+        return self.nominal[0].parent
+
+    @property
+    def judged(self) -> list[Path]:
+        """Nominal drives that no fit has seen."""
+        return [path for path in self.nominal if drive_name(path) not in self.fitted]
+
+
+def add_options(parser: argparse.ArgumentParser, out: str) -> None:
+    """Options of such a benchmark; out: where the identified vehicle file is written by default."""
+    parser.add_argument("--effects", action="store_true", help="trace the drives with an effect, and the nominal ones, too")
+    parser.add_argument("--vehicle", type=Path, help="judge this vehicle file in the place of a new identification")
+    parser.add_argument("--out", type=Path, default=Path(out), help="where the vehicle file is written")
+
+
+def run(case: Case, asked: argparse.Namespace) -> None:
+    """Identify, judge and print, as the options say."""
+    if asked.vehicle is None:
+        found = identified(case)
+        asked.out.parent.mkdir(parents=True, exist_ok=True)
+        asked.out.write_text(vehicle_toml(found), encoding="utf-8")
+        print(f"wrote {asked.out}")
+        vehicle = found.vehicle
+    else:
+        vehicle = load_vehicle(asked.vehicle)
+    print_inertia(case, vehicle)
+    judge(case, vehicle)
+    if asked.effects:
+        trace(case, vehicle)
+
+
+def identified(case: Case) -> Identification:
+    """The case's vehicle by `identify` from its fitted drives, printed."""
+    began = time.perf_counter()
+    names = (*case.fitted, case.held)
+    drives = [add_noise(read_drive(case.folder / f"{name}.csv.gz"), "good", 10 * i) for i, name in enumerate(names)]
+    found = identify(drives, [load_soil(str(named_soil(name))) for name in names], case.known)
+    print(f"{found.verdict}: {found.reason} ({time.perf_counter() - began:.0f} s)")
+    for name, number in found.numbers.items():
+        print(
+            f"  {name:22s} {number.value:10.4f} ± {number.std:.4f} {number.unit:10s} {number.state:17s} "
+            f"n {number.n_percent_per_std:+.1f} %"
+        )
+    print("asks:", *found.asks, sep="\n  ")
+    return found
+
+
+def print_inertia(case: Case, vehicle: Vehicle) -> None:
+    """Print the yaw inertia beside the one that the true wheel forces balance with, least squares on d(omega_z)/dt."""
+    values = []
+    kernel = np.ones(ROWS) / ROWS
+    for path in case.nominal:
+        if "steps" in path.name:
+            continue
+        drive = read_drive(path)
+        moment = np.zeros(len(drive))
+        for wheel in ("fl", "fr", "rl", "rr"):
+            arm = case.known["l_f"] if wheel[0] == "f" else -case.known["l_r"]
+            side = (0.5 if wheel[1] == "l" else -0.5) * case.tracks["fr".index(wheel[0])]
+            moment += arm * drive.truth[f"true_fy_{wheel}"] - side * drive.truth[f"true_fx_{wheel}"]
+        rate = np.convolve(np.gradient(drive["omega_z"], drive.dt), kernel, "same")
+        rows = drive.t > START_UP
+        columns = np.column_stack([rate, np.ones(len(rate))])[rows]
+        values.append(np.linalg.lstsq(columns, np.convolve(moment, kernel, "same")[rows], rcond=None)[0][0])
+    true = float(np.mean(values))
+    off = 100 * (vehicle.yaw_inertia / true - 1)
+    print(f"yaw inertia {vehicle.yaw_inertia:.0f}, the true forces balance with {true:.0f}: {off:+.1f} %")
+
+
+def judge(case: Case, vehicle: Vehicle) -> None:
+    """Print n and predictions of the drives that no fit has seen."""
+    errors: dict[str, list[float]] = {method: [] for method in (*METHODS, "windows")}
+    logs: list[np.ndarray] = []
+    for i, path in enumerate(case.judged):
+        name, soil = drive_name(path), load_soil(str(named_soil(path.name)))
+        clean, n_true = read_drive(path), float(named_n(name) or np.nan)
+        noisy = add_noise(clean, "table5", 100 + i)
+        model = Declaration(vehicle, soil).build()
+        words = []
+        for method in METHODS:
+            found = [float(run_method(noisy, model, n_true + off, method).n_front[-1]) / n_true - 1 for off in GUESSES]
+            errors[method] += found
+            words.append(f"{method} " + ", ".join(f"{100 * e:+.1f}" for e in found) + " %")
+        mse = []
+        for numbers in (declared_vehicle(case.known), vehicle_of(case.known, {"max_steer": vehicle.max_steer}), vehicle):
+            n = n_by_windows(numbers, noisy, soil)
+            built = Declaration(numbers, soil.with_(n=n)).build()
+            mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
+        errors["windows"].append(n / n_true - 1)
+        ratio = [float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2]]
+        logs.append(np.log(ratio))
+        print(
+            f"{name:28s} n {n_true:.2f}: {', '.join(words)}, windows {100 * errors['windows'][-1]:+.1f} %; "
+            f"mse at {HORIZON} s {ratio[0]:.1f} ({ratio[1]:.1f}) times smaller",
+            flush=True,
+        )
+    for kind, values in errors.items():
+        size = 100 * np.abs(values)
+        print(f"n by {kind}, Table-5 noise: median {np.median(size):.1f} %, worst {size.max():.1f} %")
+    plain, expected = np.exp(np.mean(logs, axis=0))
+    print(
+        f"mse at {HORIZON} s, geometric mean: {plain:.1f} times smaller than with the known file as it stands (no effects), "
+        f"{expected:.1f} times than with everything else as expected of any vehicle"
+    )
+
+
+def n_by_windows(vehicle: Vehicle, drive: Recording, soil: Soil) -> float:
+    """n of a drive by all its windows at once, their initial states free."""
+    model = Declaration(vehicle, soil).build()
+    ready = shooting_drive(drive, model, START_UP)
+    sigma = np.hypot(MODEL_STD, sensor_std(drive, NOISE_FLOOR))
+    windows = FreeWindows(WindowModel(model, ready.dt), ready, HORIZON_OF_FIT, sigma, FASTEST)
+    free = [Free("n", N_NAMES, N_SCALE, 0.2, 1.6)]
+    fits = []
+    for guess in (0.4, 0.9):
+        p = model.p.pack(n_f=guess, n_r=guess)
+        fits.append(fit_windows([windows], free, np.array([guess]), p))
+    return float(min(fits, key=lambda fit: fit.cost).value[0])
+
+
+def trace(case: Case, vehicle: Vehicle) -> None:
+    """Print what `refine` names on the drives with an effect and on the nominal ones that no fit has seen."""
+    paths: Sequence[Path] = [*(case.folder / f"{name}.csv.gz" for name in case.effects), *case.judged]
+    right = 0
+    for path in paths:
+        name = drive_name(path)
+        effect, soil, truth = case.effects.get(name, ("", str(named_soil(name)), {}))
+        found = refine([read_drive(path)], Declaration(vehicle, load_soil(soil)), workers=1)
+        good, why = score({"kind": "effect" if effect else "clean", "name": effect, "truth": truth}, found)
+        right += good
+        best = ", ".join(f"{c.name} {100 * c.gain:.0f} %" for c in found.ranking[:3])
+        print(f"{name:28s} {'right' if good else 'WRONG'} {found.verdict} {why}; best {best}; {found.seconds:.0f} s", flush=True)
+    print(f"{right} of {len(paths)} right")

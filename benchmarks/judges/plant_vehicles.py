@@ -1,0 +1,116 @@
+"""Vehicles of the plant for blind tests: what their owner measures, with its errors, and the logs that they drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from softsoil.mpc_demo.blind_cases import N_RANGES
+from softsoil.plant.drawn_vehicle import DrawnVehicle, draw_vehicle
+from softsoil.plant.effects import Effects
+from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steps
+from softsoil.plant.simulate import simulate
+from softsoil.plant.start import Start
+from softsoil.plant.world import STEP, Plant
+from softsoil.recording.drive import Recording
+from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.vehicle_numbers import by_name
+from softsoil.symbolic.soil import SOILS, Soil
+
+SEARCH = 0.1
+"""m above the soil, up to which the simulated contact takes a wheel's underside into the width of its footprint."""
+SINKAGE = 0.03
+"""m: of a wheel, about, on the soils that are drawn."""
+REACH_ERROR = 2.0
+"""Errors of measuring stay within so many standard deviations."""
+FIT = ("lock", "multi", "held")
+"""Manoeuvres of the logs that an identification gets, the last of which it leaves out."""
+SECONDS = {"lock": 30.0, "multi": 45.0, "held": 40.0, "steps": 30.0}
+"""Length of the logs by manoeuvre."""
+JUDGE = ("multi", "lock", "steps")
+"""Manoeuvres of the logs that judge."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A vehicle of the plant by its seed: the vehicle and what its owner says of it."""
+
+    seed: int
+    drawn: DrawnVehicle
+    known: Known
+
+
+@dataclass(frozen=True)
+class Log:
+    """A clean drive of the plant with its soil class and the n that it was driven on."""
+
+    drive: Recording
+    soil: Soil
+    n: float
+
+
+def case_of(seed: int) -> Case:
+    """The vehicle of a seed, measured with the errors that the table of numbers states for scale and tape."""
+    drawn = draw_vehicle(seed)
+    rng = np.random.default_rng([seed, 4])
+    numbers = by_name()
+    exact = Known(drawn.vehicle.name, dict(drawn.measured))
+    told = {}
+    for name, value in drawn.measured.items():
+        std = numbers[name].measured(exact, value)
+        told[name] = value + std * float(np.clip(rng.standard_normal(), -REACH_ERROR, REACH_ERROR))
+    return Case(seed, drawn, Known(drawn.vehicle.name, told, file=f"seed {seed}", simulator=simulator(drawn.measured["radius"])))
+
+
+def simulator(radius: float) -> dict[str, float]:
+    """Settings of the simulated soil for wheels of a radius (m), as vehicles/plant.toml has them for its own."""
+    patch = 2.0 * math.sqrt(1.0 - max(1.0 - (SEARCH + SINKAGE) / radius, 0.0) ** 2)
+    return {"contact_step": STEP, "contact_entry": 0.1, "patch_length": round(patch, 2)}
+
+
+def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None = None) -> Log:
+    """A log of a case's vehicle.
+
+    kind: "lock", "multi", "held" or "steps"; number: of the log, by which soil, n, speed and heading are drawn; effects: of the
+    plant, switched on.
+    """
+    rng = np.random.default_rng([case.seed, 5, number])
+    name = str(rng.choice(list(N_RANGES)))
+    n = float(rng.uniform(*N_RANGES[name]))
+    soil = SOILS[name].with_(n=n)
+    limit = case.drawn.vehicle.max_steer
+    speed, period = float(rng.uniform(4.5, 6.0)), float(rng.uniform(9.0, 13.0))
+    multi = MultiSine(amplitude=0.85 * limit, seed=1000 * case.seed + number)
+    steers = {
+        "lock": (Sine(0.98 * limit, 3.0), Speed(speed - 0.5, 0.4, period)),
+        "multi": (multi, Speed(speed, 1.5, period)),
+        "held": (multi, Speed(speed, 1.2, period)),
+        "steps": (Steps(tuple(share * limit for share in (0.3, 0.5, 0.7, 0.9))), Speed(speed, 0.5, period)),
+    }
+    steer, throttle = steers[kind]
+    start = Start(u=speed, psi=float(rng.uniform(-math.pi, math.pi)))
+    made = Effects.from_table(dict(effects or {}))
+    plant = Plant(soil, vehicle=case.drawn.vehicle, effects=made, start=start, spacing=case.drawn.spacing)
+    drive = simulate(Manoeuvre(f"{kind}_{number}", steer, throttle), soil, SECONDS[kind], plant=plant)
+    return Log(Recording(f"{kind}_{number}", drive.channels, {}, drive.notes), SOILS[name], n)
+
+
+def effects_of(case: Case) -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
+    """What is built into the plant to be named, scaled to the vehicle: switch of the world -> settings, true size."""
+    rng = np.random.default_rng([case.seed, 6])
+    m = case.drawn.measured
+    load = 0.25 * m["mass"]
+    sign = [float(rng.choice([-1.0, 1.0])) for _ in range(2)]
+    offset, bank = sign[0] * float(rng.uniform(0.02, 0.05)), sign[1] * float(rng.uniform(0.05, 0.1))
+    lag = float(rng.uniform(0.1, 0.25))
+    behind = -0.85 * (m["l_f"] + m["l_r"])
+    return {
+        "load_carried": ({"payload": load, "payload_at": (behind, 0.0, m["h_cg"] + 0.3)}, {"size": load}),
+        "steer_offset": ({"steer_offset": offset}, {"size": offset}),
+        "slope_aside": ({"bank": bank}, {"size": bank}),
+        "steer_lag": ({"steer_lag": lag}, {"size": lag}),
+    }

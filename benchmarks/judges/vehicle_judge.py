@@ -1,0 +1,103 @@
+"""A vehicle file judged on clean drives whose n is known: n by both estimators with Table-5 noise, and predictions over 2.5 s."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.estimate import estimate
+from softsoil.estimator.horizons import Replay
+from softsoil.recording.drive import Recording
+from softsoil.recording.noise import add_noise
+from softsoil.refinement.identify_result import JUDGED_STATES
+from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
+from softsoil.symbolic.soil import Soil
+from softsoil.symbolic.vehicle import Vehicle
+
+GUESSES = (0.4, 0.9)
+"""First guesses of n."""
+HORIZON = 2.5
+"""s of the predictions."""
+TRUSTED = 0.10
+"""Error of n, as a share, beyond which it must not be called identified."""
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """One estimate: log, method, first guess, error of n as a share, verdict."""
+
+    log: str
+    method: str
+    guess: float
+    error: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """estimates; ratios: of mean squared errors at HORIZON, per log: of the known file as it stands, and of the numbers expected
+    of any such vehicle, over the judged file's, geometric mean over states."""
+
+    estimates: tuple[Estimated, ...]
+    ratios: tuple[tuple[float, float], ...]
+
+    def errors(self, method: str) -> np.ndarray:
+        """Errors of n (%) by a method, without sign."""
+        return 100.0 * np.abs([e.error for e in self.estimates if e.method == method])
+
+    @property
+    def trusted_wrongly(self) -> int:
+        """Estimates called identified that are more than TRUSTED off."""
+        return sum(e.verdict == "identified" and abs(e.error) > TRUSTED for e in self.estimates)
+
+
+def judge_drive(vehicle: Vehicle, known: Known, clean: Recording, soil: Soil, n: float, seed: int) -> Judgement:
+    """The vehicle on one drive.
+
+    vehicle: judged file; known: what its owner knows; clean: without noise; soil: class; n: true one; seed: of the noise.
+    """
+    noisy = add_noise(clean, "table5", seed)
+    model = Declaration(vehicle, soil).build()
+    estimates = []
+    for method, guess in (("horizon", GUESSES[1]), *(("ukf", guess) for guess in GUESSES)):
+        made = estimate(noisy, model, guess, method=method)
+        word = made.verdict.word if made.verdict is not None else ""
+        estimates.append(Estimated(clean.name, method, guess, float(made.n_front[-1]) / n - 1.0, word))
+    best = float(estimates[0].error + 1.0) * n
+    mse = []
+    steering = {"max_steer": float(np.abs(clean["steer"]).max() * 1.02)}
+    for numbers in (replace(declared_vehicle(known), **steering), vehicle_of(known, steering), vehicle):
+        built = Declaration(numbers, soil.with_(n=best)).build()
+        mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
+    before, expected = (float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2])
+    return Judgement(tuple(estimates), ((before, expected),))
+
+
+def joined(parts: Sequence[Judgement]) -> Judgement:
+    """Judgements of several drives as one."""
+    return Judgement(sum((p.estimates for p in parts), ()), sum((p.ratios for p in parts), ()))
+
+
+def lines(judgement: Judgement) -> list[str]:
+    """The judgement in words, one line each."""
+    out = []
+    for method in ("horizon", "ukf"):
+        errors = judgement.errors(method)
+        within = 100.0 * float(np.mean(errors <= 10.0))
+        out.append(
+            f"n by {method}, Table-5 noise, {len(errors)} estimates: median {np.median(errors):.1f} %, worst {errors.max():.1f} %"
+            f", {within:.0f} % within 10 %"
+        )
+    words = [e.verdict for e in judgement.estimates]
+    counts = ", ".join(f"{word} {words.count(word)}" for word in sorted(set(words), key=words.count, reverse=True))
+    out.append(f"verdicts: {counts}; more than 10 % off and called identified: {judgement.trusted_wrongly} of {len(words)}")
+    plain, expected = np.exp(np.mean(np.log(judgement.ratios), axis=0))
+    out.append(
+        f"mse at {HORIZON} s, geometric mean: {plain:.1f} times smaller than with the known file as it stands, {expected:.1f} "
+        "times than with everything else as expected of any vehicle"
+    )
+    return out

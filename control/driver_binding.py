@@ -1,0 +1,103 @@
+"""The driver in C, compiled and called from Python."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softsoil.codegen.compiled import FLAGS, build_library
+from softsoil.control.c_controller import sources
+from softsoil.control.c_driver import MEASUREMENTS
+from softsoil.control.driver_types import Measured
+from softsoil.control.nmpc_binding import ALIGNMENT, REFUSED
+from softsoil.control.path import Path
+
+Array = NDArray[np.float64]
+_REAL, _WHOLE = ctypes.c_double, ctypes.c_int32
+
+
+class CPath(ctypes.Structure):
+    """softsoil_nmpc_path_t."""
+
+    _fields_ = [("n", ctypes.c_size_t)] + [(name, ctypes.c_void_p) for name in ("x", "y", "s", "psi")]
+
+
+class Task(ctypes.Structure):
+    """softsoil_driver_task_t."""
+
+    _fields_ = [
+        ("path", CPath), ("speed", _REAL), ("obstacles", ctypes.c_void_p), ("obstacle_count", ctypes.c_size_t), ("n0", _REAL),
+        ("learn", _WHOLE), ("known", _WHOLE), ("start", _REAL * 6),
+    ]  # fmt: skip
+
+
+def command_type(states: int) -> Any:
+    """softsoil_driver_command_t of a controller with so many states."""
+    reals = (
+        "steer", "steer_rate", "speed", "a_x", "a_asked", "n", "n_std", "n_used", "slip", "resistance", "along", "left",
+    )  # fmt: skip
+    flags = ("status", "filter_status", "lost", "halt", "finished", "stopped", "started", "solved")
+
+    class Command(ctypes.Structure):
+        """softsoil_driver_command_t."""
+
+        _fields_ = [*[(name, _REAL) for name in reals], ("z", _REAL * states), *[(name, _WHOLE) for name in flags]]
+
+    return Command
+
+
+class CDriver:
+    """One driver: softsoil_driver_t in memory of Python's.
+
+    texts: files of a folder (`controller_texts`); states: n_z of the controller; flags: of the compiler. Raises ValueError where
+    there is no compiler or it refuses.
+    """
+
+    def __init__(self, texts: Mapping[str, str], states: int, flags: Sequence[str] = FLAGS) -> None:
+        library = build_library("driver", sources({name: text for name, text in texts.items() if "/" in name}), flags)
+        if library is None:
+            raise ValueError("driver: expected a C compiler ($CC, cc, gcc or clang) that takes the generated files, found none")
+        self.c = ctypes.CDLL(str(library))
+        self.c.softsoil_driver_size.restype = ctypes.c_size_t
+        self.c.softsoil_nmpc_status_text.restype = ctypes.c_char_p
+        self._memory = bytearray(int(self.c.softsoil_driver_size()) + ALIGNMENT)
+        first = ctypes.c_char.from_buffer(self._memory)
+        self.self = ctypes.c_void_p(ctypes.addressof(first) + (-ctypes.addressof(first) % ALIGNMENT))
+        self.command = command_type(states)()
+        self._kept: list[Array] = []
+
+    def start(
+        self, path: Path, speed: float, obstacles: ArrayLike = (), n0: float = 0.7, learn: bool = True,
+        start: ArrayLike | None = None,
+    ) -> None:  # fmt: skip
+        """Begin a drive: see `softsoil.Driver` for path, speed (m/s), obstacles (K, 5), n0, learn and start (6,).
+
+        Raises ValueError where the library refuses them.
+        """
+        columns = [np.ascontiguousarray(path.points[:, i], dtype=float) for i in (0, 1)] + [np.zeros(len(path.points))] * 2
+        columns[3] = np.zeros(len(path.points))
+        places = np.ascontiguousarray(obstacles, dtype=float).reshape(-1, 5)
+        self._kept = [*columns, places]
+        task = Task(
+            CPath(len(path.points), *[column.ctypes.data for column in columns]), speed, places.ctypes.data, len(places), n0,
+            int(learn), int(start is not None),
+        )  # fmt: skip
+        if start is not None:
+            task.start[:] = [float(value) for value in np.asarray(start)]
+        self._check("path", self.c.softsoil_nmpc_path(ctypes.byref(task.path)))
+        self._check("init", self.c.softsoil_driver_init(self.self, None, ctypes.byref(task)))
+
+    def tick(self, t: float, measured: Measured) -> Any:
+        """The command from t (s) on, from what was measured at t; the same structure at every tick."""
+        given = np.array([measured.get(name, np.nan) for name in MEASUREMENTS], dtype=float)
+        pointer = given.ctypes.data_as(ctypes.c_void_p)
+        self._check("tick", self.c.softsoil_driver_tick(self.self, _REAL(t), pointer, ctypes.byref(self.command)))
+        return self.command
+
+    def _check(self, call: str, status: int) -> None:
+        if status >= REFUSED:
+            raise ValueError(f"softsoil_driver_{call}: {self.c.softsoil_nmpc_status_text(status).decode()}")

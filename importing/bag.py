@@ -1,0 +1,154 @@
+"""Bags without ROS: rosbag1, rosbag2 (sqlite3, MCAP, compressed), by the library rosbags; messages stream one at a time."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softsoil.importing.messages import fields_of, reader_of, stamp_of
+from softsoil.importing.sources import Holding, Series, Spread, ordered
+
+SAMPLED = 200
+"""Messages of a topic that inspect looks into, from its beginning."""
+ANOTHER_CLOCK = 5.0
+"""s: header stamps farther than this from the arrival times are of another clock, and are moved by the median difference."""
+TELL_EVERY = 2000
+"""Messages between two reports of progress."""
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """An open reader of the bag; ValueError where it is none, where it is damaged or where the library is missing."""
+    try:
+        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise ValueError(
+            f"{path}: expected the library rosbags for bags, found none: pip install softsoil[logs]"
+        ) from None
+    try:
+        with AnyReader([_file(path)], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            yield reader
+    except (AnyReaderError, OSError, KeyError, AssertionError) as error:
+        reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
+        raise ValueError(
+            f"{path}: expected a rosbag1 or rosbag2 recording, found one that cannot be read: {reason}"
+        ) from None
+
+
+def _file(path: Path) -> Path:
+    """What the library is given: a folder with metadata.yaml, or the one bag file of a folder without."""
+    if path.is_dir() and not (path / "metadata.yaml").is_file():
+        inside = sorted(p for p in path.iterdir() if p.suffix in (".bag", ".mcap", ".db3"))
+        if len(inside) != 1:
+            raise ValueError(
+                f"{path}: expected metadata.yaml or one bag file in the folder, found {len(inside)} bag files"
+            )
+        return inside[0]
+    if path.suffix == ".db3" and (path.parent / "metadata.yaml").is_file():
+        return path.parent
+    return path
+
+
+def inspect_bag(path: Path, progress: Callable[[float], None] = lambda share: None) -> list[Holding]:
+    """Every topic of a bag with its rate, clock and the spread of its fields; progress: called with the share done."""
+    found = []
+    with opened(path) as reader:
+        connections = list(reader.connections)
+        for i, connection in enumerate(connections):
+            found.append(_topic(reader, connection, str(path)))
+            progress((i + 1) / len(connections))
+    return [holding for holding in found if holding.count]
+
+
+def _topic(reader: Any, connection: Any, file: str) -> Holding:
+    samples: dict[str, list[float]] = {}
+    arrivals, stamps = [], []
+    for _, arrival, raw in reader.messages(connections=[connection]):
+        message = _message(reader, connection, raw)
+        if message is None:
+            break
+        arrivals.append(arrival * 1e-9)
+        stamps.append(stamp_of(message))
+        for key, value in fields_of(message):
+            samples.setdefault(key, []).append(value)
+        if len(arrivals) >= SAMPLED:
+            break
+    stamped = bool(stamps) and bool(np.isfinite(stamps).all())
+    clock = np.sort(np.array(stamps if stamped else arrivals))
+    steps = np.diff(clock)
+    rate = float(1.0 / np.median(steps)) if len(steps) and np.median(steps) > 0 else float("nan")
+    spreads = {key: _spread(np.array(values)) for key, values in samples.items()}
+    start = float(clock[0]) if len(clock) else float("nan")
+    return Holding(connection.topic, connection.msgtype, file, int(connection.msgcount), rate, start,
+                   start + (connection.msgcount - 1) / rate, "header stamps" if stamped else "arrival", spreads)  # fmt: skip
+
+
+def _spread(values: np.ndarray) -> Spread:
+    good = values[np.isfinite(values)]
+    if not len(good):
+        return Spread(float("nan"), float("nan"), False)
+    return Spread(float(good.min()), float(good.max()), bool(np.ptp(good) > 0))
+
+
+def _message(reader: Any, connection: Any, raw: bytes) -> Any:
+    """The message, or None for a type that the bag does not define."""
+    try:
+        return reader.deserialize(raw, connection.msgtype)
+    except (KeyError, ValueError):
+        return None
+    except Exception as error:
+        if type(error).__module__.startswith("rosbags"):
+            return None
+        raise
+
+
+def read_bag(
+    path: Path, wanted: Mapping[str, Sequence[str]], progress: Callable[[float], None] = lambda share: None
+) -> list[Series]:
+    """The wanted fields of the wanted topics, streamed: memory holds the numbers asked for, never a message twice.
+
+    wanted: topic -> paths of fields; progress: called with the share of messages read. Raises ValueError for a topic that the bag
+    lacks, naming those there are.
+    """
+    readers = {topic: {name: reader_of(name) for name in names} for topic, names in wanted.items()}
+    clocks = {topic: (array("d"), array("d")) for topic in wanted}
+    numbers = {topic: array("d") for topic in wanted}
+    with opened(path) as reader:
+        there = {c.topic for c in reader.connections}
+        for topic in wanted:
+            if topic not in there:
+                raise ValueError(f"{path}: expected topics of {', '.join(sorted(there))}; found none called {topic!r}")
+        chosen = [c for c in reader.connections if c.topic in wanted]
+        total, done = max(sum(c.msgcount for c in chosen), 1), 0
+        for connection, arrival, raw in reader.messages(connections=chosen):
+            message = _message(reader, connection, raw)
+            done += 1
+            if done % TELL_EVERY == 0:
+                progress(done / total)
+            if message is None:
+                continue
+            arrivals, stamps = clocks[connection.topic]
+            arrivals.append(arrival * 1e-9)
+            stamps.append(stamp_of(message))
+            numbers[connection.topic].extend([read(message) for read in readers[connection.topic].values()])
+    return [_series(topic, clocks[topic], numbers[topic], list(names)) for topic, names in wanted.items()]
+
+
+def _series(topic: str, clocks: tuple[array, array], numbers: array, names: list[str]) -> Series:
+    arrivals, stamps = (np.frombuffer(clock) if len(clock) else np.zeros(0) for clock in clocks)
+    rows = np.frombuffer(numbers).reshape(-1, len(names)) if len(numbers) else np.zeros((0, len(names)))
+    notes: tuple[str, ...] = ()
+    t = arrivals
+    if len(stamps) and np.isfinite(stamps).mean() > 0.99:
+        away = float(np.nanmedian(arrivals - stamps))
+        t = stamps
+        if abs(away) > ANOTHER_CLOCK:
+            t = stamps + away
+            notes = (f"{topic}: header stamps are {away:.3g} s behind their arrival, of another clock; moved by that",)
+    return ordered(topic, t.copy(), {name: rows[:, i].copy() for i, name in enumerate(names)}, notes)

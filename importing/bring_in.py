@@ -1,0 +1,179 @@
+"""An import: sources and a map become one drive, with its clocks compared and its channels checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softsoil.importing.bag import inspect_bag, read_bag
+from softsoil.importing.draft_map import geodetic
+from softsoil.importing.import_map import ImportMap
+from softsoil.importing.local_frame import east_north
+from softsoil.importing.loose_table import inspect_table, open_table, read_columns
+from softsoil.importing.merge import Merged, merge
+from softsoil.importing.sources import Holding, Series, check_source, is_bag
+from softsoil.recording.check_words import Check
+from softsoil.recording.cross_check import check_channels
+from softsoil.recording.derive import completed
+from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
+from softsoil.recording.geometry import Geometry
+from softsoil.recording.offsets import Offset, time_offsets
+
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "psi": ("psi",), "u": ("u",), "wheels": WHEEL_CHANNELS, "position": ("x", "y"), "steer": ("steer",),
+}  # fmt: skip
+"""Group of a time offset -> channels whose sources share it."""
+LEAST_SIGMAS = 3.0
+"""A clock is shifted by an offset of at least so many standard errors."""
+ROUNDS = 3
+"""Offsets are estimated again on shifted clocks: a late gyro hides what else is late."""
+SETTLED = 0.003
+"""s: a further shift smaller than this ends the rounds."""
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Import:
+    """What an import made.
+
+    merged: the drive before absent channels were derived; drive: with them; shifts: source -> seconds that its clock was shifted;
+    offsets: between the clocks as they were; checks: of the drive as it is now; series: by source.
+    """
+
+    merged: Merged
+    drive: Any
+    shifts: Mapping[str, float]
+    offsets: tuple[Offset, ...]
+    checks: tuple[Check, ...]
+    series: Mapping[str, Series]
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of import.json."""
+        channels = {}
+        for name in CHANNEL_UNITS:
+            if name == "t":
+                continue
+            origin = self.merged.origins.get(name)
+            source = origin.source if origin else ""
+            channels[name] = {
+                "state": origin.state if origin else self.drive.state_of(name),
+                "source": source, "rate_hz": origin.rate_hz if origin else None,
+                "offset_s": self.shifts.get(source.split(":", 1)[0], 0.0), "gaps": origin.gaps if origin else None,
+            }  # fmt: skip
+        offsets = [vars(offset) for offset in self.offsets]
+        clock = {"rows": len(self.drive), "rate_hz": 1.0 / self.drive.dt, "start_s": self.merged.start_s}
+        checks = [check.as_json() for check in self.checks]
+        return {**clock, "channels": channels, "offsets": offsets, "checks": checks, "notes": list(self.drive.notes)}
+
+
+def inspect_sources(paths: Sequence[Path], progress: Progress = lambda share: None) -> list[Holding]:
+    """Everything that bags and tables hold; progress: called with the share done. Raises ValueError naming the file."""
+    for path in paths:
+        check_source(path)
+    found: list[Holding] = []
+    for i, path in enumerate(paths):
+        look = inspect_bag if is_bag(path) else inspect_table
+        found += look(path, lambda share, i=i: progress((i + share) / len(paths)))  # type: ignore[misc]
+    names = [holding.name for holding in found]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"sources: expected distinct topics and file names, found {twice!r} twice")
+    return found
+
+
+def read_sources(paths: Sequence[Path], plan: ImportMap, progress: Progress = lambda share: None) -> dict[str, Series]:
+    """The samples that the map wants, by source; progress: called with the share done.
+
+    Raises ValueError for a source that no path holds, or a field that a source lacks.
+    """
+    wanted = plan.wanted()
+    found: dict[str, Series] = {}
+    for i, path in enumerate(paths):
+        check_source(path)
+        if is_bag(path):
+            found |= _of_bag(path, wanted, lambda share, i=i: progress((i + share) / len(paths)))  # type: ignore[misc]
+        elif path.name in wanted:
+            found[path.name] = _of_table(path, wanted[path.name], plan.times.get(path.name, ""))
+        progress((i + 1) / len(paths))
+    missing = [source for source in wanted if source not in found]
+    if missing:
+        raise ValueError(f"map: expected sources of {', '.join(map(str, paths))}; found none called {missing[0]!r}")
+    return found
+
+
+def _of_bag(path: Path, wanted: Mapping[str, Sequence[str]], progress: Progress) -> dict[str, Series]:
+    topics = {s: list(fields) for s, fields in wanted.items() if s.startswith("/")}
+    for fields in topics.values():
+        if "east" in fields or "north" in fields:
+            fields[:] = [f for f in fields if f not in ("east", "north")] + ["latitude", "longitude", "altitude"]
+    series = {s.name: s for s in read_bag(path, topics, progress)}
+    return {name: _local(one, ("latitude", "longitude", "altitude")) if "latitude" in one.values else one
+            for name, one in series.items()}  # fmt: skip
+
+
+def _of_table(path: Path, fields: Sequence[str], time: str) -> Series:
+    if not {"east", "north"} & set(fields) or {"east", "north"} <= set(open_table(path, time).frame.columns):
+        return read_columns(path, fields, time)
+    names = geodetic(list(map(str, open_table(path, time).frame.columns)))
+    if names is None:
+        raise ValueError(f"{path}: expected columns of latitude and longitude for east and north, found none")
+    others = [f for f in fields if f not in ("east", "north")]
+    return _local(read_columns(path, [*others, *(n for n in names if n)], time), names)
+
+
+def _local(one: Series, names: tuple[str, str, str]) -> Series:
+    blank = np.full(len(one.t), np.nan)
+    latitude, longitude, altitude = (one.values.get(n, blank) for n in names)
+    east, north, origin = east_north(one.name, latitude, longitude, altitude)
+    note = f"{one.name}: local frame with its origin at latitude {origin[0]:.7f}, longitude {origin[1]:.7f} deg"
+    return replace(one, values={**one.values, "east": east, "north": north}, notes=(*one.notes, note))
+
+
+def bring_in(
+    name: str, plan: ImportMap, series: Mapping[str, Series], geometry: Geometry, align: bool = False
+) -> Import:
+    """The drive of the mapped series, its clocks aligned where asked.
+
+    name: of the drive; plan: the map; series: by source; geometry: of the vehicle; align: whether clocks are shifted by their
+    estimated offsets. Raises ValueError as `merge` does.
+    """
+    merged = merge(name, plan, series, geometry)
+    offsets = time_offsets(merged.recording, geometry)
+    shifts: dict[str, float] = {}
+    if align:
+        found = offsets
+        for _ in range(ROUNDS):
+            further = source_shifts(plan, found)
+            shifts = {source: shifts.get(source, 0.0) + further.get(source, 0.0) for source in {*shifts, *further}}
+            if max((abs(value) for value in further.values()), default=0.0) < SETTLED:
+                break
+            merged = merge(name, plan, series, geometry, shifts)
+            found = time_offsets(merged.recording, geometry)
+    notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
+    recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
+    checks = check_channels(recording, geometry)
+    return Import(merged, completed(recording, geometry), shifts, offsets, checks, series)
+
+
+def source_shifts(plan: ImportMap, offsets: Sequence[Offset]) -> dict[str, float]:
+    """Source -> seconds to add to its times: minus its channels' offsets, weighted by their standard errors.
+
+    plan: the map; the yaw rate's source is the reference and stays; an offset within LEAST_SIGMAS of its error is left.
+    """
+    reference = plan.channels["omega_z"].source
+    sums: dict[str, list[tuple[float, float]]] = {}
+    for offset in offsets:
+        sources = {plan.channels[c].source for c in GROUPS[offset.group] if c in plan.channels}
+        for source in sources - {reference}:
+            sums.setdefault(source, []).append((offset.late_s, offset.std))
+    shifts = {}
+    for source, found in sums.items():
+        weights = np.array([1.0 / std**2 for _, std in found])
+        late = float(np.average([value for value, _ in found], weights=weights))
+        if abs(late) > LEAST_SIGMAS / np.sqrt(weights.sum()):
+            shifts[source] = -late
+    return shifts

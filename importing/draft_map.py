@@ -1,0 +1,236 @@
+"""A draft of the map from what a recording holds: standard messages by type, the rest by the names of their fields."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from softsoil.importing.import_map import CHANNELS
+from softsoil.importing.sources import Holding, Spread
+from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
+
+STANDARD: dict[str, tuple[tuple[str, str], ...]] = {
+    "nav_msgs/msg/Odometry": (
+        ("x", "pose.pose.position.x"), ("y", "pose.pose.position.y"), ("psi", "pose.pose.orientation.heading"),
+        ("u", "twist.twist.linear.x"), ("v", "twist.twist.linear.y"), ("omega_z", "twist.twist.angular.z"),
+    ),
+    "sensor_msgs/msg/Imu": (
+        ("omega_z", "angular_velocity.z"), ("a_x_imu", "linear_acceleration.x"), ("a_y_imu", "linear_acceleration.y"),
+        ("psi", "orientation.heading"),
+    ),
+    "sensor_msgs/msg/NavSatFix": (("x", "east"), ("y", "north")),
+    "geometry_msgs/msg/TwistStamped": (("u", "twist.linear.x"), ("v", "twist.linear.y"), ("omega_z", "twist.angular.z")),
+    "geometry_msgs/msg/Twist": (("u", "linear.x"), ("v", "linear.y"), ("omega_z", "angular.z")),
+    "geometry_msgs/msg/TwistWithCovarianceStamped": (
+        ("u", "twist.twist.linear.x"), ("v", "twist.twist.linear.y"), ("omega_z", "twist.twist.angular.z"),
+    ),
+    "geometry_msgs/msg/PoseStamped": (("x", "pose.position.x"), ("y", "pose.position.y"), ("psi", "pose.orientation.heading")),
+    "geometry_msgs/msg/Pose": (("x", "position.x"), ("y", "position.y"), ("psi", "orientation.heading")),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": (
+        ("x", "pose.pose.position.x"), ("y", "pose.pose.position.y"), ("psi", "pose.pose.orientation.heading"),
+    ),
+    "ackermann_msgs/msg/AckermannDriveStamped": (("steer", "drive.steering_angle"), ("u", "drive.speed")),
+    "ackermann_msgs/msg/AckermannDrive": (("steer", "steering_angle"), ("u", "speed")),
+    "autoware_vehicle_msgs/msg/SteeringReport": (("steer", "steering_tire_angle"),),
+    "autoware_vehicle_msgs/msg/VelocityReport": (
+        ("u", "longitudinal_velocity"), ("v", "lateral_velocity"), ("omega_z", "heading_rate"),
+    ),
+    "autoware_auto_vehicle_msgs/msg/SteeringReport": (("steer", "steering_tire_angle"),),
+    "autoware_auto_vehicle_msgs/msg/VelocityReport": (
+        ("u", "longitudinal_velocity"), ("v", "lateral_velocity"), ("omega_z", "heading_rate"),
+    ),
+}  # fmt: skip
+"""Message type -> channel, field. Best first where two sources offer one channel: an odometry's pose before a GPS fix; the IMU's
+yaw rate before all others."""
+PREFERRED = {"omega_z": ("Imu",), "x": ("Odometry", "Pose"), "y": ("Odometry", "Pose"), "u": ("Odometry", "Velocity", "Twist"),
+             "psi": ("Odometry", "Pose"), "steer": ("SteeringReport", "JointState")}  # fmt: skip
+NAMES: tuple[tuple[str, str], ...] = (
+    ("omega_fl", r"(wheel|omega|ws|spin).*(fl|front_?left|lf|left_?front)|(fl|front_?left|lf).*(wheel|omega|ws|speed)"),
+    ("omega_fr", r"(wheel|omega|ws|spin).*(fr|front_?right|rf|right_?front)|(fr|front_?right|rf).*(wheel|omega|ws|speed)"),
+    ("omega_rl", r"(wheel|omega|ws|spin).*(rl|rear_?left|lr|left_?rear)|(rl|rear_?left|lr).*(wheel|omega|ws|speed)"),
+    ("omega_rr", r"(wheel|omega|ws|spin).*(rr|rear_?right|right_?rear)|(rr|rear_?right).*(wheel|omega|ws|speed)"),
+    ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])delta(?!_?[tv])|road_?wheel_?angle"),
+    ("omega_z", r"yaw_?rate|omega_?z|gyro_?z|angular_velocity\.z|heading_rate|(?<![a-z])wz(?![a-z])"),
+    ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|long\w*)(_?(imu|cg))?\Z|linear_acceleration\.x"),
+    ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*)(_?(imu|cg))?\Z|linear_acceleration\.y"),
+    ("psi", r"(?<!wheel_)(yaw|heading|psi)(?!.*(rate|vel))\Z"),
+    ("v", r"(?<![a-z])(v_?y|vel\w*_?y|lateral_?(vel\w*|speed)|v)\Z"),
+    ("u", r"(?<![a-z])(v_?x|vel\w*_?x|longitudinal_?(vel\w*|speed)|speed(_?[a-z]*)?|velocity|u)\Z"),
+    ("throttle", r"throttle|gas"), ("brake", r"brake"),
+    ("x", r"(?<![a-z])(x|pos\w*_?\.?x|east(ing)?)\Z"), ("y", r"(?<![a-z])(y|pos\w*_?\.?y|north(ing)?)\Z"),
+)  # fmt: skip
+"""Channel, pattern of a field's or column's name (its last part first, lower case)."""
+STEEPEST, FASTEST_TURN = 1.3, 6.0
+"""rad, rad/s: largest road-wheel angle and yaw rate of a wheeled vehicle; beyond it degrees are guessed."""
+WRITTEN_UNITS = {"m/s": "m/s", "km/h": "km/h", "kmh": "km/h", "kph": "km/h", "mph": "mph", "deg": "deg", "°": "deg", "rad": "rad",
+                 "deg/s": "deg/s", "°/s": "deg/s", "rad/s": "rad/s", "rpm": "rpm", "1/min": "rpm", "g": "g", "m/s^2": "m/s^2",
+                 "m/s²": "m/s^2", "m/s2": "m/s^2", "m": "m", "cm": "cm", "mm": "mm", "km": "km", "%": "%"}  # fmt: skip
+
+ENDINGS = {"_kmh": "km/h", "_kph": "km/h", "_mph": "mph", "_mps": "m/s", "_rpm": "rpm", "_dps": "deg/s", "_deg_s": "deg/s",
+           "_degs": "deg/s", "_deg": "deg", "_rad": "rad", "_rads": "rad/s", "_cm": "cm", "_mm": "mm"}  # fmt: skip
+"""End of a field's name -> unit."""
+STEERING = re.compile(r"steer", re.I)
+HEAD = (
+    "# Draft map. Check each line: source, unit, sign (ISO 8855: x ahead, y left, heading and yaw rate to the left).",
+    "# Keys: source, unit, factor, sign, offset, ratio (steering wheel over road wheel), table, compass.",
+)
+PLACES = (
+    "# Place and turn of a sensor, from the centre of gravity (m ahead, m left; rad). Odometry is taken at the centre",
+    '# of gravity without it; frame = "z-down" for x ahead, y right; point = "front_axle" where a device does the arm.',
+)
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A field that may be a channel: channel, source, path, unit guessed (empty for SI), why, score (larger is better)."""
+
+    channel: str
+    source: str
+    path: str
+    unit: str
+    why: str
+    score: float
+
+
+def offers(holdings: Sequence[Holding]) -> list[Offer]:
+    """Every field of the sources that looks like a channel, best first."""
+    found: list[Offer] = []
+    for holding in holdings:
+        found += _of_joints(holding) if holding.kind.endswith("JointState") else _of_fields(holding)
+    return sorted(found, key=lambda offer: -offer.score)
+
+
+def _type(kind: str) -> str:
+    parts = kind.split("/")
+    return f"{parts[0]}/msg/{parts[-1]}" if len(parts) > 1 else kind
+
+
+def _of_fields(holding: Holding) -> list[Offer]:
+    standard = STANDARD.get(_type(holding.kind))
+    found = []
+    if standard is not None:
+        for channel, path in standard:
+            spread = holding.fields.get(path)
+            if path not in ("east", "north") and (spread is None or not spread.changes):
+                continue  # a constant says nothing: an empty orientation, a lateral velocity that nobody measures
+            found.append(
+                Offer(
+                    channel, holding.name, path, _unit(channel, spread), _type(holding.kind), _score(channel, holding)
+                )
+            )
+        return found
+    for path, spread in holding.fields.items():
+        named = channel_named(path)
+        if (
+            named is None
+            and STEERING.search(f"{holding.name} {holding.kind}")
+            and re.search(r"angle|position", path, re.I)
+        ):
+            named = "steer"
+        if named and spread.changes:
+            found.append(
+                Offer(named, holding.name, path, _unit(named, spread, path), "its name", 1.0 - 1e-3 * len(path))
+            )
+    if geodetic(list(holding.fields)) is not None:
+        found += [
+            Offer(c, holding.name, p, "", "latitude and longitude", 0.5) for c, p in (("x", "east"), ("y", "north"))
+        ]
+    return found
+
+
+def _of_joints(holding: Holding) -> list[Offer]:
+    found = []
+    for path, spread in holding.fields.items():
+        kind, _, name = path.partition("[")
+        channel = channel_named(name.rstrip("]"))
+        if channel is not None and channel in WHEEL_CHANNELS and kind == "velocity":
+            found.append(Offer(channel, holding.name, path, "", "joint's name", 2.0))
+        elif channel in ("steer", None) and kind == "position" and re.search(r"steer", name, re.I):
+            found.append(Offer("steer", holding.name, path, _unit("steer", spread), "joint's name", 2.0))
+    return found
+
+
+def _score(channel: str, holding: Holding) -> float:
+    words = PREFERRED.get(channel, ())
+    rank = next((len(words) - i for i, word in enumerate(words) if word in holding.kind), 0)
+    return 2.0 + rank + 1e-4 * min(holding.rate_hz, 1000.0) if holding.rate_hz == holding.rate_hz else 2.0 + rank
+
+
+def channel_named(path: str) -> str | None:
+    """The channel that a field's or column's name stands for, None for no likeness."""
+    full = path.strip().lower().replace(" ", "_")
+    if full in CHANNELS:
+        return full
+    parts = full.split(".")
+    for text in (parts[-1], full):
+        for channel, pattern in NAMES:
+            if re.search(pattern, text):
+                return channel
+    return None
+
+
+def geodetic(names: Sequence[str]) -> tuple[str, str, str] | None:
+    """Names of latitude, longitude and altitude (may be empty) among `names`; None where there is no pair."""
+    found = []
+    for pattern in (
+        r"(?:.*[._])?lat(itude)?\Z",
+        r"(?:.*[._])?(lon|lng|longitude)\Z",
+        r"(?:.*[._])?(alt|altitude|height)\Z",
+    ):
+        found.append(next((name for name in names if re.match(pattern, name, re.I)), ""))
+    return (found[0], found[1], found[2]) if found[0] and found[1] else None
+
+
+def _unit(channel: str, spread: Spread | None, path: str = "") -> str:
+    """Unit by what the file says, by the end of the name, or by the size of the values; empty for SI."""
+    if spread is None:
+        return ""
+    ending = next((unit for end, unit in ENDINGS.items() if path.lower().endswith(end)), "")
+    said = WRITTEN_UNITS.get(spread.unit.strip(), ending)
+    if said:
+        return "" if said == CHANNEL_UNITS[channel] else said
+    largest = max(abs(spread.least), abs(spread.largest))
+    if (channel == "steer" and largest > STEEPEST) or (channel == "psi" and largest > 8.0):
+        return "deg"
+    return "deg/s" if channel == "omega_z" and largest > FASTEST_TURN else ""
+
+
+def draft(holdings: Sequence[Holding]) -> str:
+    """The draft map as TOML text: the best offer of each channel, others as comments, what is missing said."""
+    best: dict[str, Offer] = {}
+    others: dict[str, list[Offer]] = {}
+    for offer in offers(holdings):
+        if offer.channel in best:
+            others.setdefault(offer.channel, []).append(offer)
+        else:
+            best[offer.channel] = offer
+    lines = [*HEAD, "", "[channels]"]
+    for channel in CHANNELS:
+        if channel not in best:
+            continue
+        offer = best[channel]
+        lines.append(f"{channel} = {_entry(offer)}  # {CHANNEL_UNITS[channel] or '-'}, by {offer.why}")
+        lines += [f"# {channel} = {_entry(other)}" for other in others.get(channel, [])[:3]]
+    missing = [c for c in ("u", "omega_z", "steer") if c not in best]
+    lines += [f'# {channel} = "source:field"  # needed: nothing like it was recognised' for channel in missing]
+    if any(o.channel == "steer" and o.unit == "deg" for o in best.values()):
+        lines.append(
+            "# steer: if this is the angle of the steering wheel, add ratio = (steering wheel over road wheel)."
+        )
+    lines += ["", *PLACES]
+    lines += [f"# [mount.{json.dumps(h.name)}]\n# x = 0.0\n# y = 0.0\n# yaw = 0.0" for h in holdings if _has_place(h)]
+    lines += ["", "# [clock]", "# rate_hz = 100"]
+    return "\n".join(lines) + "\n"
+
+
+def _has_place(holding: Holding) -> bool:
+    return any(word in holding.kind for word in ("Odometry", "NavSatFix", "Imu", "Pose")) or bool(
+        geodetic(list(holding.fields))
+    )
+
+
+def _entry(offer: Offer) -> str:
+    source = json.dumps(f"{offer.source}:{offer.path}", ensure_ascii=False)
+    return f'{{source = {source}, unit = "{offer.unit}"}}' if offer.unit else source

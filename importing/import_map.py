@@ -1,0 +1,209 @@
+"""The map of an import, from TOML: which field or column of which source is which channel, and how it is turned into SI.
+
+[channels]
+u = "/odom:twist.twist.linear.x"
+steer = {source = "steering.csv:wheel", unit = "deg", ratio = 16.0}
+omega_fl = {source = "/joints:velocity[front_left]", unit = "m/s"}
+x = "/gps:east"
+[mount."/gps"]
+x = -1.2
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softsoil.files.toml_file import read_toml
+from softsoil.recording.columns import UNITS
+from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Array
+
+CHANNELS = tuple(name for name in CHANNEL_UNITS if name != "t")
+ALL_WHEELS = "omega_all"
+"""One wheel speed, or a drive motor's over the final ratio, that stands for all four wheels."""
+CHANNEL_KEYS = ("source", "unit", "factor", "sign", "offset", "ratio", "table", "compass")
+MOUNT_KEYS = ("x", "y", "yaw", "pitch", "roll", "frame", "point")
+STEER_COMMAND = "steer_command"
+"""What the steering was commanded, or its wheel's angle: becomes `steer` by the vehicle's steering map, or is fitted to it."""
+POINTS = ("here", "front_axle", "centre_of_gravity")
+FRAMES = ("z-up", "z-down")
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """One channel's origin.
+
+    source, field; scale: to SI, with sign; offset (SI); table: (input, road-wheel angle) pairs or None;
+    over_radius: m/s to be divided by the wheel's radius; compass: heading clockwise from north.
+    """
+
+    source: str
+    field: str
+    scale: float = 1.0
+    offset: float = 0.0
+    table: tuple[tuple[float, float], ...] | None = None
+    over_radius: bool = False
+    compass: bool = False
+
+    def si(self, values: Array, radius: float) -> Array:
+        """values (N,) as the file has them, in SI units of the channel; radius: of the wheels (m)."""
+        out = values * self.scale
+        if self.table is not None:
+            out = np.interp(out, *np.array(self.table, dtype=float).T)
+        if self.over_radius:
+            out = out / radius
+        out = out + self.offset
+        return math.pi / 2 - out if self.compass else out
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where a sensor stands and how it is turned on the vehicle.
+
+    x, y: ahead of and left of the centre of gravity (m); yaw (left), pitch (nose down), roll (right side down): rad;
+    frame: "z-up" or "z-down" (x forward, y right); point: whether positions are those of the sensor ("here") or were brought to
+    the front axle or the centre of gravity by the device.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+    pitch: float = 0.0
+    roll: float = 0.0
+    frame: str = "z-up"
+    point: str = "here"
+
+
+@dataclass(frozen=True)
+class ImportMap:
+    """channels: channel -> origin; mounts: source -> mount, "" for all others; times: source -> its time column; rate_hz: of the
+    clock, 0 for the yaw rate's own up to 100."""
+
+    channels: Mapping[str, Mapped]
+    mounts: Mapping[str, Mount] = field(default_factory=dict)
+    times: Mapping[str, str] = field(default_factory=dict)
+    rate_hz: float = 0.0
+
+    def wanted(self) -> dict[str, list[str]]:
+        """Source -> fields that channels are made of."""
+        found: dict[str, list[str]] = {}
+        for origin in self.channels.values():
+            fields = found.setdefault(origin.source, [])
+            if origin.field not in fields:
+                fields.append(origin.field)
+        return found
+
+    def mount_of(self, source: str) -> Mount | None:
+        """The mount of a source, that of all others, or None."""
+        return self.mounts.get(source, self.mounts.get(""))
+
+
+def load_map(path: Path) -> ImportMap:
+    """The map in a TOML file; ValueError naming file, key, expected and found."""
+    return map_from_table(read_toml(path, "map"), str(path))
+
+
+def map_from_table(table: Mapping[str, Any], where: str) -> ImportMap:
+    """The map in a parsed table; ValueError naming `where`, the key, what was expected and what was found."""
+    for key in table:
+        if key not in ("channels", "mount", "sources", "clock"):
+            raise ValueError(f"{where}: expected tables channels, mount, sources, clock; found {key!r}")
+    entries = table.get("channels")
+    if not isinstance(entries, dict) or not entries:
+        raise ValueError(f"{where}: expected a table [channels] with an entry per channel, found none")
+    channels: dict[str, Mapped] = {}
+    for name, entry in entries.items():
+        if name not in (ALL_WHEELS, STEER_COMMAND, *CHANNELS):
+            raise ValueError(f"{where}: expected channels of {', '.join((*CHANNELS, STEER_COMMAND, ALL_WHEELS))}; found {name!r}")
+        channels[name] = _channel(entry, name, where)
+    if ALL_WHEELS in channels:
+        one = channels.pop(ALL_WHEELS)
+        channels |= {name: channels.get(name, one) for name in WHEEL_CHANNELS}
+    clock = _table(table, "clock", where)
+    rate = _number(clock.get("rate_hz", 0.0), f"{where}: clock.rate_hz")
+    if rate and not 1.0 <= rate <= 1000.0:
+        raise ValueError(f"{where}: clock.rate_hz: expected 1 to 1000, found {rate:g}")
+    sources = _table(table, "sources", where)
+    times = {}
+    for name, entry in sources.items():
+        if not isinstance(entry, dict) or not isinstance(entry.get("time"), str):
+            raise ValueError(f'{where}: sources.{name}: expected time = "column", found {entry!r}')
+        times[name] = entry["time"]
+    return ImportMap(channels, _mounts(_table(table, "mount", where), where), times, rate)
+
+
+def _table(table: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
+    value = table.get(key, {})
+    if not isinstance(value, dict):
+        raise ValueError(f"{where}: expected a table [{key}], found {value!r}")
+    return value
+
+
+def _channel(entry: Any, name: str, where: str) -> Mapped:
+    at = f"{where}: channels.{name}"
+    table = {"source": entry} if isinstance(entry, str) else entry
+    if not isinstance(table, dict) or not isinstance(table.get("source"), str) or ":" not in table["source"]:
+        raise ValueError(f'{at}: expected "source:field" or {{source = "source:field", ...}}, found {entry!r}')
+    for key in table:
+        if key not in CHANNEL_KEYS:
+            raise ValueError(f"{at}: expected keys of {', '.join(CHANNEL_KEYS)}; found {key!r}")
+    plain = CHANNEL_UNITS.get(name, "" if name == STEER_COMMAND else "rad/s")
+    unit = table.get("unit", plain)
+    known, factor = UNITS.get(unit, ("", 0.0)) if isinstance(unit, str) else ("", 0.0)
+    si = "rad" if (name, known) == (STEER_COMMAND, "rad") else plain
+    over_radius = si == "rad/s" and name != "omega_z" and known == "m/s"
+    if factor == 0.0 or not (known == si or over_radius):
+        units = ", ".join(u for u, (to, _) in UNITS.items() if to == si and u)
+        raise ValueError(f"{at}: expected a unit of {units}; found {unit!r}")
+    numbers = {key: _number(table.get(key, 1.0), f"{at}.{key}") for key in ("factor", "sign", "ratio")}
+    if numbers["ratio"] == 0.0 or numbers["sign"] not in (1.0, -1.0):
+        raise ValueError(f"{at}: expected sign of 1 or -1 and a ratio other than 0, found {table!r}")
+    scale = factor * numbers["factor"] * numbers["sign"] / numbers["ratio"]
+    pairs = table.get("table")
+    source, field_name = table["source"].split(":", 1)
+    bent = None if pairs is None else _pairs(pairs, f"{at}.table")
+    offset, compass = _number(table.get("offset", 0.0), f"{at}.offset"), bool(table.get("compass", False))
+    return Mapped(source.strip(), field_name.strip(), scale, offset, bent, over_radius, compass)
+
+
+def _pairs(value: Any, where: str) -> tuple[tuple[float, float], ...]:
+    if not isinstance(value, list) or len(value) < 2 or not all(isinstance(p, list) and len(p) == 2 for p in value):
+        raise ValueError(
+            f"{where}: expected pairs [[steering-wheel angle, road-wheel angle], ...] in rad, found {value!r}"
+        )
+    pairs = tuple((_number(a, where), _number(b, where)) for a, b in value)
+    if any(b[0] <= a[0] for a, b in zip(pairs, pairs[1:], strict=False)):
+        raise ValueError(f"{where}: expected increasing steering-wheel angles, found {value!r}")
+    return pairs
+
+
+def _mounts(table: Mapping[str, Any], where: str) -> dict[str, Mount]:
+    plain = {k: v for k, v in table.items() if not isinstance(v, dict)}
+    found = {"": _mount(plain, f"{where}: mount")} if plain else {}
+    return found | {k: _mount({**plain, **v}, f"{where}: mount.{k}") for k, v in table.items() if isinstance(v, dict)}
+
+
+def _mount(table: Mapping[str, Any], where: str) -> Mount:
+    values: dict[str, Any] = {}
+    for key, value in table.items():
+        if key not in MOUNT_KEYS:
+            raise ValueError(f"{where}: expected keys of {', '.join(MOUNT_KEYS)}; found {key!r}")
+        if key in ("frame", "point"):
+            allowed = FRAMES if key == "frame" else POINTS
+            if value not in allowed:
+                raise ValueError(f"{where}.{key}: expected one of {', '.join(allowed)}; found {value!r}")
+            values[key] = value
+        else:
+            values[key] = _number(value, f"{where}.{key}")
+    return Mount(**values)
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"{where}: expected a finite number, found {value!r}")
+    return float(value)

@@ -1,0 +1,158 @@
+"""Tables as loggers write them: comma, semicolon or tab, comments, a row of units, ISO or epoch time, decimal comma."""
+
+from __future__ import annotations
+
+import gzip
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from softsoil.importing.sources import Holding, Series, Spread, ordered
+from softsoil.recording.drive import Array
+from softsoil.recording.table import read_table
+
+COMMENTS = ("#", "%", "//")
+EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))
+"""A time beyond the first number is counted in units of the second (s)."""
+TIME = re.compile(
+    r"(t|time|timestamp|stamp|time_?stamp|zeit|sec|secs|seconds|utc|rosbagtimestamp|header\.?_?stamp)\Z", re.I
+)
+UNIT_IN_NAME = re.compile(r"\s*[\[(]([^\])]+)[\])]\s*\Z")
+FEWEST_NUMBERS = 0.5
+"""Share of a column that must be numbers for it to count as one."""
+
+
+@dataclass(frozen=True)
+class LooseTable:
+    """A table: frame with plain column names, unit of each column where the file says it, and the time column's name."""
+
+    name: str
+    frame: pd.DataFrame
+    units: dict[str, str]
+    time: str
+
+
+def open_table(path: Path, time: str = "") -> LooseTable:
+    """The table at a path; time: name of its time column, found by its name where none is given.
+
+    Raises ValueError naming the file for a table that cannot be read or has no time.
+    """
+    frame = read_table(path) if path.name.endswith(".parquet") else _text(path)
+    units: dict[str, str] = {}
+    names = {}
+    for column in map(str, frame.columns):
+        found = UNIT_IN_NAME.search(column)
+        names[column] = UNIT_IN_NAME.sub("", column).strip() if found else column.strip()
+        if found:
+            units[names[column]] = found.group(1).strip()
+    frame = frame.rename(columns=names)
+    if len(frame) and _is_units_row(frame):
+        units |= {str(c): str(v).strip("[]() ") for c, v in frame.iloc[0].items() if isinstance(v, str)}
+        frame = frame.iloc[1:].reset_index(drop=True)
+    chosen = time or next((c for c in frame.columns if TIME.match(c)), "")
+    if chosen not in frame.columns:
+        raise ValueError(f"{path}: expected a time column, found {', '.join(map(str, frame.columns))}: name it in the map: "
+                         f'[sources."{path.name}"] time = "column"')  # fmt: skip
+    return LooseTable(path.name, frame, units, chosen)
+
+
+def _text(path: Path) -> pd.DataFrame:
+    opener = gzip.open if path.name.endswith(".gz") else open
+    try:
+        with opener(path, "rt", encoding="utf-8-sig") as file:
+            lines = [line for _, line in zip(range(200), file, strict=False)]
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: expected a table of text, found one that cannot be read: {error}") from None
+    skipped = [i for i, line in enumerate(lines) if not line.strip() or line.lstrip().startswith(COMMENTS)]
+    body = [line for i, line in enumerate(lines) if i not in skipped]
+    if len(body) < 2:
+        raise ValueError(f"{path}: expected a header and rows of data, found {len(body)} lines")
+    separator = max(",;\t", key=lambda mark: body[0].count(mark))
+    if not body[0].count(separator):
+        raise ValueError(
+            f"{path}: expected columns separated by commas, semicolons or tabs, found {body[0].strip()[:60]!r}"
+        )
+    decimal = "," if separator != "," and re.search(r"\d,\d", body[-1]) and not re.search(r"\d\.\d", body[-1]) else "."
+    try:
+        return pd.read_csv(
+            path, sep=separator, skiprows=skipped, decimal=decimal, low_memory=False, encoding="utf-8-sig"
+        )
+    except (ValueError, pd.errors.ParserError) as error:
+        raise ValueError(
+            f"{path}: expected a table, found one that cannot be read: {str(error).splitlines()[0]}"
+        ) from None
+
+
+def _is_units_row(frame: pd.DataFrame) -> bool:
+    first = frame.iloc[0]
+    text = [isinstance(v, str) and not _number(v) for v in first]
+    return len(frame) > 1 and sum(text) >= 0.5 * len(text) and any(_number(v) for v in frame.iloc[1])
+
+
+def _number(value: object) -> bool:
+    try:
+        return np.isfinite(float(value))  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
+
+
+def seconds(table: LooseTable, where: str) -> Array:
+    """(N,) time of a table in seconds: a number in the column's unit or of epoch size, or ISO 8601 text; where: for messages."""
+    column = table.frame[table.time]
+    values = pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
+    if np.isfinite(values).mean() < FEWEST_NUMBERS:
+        stamps = pd.to_datetime(column, errors="coerce", utc=True, format="ISO8601")
+        if stamps.isna().mean() > 1.0 - FEWEST_NUMBERS:
+            first = column.iloc[0]
+            raise ValueError(
+                f"{where}: column {table.time!r}, row 1: expected seconds, an epoch or ISO 8601, found {first!r}"
+            )
+        zero = pd.Timestamp(0, tz="UTC")
+        return ((stamps - zero) / pd.Timedelta(seconds=1)).to_numpy(dtype=float)
+    unit = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}.get(table.units.get(table.time, ""), 0.0)
+    typical = float(np.nanmedian(np.abs(values)))
+    return values * (unit or next((factor for least, factor in EPOCHS if typical > least), 1.0))
+
+
+def column(table: LooseTable, name: str, where: str) -> Array:
+    """(N,) numbers of the column called `name`; ValueError naming the file (`where`), the column and what there is."""
+    if name not in table.frame.columns:
+        raise ValueError(
+            f"{where}: expected columns of {', '.join(map(str, table.frame.columns))}; found none called {name!r}"
+        )
+    values = pd.to_numeric(table.frame[name], errors="coerce").to_numpy(dtype=float)
+    if not np.isfinite(values).any():
+        raise ValueError(f"{where}: column {name!r}: expected numbers, found none in {len(values)} rows")
+    return values
+
+
+def inspect_table(path: Path, progress: Callable[[float], None] = lambda share: None) -> list[Holding]:
+    """The table as one source with the spread of its columns; progress: called with the share done."""
+    table = open_table(path)
+    t = seconds(table, str(path))
+    spreads = {}
+    for name in table.frame.columns:
+        values = pd.to_numeric(table.frame[name], errors="coerce").to_numpy(dtype=float)
+        good = values[np.isfinite(values)]
+        if name != table.time and len(good) >= FEWEST_NUMBERS * len(values):
+            unit = table.units.get(str(name), "")
+            spreads[str(name)] = Spread(float(good.min()), float(good.max()), bool(np.ptp(good) > 0), unit)
+    steps = np.diff(t[np.isfinite(t)])
+    rate = float(1.0 / np.median(steps)) if len(steps) and np.median(steps) > 0 else float("nan")
+    progress(1.0)
+    return [
+        Holding(
+            path.name, "table", str(path), len(t), rate, float(np.nanmin(t)), float(np.nanmax(t)), table.time, spreads
+        )
+    ]
+
+
+def read_columns(path: Path, names: Sequence[str], time: str = "") -> Series:
+    """The columns called `names` of a table as a series; time: name of the time column."""
+    table = open_table(path, time)
+    values = {name: column(table, name, str(path)) for name in names}
+    return ordered(table.name, seconds(table, str(path)), values)

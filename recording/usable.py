@@ -1,0 +1,53 @@
+"""A log as estimates use it: from a file, a table in memory or a drive; its channels checked against each other and completed."""
+
+from __future__ import annotations
+
+import warnings as python_warnings
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from softsoil.recording.columns import Source
+from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
+from softsoil.recording.derive import completed
+from softsoil.recording.drive import CHANNEL_UNITS, CHECKED, Recording
+from softsoil.recording.geometry import Geometry
+from softsoil.recording.plausible import check_units
+from softsoil.recording.read import as_drive
+
+
+def checked(drive: Recording, geometry: Geometry) -> tuple[Recording, tuple[str, ...]]:
+    """The drive marked as checked, with what is doubtful in its notes; and the doubts, one sentence each.
+
+    geometry: of the vehicle. Raises ValueError for channels that contradict each other beyond doubt.
+    """
+    where = drive.meta.get("path", drive.name)
+    check_units(Path(where), {name: Source(name) for name in CHANNEL_UNITS}, drive.channels)
+    checks = check_channels(drive, geometry)
+    refuse_contradictions(where, checks)
+    doubts = warnings(checks)
+    notes = (*drive.notes, *(f"warning: {doubt}" for doubt in doubts))
+    return mark_checked(replace(drive, notes=notes)), doubts
+
+
+def mark_checked(drive: Recording) -> Recording:
+    """The drive with the mark that its channels have been checked; `Recording.with_channels` takes it off."""
+    return replace(drive, meta={**drive.meta, CHECKED: "yes"})
+
+
+def usable(log: Recording | pd.DataFrame | str | Path, geometry: Geometry | None) -> Recording:
+    """The drive that an estimate runs on: opened, checked once, absent channels derived and marked.
+
+    log: a drive, a table with the default columns, or a file; geometry: of the vehicle, None where it is not known: nothing is
+    checked or derived then. A doubtful channel is a UserWarning. Raises ValueError for channels that contradict each other
+    beyond doubt, or where speed, yaw rate or steering angle is absent.
+    """
+    drive = as_drive(log)
+    if geometry is None:
+        return drive
+    if CHECKED not in drive.meta:
+        drive, doubts = checked(drive, geometry)
+        for doubt in doubts:
+            python_warnings.warn(f"{drive.name}: {doubt}", UserWarning, stacklevel=3)
+    return completed(drive, geometry)

@@ -1,0 +1,55 @@
+"""Tutorials and README from top to bottom: every block is carried out, and what is printed is compared with the page."""
+
+import pytest
+
+from benchmarks.guide.blocks import blocks, last_digit, matched, run_page, same
+from drives import PROJECT
+
+TUTORIALS = sorted(PROJECT.glob("docs/tutorials/*.md"))
+ELSEWHERE = {"add-an-effect"}
+"""Followed in a copy of the project by test_add_an_effect.py."""
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+@pytest.mark.parametrize("page", [p for p in TUTORIALS if p.stem not in ELSEWHERE], ids=lambda path: path.stem)
+def test_a_tutorial_runs_and_prints_what_it_says(page, tmp_path):
+    steps = list(run_page(page.read_text(encoding="utf-8"), tmp_path))
+    assert any(step.expected for step in steps), "expected a block with output"
+    assert [fault for step in steps for fault in step.faults()] == []
+
+
+@pytest.mark.slow
+def test_the_readme_runs_and_prints_what_it_says(tmp_path):
+    steps = list(run_page((PROJECT / "README.md").read_text(encoding="utf-8"), tmp_path))
+    assert any(step.expected for step in steps)
+    assert [fault for step in steps for fault in step.faults()] == []
+
+
+@pytest.mark.parametrize("page", [PROJECT / "README.md", *TUTORIALS], ids=lambda path: path.stem)
+def test_every_block_is_a_step_a_file_or_says_why_not(page):
+    """No console or Python block of these pages escapes the run; what an indented or unmarked block shows is prose."""
+    for block in blocks(page.read_text(encoding="utf-8")):
+        assert block.kind in ("console", "python", "text", "toml", "cpp", "cmake", "make", ""), f"{page.name}: line {block.line}"
+        if block.kind in ("toml", "cpp", "cmake"):
+            assert block.title, f"{page.name}: line {block.line}: expected title= for a file"
+
+
+def test_lines_agree_within_scatter_only():
+    assert same("n 0.500 ± 0.021", "n 0.503 ± 0.021", 0.02)
+    assert not same("n 0.500 ± 0.021", "n 0.530 ± 0.021", 0.02)
+    assert not same("n 0.500 m", "n 0.500 s", 0.02)
+    assert same("│ clay  │ 0.50 │", "clay 0.50", 0.0)
+    assert last_digit("0.50") == pytest.approx(0.01) and last_digit("12") == 0.0
+
+
+def test_lines_are_looked_for_in_order():
+    pairs = matched(("b 2", "a 1"), ("a 1", "b 2"), 0.0)
+    assert [found for _, found in pairs] == ["b 2", None]
+    assert matched(("...", "error: ..."), ("x", "error: gone wrong"), 0.0)[1][1] == "error: ..."
+
+
+def test_a_page_that_prints_something_else_is_reported(tmp_path):
+    page = "```python\nprint('n', 0.5)\n```\n\n```text\nn 0.7\n```\n"
+    (step,) = run_page(page, tmp_path)
+    assert step.faults() and "'n 0.7' is not printed" in step.faults()[0]

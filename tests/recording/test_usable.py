@@ -1,0 +1,113 @@
+"""What Python is handed is checked and completed as what a command reads: tables, drives and files alike."""
+
+import re
+import warnings as python_warnings
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import softsoil
+from drives import MULTI_LOG, reference_vehicle
+from softsoil.commands.options import open_drive
+from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.recording.drive import CHECKED, WHEEL_CHANNELS
+from softsoil.recording.read import read_drive
+from softsoil.recording.usable import usable
+from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.soil import CLAY
+
+PARTS = ("estimate", "predict", "residual", "refine")
+
+
+@pytest.fixture(scope="module")
+def good():
+    return read_drive(MULTI_LOG)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return declared_model(reference_vehicle(), CLAY)
+
+
+def call(name, log, model):
+    if name in ("estimate", "predict"):
+        return getattr(softsoil, name)(log, model)
+    declared = softsoil.Declaration(reference_vehicle(), CLAY)
+    return softsoil.refine([log], declared) if name == "refine" else softsoil.residual(log, declared)
+
+
+@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("channel", ["steer", "v", "omega_fl", "omega_z"])
+def test_a_flipped_sign_is_refused_by_every_public_name(name, channel, good, model):
+    with pytest.raises(ValueError, match=rf"expected .* found (?s:.*)sign = -1|column '{channel}'|column 'psi'"):
+        call(name, good.with_channels(**{channel: -good[channel]}), model)
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_table_in_memory_is_checked_too(name, good, model):
+    table = pd.DataFrame({**good.channels, "steer": -good["steer"]})
+    with pytest.raises(ValueError, match=r"table: steer: expected a yaw rate that follows"):
+        call(name, table, model)
+    with pytest.raises(ValueError, match=r"table: .*'steer', row \d+: expected rad"):
+        call(name, pd.DataFrame({**good.channels, "steer": np.rad2deg(good["steer"])}), model)
+    with pytest.raises(ValueError, match=r"table: expected column 'omega_z'"):
+        call(name, table.drop(columns="omega_z"), model)
+
+
+def test_a_drive_made_by_hand_has_its_units_checked(good):
+    by_hand = replace(good, name="mine", meta={}).with_channels(steer=np.rad2deg(good["steer"]))
+    with pytest.raises(ValueError, match=r"mine: column 'steer'"):
+        usable(by_hand, reference_vehicle())
+
+
+def test_absent_channels_are_those_of_the_command(good, tmp_path):
+    bare = replace(good, channels={k: v for k, v in good.channels.items() if k not in ("v", *WHEEL_CHANNELS)}, truth={})
+    path = softsoil.write_drive(bare, tmp_path / "bare.parquet")
+    of_command, _ = open_drive(path, None)
+    table = pd.DataFrame(dict(bare.channels))
+    for log in (path, bare, table):
+        drive = usable(log, reference_vehicle())
+        assert drive.state_of("v") == drive.state_of("omega_rr") == "derived"
+        for name in ("v", *WHEEL_CHANNELS):
+            assert np.array_equal(drive[name], of_command[name]), name
+
+
+def test_a_doubtful_channel_is_a_warning_and_a_note(good, model):
+    early = good.with_channels(steer=np.interp(good.t + 0.3, good.t, good["steer"])).between(0.0, 20.0)
+    with pytest.warns(UserWarning, match=r"steer: expected one clock .* 0\.\d+ \+- .* early"):
+        drive = usable(early, reference_vehicle())
+    assert any(note.startswith("warning: steer") for note in drive.notes)
+    with pytest.warns(UserWarning, match="early"):
+        softsoil.predict(early, model)
+
+
+@pytest.mark.parametrize("late", [0.3, 1.5, -1.5])
+def test_refine_refuses_a_steering_clock_that_no_effect_explains_with_its_size_and_cure(late, good):
+    shifted = good.with_channels(steer=np.interp(good.t - late, good.t, good["steer"]))
+    with pytest.raises(ValueError, match="import --align shifts it") as fault:
+        softsoil.refine([shifted], softsoil.Declaration(reference_vehicle(), CLAY))
+    size, side = re.search(r"steer: expected one clock .*; found ([\d.]+) \+- [\d.]+ s (late|early)", str(fault.value)).groups()
+    assert float(size) == pytest.approx(abs(late), abs=0.02) and side == ("late" if late > 0 else "early")
+
+
+def test_what_was_checked_is_not_checked_again_unless_it_changes(good, model):
+    drive = usable(good, reference_vehicle())
+    assert CHECKED in drive.meta and CHECKED in drive.between(0.0, 10.0).meta
+    with python_warnings.catch_warnings():
+        python_warnings.simplefilter("error")
+        assert usable(drive, reference_vehicle()) is drive
+    with pytest.raises(ValueError, match="sign = -1"):
+        usable(drive.with_channels(v=-drive["v"]), reference_vehicle())
+
+
+def test_a_model_of_ones_own_takes_a_drive_as_it_is(good):
+    assert usable(good, None) is good
+
+
+def test_the_models_own_drive_passes(model):
+    drive = synthetic_drive(model, reference_vehicle().radius, seconds=20.0)
+    with python_warnings.catch_warnings():
+        python_warnings.simplefilter("error")
+        usable(drive, reference_vehicle())

@@ -1,0 +1,46 @@
+"""A steering map from logs with command and angle: the curve, its error and the delay; logs that cannot give one."""
+
+import numpy as np
+import pytest
+
+from softsoil.refinement.steering_fit import fit_steering_map
+
+T = np.arange(0.0, 60.0, 0.02)
+COMMAND = 0.8 * np.sin(0.9 * T) * np.sin(0.13 * T) + 0.15 * np.sin(2.3 * T)
+
+
+def curve(command):
+    return 0.02 + 0.44 * command - 0.03 * command**2 + 0.05 * command**3
+
+
+def measured(delay=0.0, noise=0.004, seed=0):
+    rng = np.random.default_rng(seed)
+    return curve(np.interp(T - delay, T, COMMAND)) + noise * rng.standard_normal(len(T))
+
+
+def test_the_curve_comes_back_within_its_standard_error_and_the_delay_with_it():
+    fit = fit_steering_map(T, COMMAND, measured(delay=0.12))
+    inside = np.linspace(COMMAND.min(), COMMAND.max(), 50)
+    assert fit.degree >= 2 and fit.delay == pytest.approx(0.12, abs=0.01)
+    assert np.abs(fit.map.angle_of(inside) - curve(inside)).max() < max(4 * fit.std, 0.002)
+    assert fit.std < 0.003 and fit.residual == pytest.approx(0.004, rel=0.3)
+
+
+def test_a_straight_map_stays_a_straight_line_of_two_knots():
+    rng = np.random.default_rng(1)
+    fit = fit_steering_map(T, 16.0 * COMMAND, 0.4 * COMMAND + 0.005 * rng.standard_normal(len(T)))
+    assert fit.degree == 1 and len(fit.map.command) == 2
+    assert fit.map.angle_of(8.0) == pytest.approx(0.2, abs=0.002)
+
+
+def test_missing_angles_are_passed_over():
+    angle = measured()
+    angle[::7] = np.nan
+    assert fit_steering_map(T, COMMAND, angle).map.angle_of(0.0) == pytest.approx(0.02, abs=0.002)
+
+
+def test_a_log_that_hardly_steers_and_angles_that_follow_no_command_are_refused():
+    with pytest.raises(ValueError, match=r"steer over 0\.05 rad"):
+        fit_steering_map(T, 0.01 * COMMAND, 0.01 * measured(noise=0.0))
+    with pytest.raises(ValueError, match="angles that follow the command"):
+        fit_steering_map(T, COMMAND, 0.3 * np.sin(5.1 * T + 1.0))
