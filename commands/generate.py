@@ -19,6 +19,7 @@ from softsoil.commands.options_model import (
     SoilOption,
     VehicleOption,
     declaration,
+    say_vehicle,
 )
 from softsoil.commands.output import output_folder, say_written
 from softsoil.files.package_data import REFERENCE_VEHICLE, vehicle_file
@@ -55,6 +56,8 @@ def generate(
     if folder is not None and out is not None:
         raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
 
+    first = say_vehicle(vehicle, model)
+
     def make() -> dict[str, str]:
         if controller:
             from softsoil.control.c_folder import controller_texts
@@ -70,7 +73,7 @@ def generate(
     texts = texts_from_cache(asked_for(*said), make)
     paths = write_library(written, texts)
     if not fmi:
-        remember(sys.argv[1:], said, written)
+        remember(sys.argv[1:], said, written, first)
     else:
         from softsoil.codegen.c_library.pack_fmu import pack_fmu
 

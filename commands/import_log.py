@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.import_steering import fitted_map, say_map, steered, without_command
-from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle
+from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle, say_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.import_report import write_import_report
 from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources
@@ -40,6 +40,7 @@ def import_log(
 
     Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
     """
+    say_vehicle(vehicle)
     with progress(", ".join(path.name for path in sources)) as told:
         plan = load_map(map_file) if map_file is not None else drafted(sources)
         geometry = declared_vehicle(vehicle, None)

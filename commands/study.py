@@ -19,9 +19,10 @@ from softsoil.commands.options_model import (
     VehicleOption,
     about_vehicle,
     declaration,
+    say_vehicle,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
-from softsoil.commands.vehicle_check import refuse_another, say_vehicle
+from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.figures.terrain import draw_study
 from softsoil.files.package_data import example_logs
@@ -68,11 +69,10 @@ def study(
     folder = output_folder(out, "study")
     studies: list[LogStudy] = []
     paths: list[Path] = []
+    say_vehicle(vehicle, model)
     for log in logs or example_logs():
         clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
         declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
-        if not studies:
-            say_vehicle(vehicle, model, declared.vehicle.name)
         refuse_another(clean, declared.vehicle)
         with progress(clean.name) as told:
             studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told, method))

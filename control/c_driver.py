@@ -30,9 +30,9 @@ def driver_files(
 ) -> dict[str, str]:  # fmt: skip
     """Path inside the folder -> text of the driver's files.
 
-    ocp: the controller's problem; model: the filter's, whose states are those of the controller's model and n; values: of
-    `controller_values`; settings: the driver's declared numbers.
-    Raises ValueError for a model that measures anything but the six states of a vehicle.
+    ocp: the controller's problem; model: the filter's, whose states are those of the controller's model and n; values:
+    of `controller_values`; settings: the driver's declared numbers. Raises ValueError for a model that measures
+    anything but the six states of a vehicle.
     """
     if model.y.names != STATE_CHANNELS:
         raise ValueError(f"driver: expected the measurements {', '.join(STATE_CHANNELS)}, found {', '.join(model.y.names)}")

@@ -10,8 +10,8 @@ import numpy as np
 from softsoil.figures.labels import plain, quantity
 from softsoil.figures.refine_views import DriveView
 from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
-from softsoil.refinement.refine import Refinement
 from softsoil.refinement.residual import WINDOW
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.words import bound_words
 
@@ -64,7 +64,7 @@ def _against(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> 
 def draw_ranking(found: Refinement, path: Path) -> Path:
     """All candidates of the first round by the share of the held-out cost that each removes, with standard errors."""
     ranking = found.ranking[::-1]
-    accepted = {effect.name for effect in found.effects}
+    accepted = {effect.name for effect in found.effects} | {number.name for number in found.contradicted}
     colors = [ESTIMATED if c.name in accepted else SOFT for c in ranking]
     with page(path, "Share of the held-out cost that each effect removes", 8, 0.24 * len(ranking) + 1.2) as axis:
         places = np.arange(len(ranking))

@@ -13,7 +13,7 @@ from softsoil.figures.page_html import figure, items, paragraph, provenance, row
 from softsoil.figures.refine import draw_axles, draw_paths, draw_ranking
 from softsoil.figures.refine_views import DriveView, drive_views
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.refine import Refinement
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.words import (
     falls_sentence,
@@ -69,11 +69,17 @@ def _parameters(declared: Declaration, found: Refinement) -> str:
             value, std, unit = in_degrees(*size)
             cells = [escape(plain(effect.name)), f"<code>{escape(name)}</code>", with_error(value, std), unit]
             rows.append(row([*cells, escape(_doc(declared, effect.name, name))], "  r  "))
+    for number_ in (*found.contradicted, *found.fitted):
+        state = "contradicts the vehicle file" if number_ in found.contradicted else "fitted beside n"
+        words = f"{state}; declared {with_error(number_.declared, number_.stated)}"
+        cells = ["vehicle", f"<code>{escape(number_.name)}</code>", with_error(number_.value, number_.std), number_.unit]
+        rows.append(row([*cells, escape(words)], "  r  "))
     if len(found.bench.shootings) == len(found.n_after):
-        for shooting, before, after in zip(found.bench.shootings, found.n_before, found.n_after, strict=True):
-            words = f"sinkage exponent, {shooting.drive.name}, a by-product without a verdict"
+        drives = zip(found.bench.shootings, found.n_before, found.n_after, found.n_std, found.judged, strict=True)
+        for shooting, before, after, std, verdict in drives:
+            words = f"sinkage exponent, {shooting.drive.name}, {plain(verdict.word)}"
             words += f"; {before:.3f} with the declared model" if found.effects else ""
-            rows.append(row(["soil", "<code>n</code>", f"{after:.3f}", "", escape(words)], "  r  "))
+            rows.append(row(["soil", "<code>n</code>", with_error(after, std), "", escape(words)], "  r  "))
     head = row(["effect", "parameter", "value ± std, whole drive", "unit", "what it is"], "  r  ", "th")
     return f"<table>{head}{''.join(rows)}</table>"
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from softsoil.estimator.horizons import HORIZONS
 from softsoil.recording.drive import Recording
-from softsoil.refinement.refine import Refinement
 from softsoil.refinement.residual import DriveResidual, drive_residual
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.structure import Structure, axle_windows, structure
 from softsoil.refinement.trace import Bench
 

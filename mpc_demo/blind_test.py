@@ -12,7 +12,8 @@ from softsoil.files.json_file import plain
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.mpc_demo.blind_cases import Case, drive_case
 from softsoil.mpc_demo.sweep import run_sweep
-from softsoil.refinement.refine import Refinement, refine
+from softsoil.refinement.refine import refine
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.words import falls
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.soil import load_soil
