@@ -78,7 +78,8 @@ def _parameters(declared: Declaration, found: Refinement) -> str:
     if len(found.bench.shootings) == len(found.n_after):
         drives = zip(found.bench.shootings, found.n_before, found.n_after, found.n_std, found.judged, strict=True)
         for shooting, before, after, std, verdict in drives:
-            words = f"sinkage exponent, {shooting.drive.name}, {verdict.word}; {before:.3f} with the declared model"
+            words = f"sinkage exponent, {shooting.drive.name}, {plain(verdict.word)}"
+            words += f"; {before:.3f} with the declared model" if found.effects else ""
             rows.append(row(["soil", "<code>n</code>", with_error(after, std), "", escape(words)], "  r  "))
     head = row(["effect", "parameter", "value ± std, whole drive", "unit", "what it is"], "  r  ", "th")
     return f"<table>{head}{''.join(rows)}</table>"
