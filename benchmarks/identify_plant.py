@@ -37,6 +37,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3, help="how many vehicles")
     parser.add_argument("--first", type=int, default=100, help="seed of the first")
     parser.add_argument("--effects", action="store_true", help="trace drives with an effect, too")
+    parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
     parser.add_argument("--again", action="store_true", help="judge the files in the folder in the place of new ones")
     asked = parser.parse_args()
@@ -49,13 +50,15 @@ def main() -> None:
         off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
         inertias.append(off)
         print(f"  yaw inertia {vehicle.yaw_inertia:.0f}, of its bodies {case.drawn.vehicle.yaw_inertia:.0f}: {off:+.1f} %")
-        judged.append(_judged(case, vehicle))
-        if asked.effects:
+        if not asked.only_effects:
+            judged.append(_judged(case, vehicle))
+        if asked.effects or asked.only_effects:
             named += _traced(case, vehicle)
     print(f"{asked.seeds} vehicles, seeds {asked.first} to {asked.first + asked.seeds - 1}")
     size = np.abs(inertias)
     print(f"yaw inertia: median {np.median(size):.1f} %, worst {size.max():.1f} % off the plant's own")
-    print(*lines(joined(judged)), sep="\n")
+    if judged:
+        print(*lines(joined(judged)), sep="\n")
     if named:
         print(f"{sum(right for right, _ in named)} of {len(named)} drives traced rightly")
         kinds = sorted({kind for _, kind in named})

@@ -15,7 +15,8 @@ from softsoil.commands.options_model import declaration
 from softsoil.mpc_demo.blind_test import score
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.read import read_drive
-from softsoil.refinement.refine import Refinement, refine
+from softsoil.refinement.refine import refine
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.words import falls
 
 FULL = 0.4404

@@ -12,10 +12,11 @@ import argparse
 from softsoil.mpc_demo.blind_cases import BORDER, INSIDE, draw_cases, drive_case
 from softsoil.mpc_demo.blind_test import plant_on
 from softsoil.recording.forward import forward_part
+from softsoil.refinement.doubts import loosened
 from softsoil.refinement.folds import cross_validated
 from softsoil.refinement.ranking import try_places
 from softsoil.refinement.selection import strength
-from softsoil.refinement.trace import loosened, make_bench
+from softsoil.refinement.trace import make_bench
 from softsoil.symbolic.catalogue import catalogue
 
 START_UP = 2.0
@@ -33,7 +34,7 @@ def main() -> None:
         if told.kind not in (case["kind"], case["name"]):
             continue
         declared = plant_on(case["soil"])
-        bench = loosened(make_bench([forward_part(drive_case(case))], declared, START_UP), declared)
+        bench, _ = loosened(make_bench([forward_part(drive_case(case))], declared, START_UP), declared.vehicle)
         effect = catalogue(declared.vehicle)["soil_change"]
         (found,) = cross_validated(bench, [try_places(bench, effect)])
         assert found.overall is not None

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from benchmarks.refine_drives import traced
 from softsoil.refinement.excitation import strongest_line
-from softsoil.refinement.refine import Refinement
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import EVIDENCE, RULES
 from softsoil.refinement.selection import size
 from softsoil.refinement.wheel_speeds import differential_shares

@@ -12,7 +12,15 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.options import open_drive
-from softsoil.commands.options_model import LawOption, OutOption, SoilOption, VehicleOption, about_vehicle, declaration
+from softsoil.commands.options_model import (
+    LawOption,
+    OutOption,
+    SoilOption,
+    VehicleOption,
+    about_vehicle,
+    declaration,
+    say_vehicle,
+)
 from softsoil.commands.output import console, output_folder, say_written, write_result
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.bench_c_library import c_library_rows
@@ -40,6 +48,7 @@ def bench(
         raise ValueError(f"--only: expected one of {', '.join(SUBJECTS)}; found {only}")
     folder = output_folder(out, "bench")
     log = example_logs()[0]
+    say_vehicle(vehicle)
     drive, _ = open_drive(log, None, vehicle=vehicle)
     declared = declaration(vehicle, soil or named_soil(drive.name), law, None)
     found = []

@@ -11,7 +11,15 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.options import SeedOption
-from softsoil.commands.options_model import LawOption, ModelOption, OutOption, VehicleOption, about_vehicle, noted
+from softsoil.commands.options_model import (
+    LawOption,
+    ModelOption,
+    OutOption,
+    VehicleOption,
+    about_vehicle,
+    noted,
+    say_vehicle,
+)
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.control.declared import for_control
 from softsoil.control.nmpc import Nmpc
@@ -58,6 +66,7 @@ def drive(
     driven = load_vehicle(vehicle or REFERENCE_VEHICLE) if model is None else load_declaration(model).vehicle
     courses, names = _courses(scenario or ["lane_change_clay"], size_of(driven)), _controllers(controllers)
     folder = output_folder(out, "drive")
+    say_vehicle(vehicle, model)
     faults = Faults(
         dropout=None if dropout is None else (dropout, dropout + 3.0),
         burst=None if burst is None else (burst, burst + 1.0),

@@ -17,9 +17,10 @@ from softsoil.commands.options_model import (
     VehicleOption,
     about_vehicle,
     declaration,
+    say_vehicle,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
-from softsoil.commands.vehicle_check import refuse_another, say_vehicle
+from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.terrain import TerrainEstimate
@@ -52,8 +53,8 @@ def estimate(
     Example: softsoil estimate data/multi_clay_n0.50.parquet --soil clay --n0 0.7
     """
     folder = output_folder(out, "estimate")
+    say_vehicle(vehicle, model)
     declared = declaration(vehicle, soil, law, model)
-    say_vehicle(vehicle, model, declared.vehicle.name)
     clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
     refuse_another(noisy, declared.vehicle)
     built = declared.build()

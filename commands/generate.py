@@ -19,6 +19,7 @@ from softsoil.commands.options_model import (
     SoilOption,
     VehicleOption,
     declaration,
+    say_vehicle,
 )
 from softsoil.commands.output import output_folder, say_written
 from softsoil.files.package_data import REFERENCE_VEHICLE, vehicle_file
@@ -39,7 +40,7 @@ def generate(
         typer.Option("--controller", help="Also the controller: NMPC on the filter's estimate, and a closed loop."),
     ] = False,
     hessian: Annotated[str, typer.Option("--hessian", help="Of the controller: exact or gauss_newton.")] = "exact",
-    fmi: Annotated[bool, typer.Option("--fmi", help="Also an FMI 3.0 co-simulation unit, softsoil.fmu.")] = False,
+    fmi: Annotated[bool, typer.Option("--fmi", help="Also FMI 3.0 units: of the model, and of the driver.")] = False,
     out: OutOption = None,
 ) -> None:
     """Write a model and its filter as a C library: header, sources, README, example, CMake and formulation.json.
@@ -54,6 +55,8 @@ def generate(
     """
     if folder is not None and out is not None:
         raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
+
+    first = say_vehicle(vehicle, model)
 
     def make() -> dict[str, str]:
         if controller:
@@ -70,9 +73,9 @@ def generate(
     texts = texts_from_cache(asked_for(*said), make)
     paths = write_library(written, texts)
     if not fmi:
-        remember(sys.argv[1:], said, written)
+        remember(sys.argv[1:], said, written, first)
     else:
-        from softsoil.codegen.c_library.pack_fmu import pack_fmu
+        from softsoil.codegen.c_library.pack_fmu import pack_fmus
 
-        paths.append(pack_fmu(written))
+        paths += pack_fmus(written)
     say_written(paths)

@@ -16,12 +16,13 @@ from softsoil.codegen.text_cache import Said, asked_for, keep, kept_texts
 from softsoil.files.cache import cache_folder
 
 
-def remember(arguments: Sequence[str], said: Sequence[Said], folder: Path) -> None:
-    """Keep what a command line, given in this working folder, asked for and where it was written; of softsoil's own alone."""
+def remember(arguments: Sequence[str], said: Sequence[Said], folder: Path, first: str = "") -> None:
+    """Keep what a command line, given in this working folder, asked for, where it was written and what the command said first;
+    of softsoil's own alone."""
     if list(arguments[:1]) != ["generate"]:
         return
     told = [["file", str(thing)] if isinstance(thing, Path) else ["text", str(thing)] for thing in said]
-    keep(_place(arguments), json.dumps({"said": told, "folder": str(folder)}))
+    keep(_place(arguments), json.dumps({"said": told, "folder": str(folder), "first": first}))
 
 
 def generated_again(arguments: Sequence[str]) -> bool:
@@ -32,11 +33,13 @@ def generated_again(arguments: Sequence[str]) -> bool:
         texts = kept_texts(asked_for(*said))
         if texts is None:
             return False
-        folder = Path(found["folder"])
+        folder, first = Path(found["folder"]), str(found["first"])
         folder.mkdir(parents=True, exist_ok=True)
         paths = write_library(folder, texts)
     except (OSError, ValueError, KeyError, TypeError):  # whatever is wrong, the command says it
         return False
+    if first:
+        print(first)
     for path in paths:
         print(f"wrote {path}")
     return True

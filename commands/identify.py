@@ -10,16 +10,14 @@ import typer
 from softsoil.commands.identify_summary import say
 from softsoil.commands.invocation import software
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
-from softsoil.commands.options_model import OutOption
+from softsoil.commands.options_model import OutOption, SoilsOption, soils_of
 from softsoil.commands.output import output_folder, progress, say_written, write_result
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.identify_report import write_report
-from softsoil.recording.log_names import named_soil
 from softsoil.refinement.identify import identify
 from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.known_vehicle import load_known
 from softsoil.refinement.vehicle_numbers import declared_vehicle
-from softsoil.symbolic.soil import SOILS, Soil, load_soil
 
 
 def identify_command(
@@ -30,10 +28,7 @@ def identify_command(
     vehicle: Annotated[
         Path, typer.Option("--vehicle", help="TOML with the numbers that have been measured.", show_default=False)
     ],
-    soil: Annotated[
-        list[str] | None,
-        typer.Option("--soil", help=f"{', '.join(SOILS)}, or a soil TOML: one for all, or one per log.", show_default=False),
-    ] = None,
+    soil: SoilsOption = None,
     judge: Annotated[
         Path | None, typer.Option("--judge", help="The log that is left out and judges (default: the last).", show_default=False)
     ] = None,
@@ -54,7 +49,7 @@ def identify_command(
     known = load_known(vehicle)
     geometry = declared_vehicle(known)
     drives = [open_drive(path, columns, noise, seed + 10 * i, geometry=geometry)[1] for i, path in enumerate(paths)]
-    soils = _soils(soil, [drive.name for drive in drives], len(logs))
+    soils = soils_of(soil, [drive.name for drive in drives], ", --judge last")
     with progress(", ".join(drive.name for drive in drives)) as told:
         found = identify(drives, soils, known, judged, start=skip, progress=told)
     say(found)
@@ -78,18 +73,3 @@ def _judged(logs: list[Path], judge: Path | None) -> tuple[list[Path], int]:
     if len(set(paths)) < len(paths):
         raise ValueError("identify: expected different logs, found one twice: a log that is fitted cannot judge")
     return paths, judged
-
-
-def _soils(given: list[str] | None, names: list[str], logs: int) -> list[Soil]:
-    """One soil per log: the one given, one each in order, or those that the logs' names say."""
-    if given is None:
-        named = [named_soil(name) for name in names]
-        for name, soil in zip(names, named, strict=True):
-            if soil is None:
-                raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file; {name} names none")
-        return [load_soil(str(soil)) for soil in named]
-    if len(given) == 1:
-        return [load_soil(given[0])] * len(names)
-    if len(given) == len(names):
-        return [load_soil(soil) for soil in given]
-    raise ValueError(f"--soil: expected one for all or one per log ({len(names)}, --judge last), found {len(given)}")

@@ -9,9 +9,8 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.import_steering import fitted_map, say_map, steered, without_command
-from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle
+from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle, say_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
-from softsoil.commands.vehicle_check import say_vehicle
 from softsoil.figures.import_report import write_import_report
 from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources
 from softsoil.importing.draft_map import draft
@@ -45,8 +44,8 @@ def import_log(
 
     Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
     """
+    say_vehicle(vehicle)
     geometry = declared_vehicle(vehicle, None)
-    say_vehicle(vehicle, None, geometry.name)
     with progress(", ".join(path.name for path in sources)) as told:
         plan = load_map(map_file) if map_file is not None else drafted(sources)
         plan = steered(plan, geometry)

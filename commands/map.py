@@ -18,8 +18,10 @@ from softsoil.commands.options_model import (
     VehicleOption,
     about_vehicle,
     declaration,
+    say_vehicle,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.soil_map import Cell, DriveSoil, drive_soil, fuse
 from softsoil.figures.soil_map import draw_soil_map
@@ -47,8 +49,11 @@ def map_soil(
     Example: softsoil map data/multi_clay_n0.50.parquet data/paper_clay_n0.50.csv.gz --soil clay
     """
     folder = output_folder(out, "map")
+    say_vehicle(vehicle, model)
     declared = declaration(vehicle, soil, law, model)
     drives = [open_drive(log, columns, vehicle=vehicle, model=model)[1] for log in logs]
+    for drive in drives:
+        refuse_another(drive, declared.vehicle)
     built, n0 = declared.build(), float(declared.soil.n)
     with progress(f"{len(drives)} drives"):
         if workers == 1:

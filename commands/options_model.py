@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from softsoil.commands.output import console
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
 from softsoil.files.toml_file import read_toml
-from softsoil.symbolic.soil import SOILS, load_soil
+from softsoil.recording.log_names import named_soil
+from softsoil.symbolic.soil import SOILS, Soil, load_soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle, vehicle_from_table
 from softsoil.symbolic.wheel import law_names
 
@@ -26,6 +29,10 @@ VehicleOption = Annotated[
 SoilOption = Annotated[
     str | None,
     typer.Option("--soil", help=f"{', '.join(SOILS)}, or a soil TOML.", show_default=False),
+]
+SoilsOption = Annotated[
+    list[str] | None,
+    typer.Option("--soil", help=f"{', '.join(SOILS)}, or a soil TOML: one for all, or one per log.", show_default=False),
 ]
 LawOption = Annotated[str, typer.Option("--law", help=f"Force law: {', '.join(law_names())}.")]
 ModelOption = Annotated[
@@ -49,6 +56,15 @@ def declared_vehicle(vehicle: Path | None, model: Path | None) -> Vehicle:
     return load_vehicle(vehicle or REFERENCE_VEHICLE)
 
 
+def say_vehicle(vehicle: Path | None, model: Path | None = None) -> str:
+    """Say, as a command's first line, which vehicle is taken where neither --vehicle nor --model names one; returns the line."""
+    if vehicle is not None or model is not None:
+        return ""
+    words = f"vehicle: {declared_vehicle(None, None).name}, since --vehicle names none"
+    console.print(words, highlight=False)
+    return words
+
+
 def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | None) -> Declaration:
     """What the options declare: `model` alone, or vehicle, soil and law.
 
@@ -64,6 +80,24 @@ def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | 
     if soil is None:
         raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model), found none")
     return noted(Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), load_soil(soil), law))
+
+
+def soils_of(given: list[str] | None, names: Sequence[str], more: str = "") -> list[Soil]:
+    """One soil per log: the one given, one each in order, or those that the logs' names say.
+
+    more: words on the order for the message. Raises ValueError for another number of soils than of logs, or a log whose name
+    tells none.
+    """
+    if given is None:
+        for name in names:
+            if named_soil(name) is None:
+                raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model); {name} names none")
+        return [load_soil(str(named_soil(name))) for name in names]
+    if len(given) == 1:
+        return [load_soil(given[0])] * len(names)
+    if len(given) == len(names):
+        return [load_soil(soil) for soil in given]
+    raise ValueError(f"--soil: expected one for all or one per log ({len(names)}{more}), found {len(given)}")
 
 
 def about_vehicle(vehicle: Path | None, model: Path | None = None) -> dict[str, str]:

@@ -14,29 +14,34 @@ from softsoil.commands.options_model import (
     LawOption,
     ModelOption,
     OutOption,
-    SoilOption,
+    SoilsOption,
     VehicleOption,
     about_vehicle,
     declaration,
+    noted,
+    say_vehicle,
+    soils_of,
 )
 from softsoil.commands.output import OutputFolder, output_folder, progress, say_written, write_result
 from softsoil.commands.refine_summary import say
-from softsoil.commands.vehicle_check import say_vehicle, warn_of_another
+from softsoil.commands.vehicle_check import doubt_another
 from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.refine_report import write_report
+from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.recording.drive import Recording
-from softsoil.recording.log_names import named_soil
-from softsoil.refinement.refine import Refinement, refine
-from softsoil.refinement.words import falls_sentence, split_sentence, verdict_sentence
+from softsoil.refinement.refine import refine
+from softsoil.refinement.result import Refinement
+from softsoil.refinement.words import falls_sentence, soil_sentences, split_sentence, verdict_sentence
+from softsoil.symbolic.vehicle import load_vehicle
 
 
 def refine_command(
     data: Annotated[
-        list[Path], typer.Argument(help="Drives on one class of soil: CSV, CSV.gz or Parquet.", show_default=False)
+        list[Path], typer.Argument(help="Drives of one vehicle: CSV, CSV.gz or Parquet.", show_default=False)
     ],
     vehicle: VehicleOption = None,
-    soil: SoilOption = None,
+    soil: SoilsOption = None,
     law: LawOption = "turn_slip",
     model: ModelOption = None,
     plain: Annotated[
@@ -49,24 +54,29 @@ def refine_command(
     workers: Annotated[int, typer.Option("--workers", min=1, help="Candidates tried at a time.")] = 2,
     out: OutOption = None,
 ) -> None:
-    """What the model leaves unexplained in drives, traced to an effect, added to the model; error before and after.
+    """What the model leaves unexplained in drives, traced to an effect or to a number of the vehicle that they contradict.
 
     The first two thirds of each drive are fitted, the rest judges. Only sensor channels are read.
 
-    Example: softsoil refine data/multi_clay_n0.50.parquet --soil clay
+    Example: softsoil refine data/multi_clay_n0.50.parquet data/paper_sandyloam_n0.70.parquet --soil clay --soil sandy_loam
     """
     folder = output_folder(out, "refine")
+    say_vehicle(vehicle, model)
     drives = [
         open_drive(path, columns, noise, seed + i, vehicle=vehicle, model=model)[1] for i, path in enumerate(data)
     ]
-    declared = declaration(vehicle, soil or (None if model else named_soil(drives[0].name)), law, model)
-    say_vehicle(vehicle, model, declared.vehicle.name)
+    if model is not None:
+        declared = declaration(vehicle, soil[0] if soil else None, law, model)
+        soils = [declared.soil] * len(drives)
+    else:
+        soils = soils_of(soil, [drive.name for drive in drives])
+        declared = noted(Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), soils[0], law))
     for drive in drives:
-        warn_of_another(drive, declared.vehicle)
+        doubt_another(drive, declared.vehicle, named=bool(vehicle or model))
     if plain:
         declared = Declaration(declared.vehicle.with_(effects={}), declared.soil, declared.law)
     with progress(", ".join(drive.name for drive in drives)) as told:
-        found = refine(drives, declared, start=skip, workers=workers, progress=told)
+        found = refine(drives, declared, soils=soils, start=skip, workers=workers, progress=told)
     say(found)
     about = about_vehicle(vehicle, model)
     report = write_report(declared, found, skip, folder / "report.html", {"software": software(), "vehicle": about})
@@ -80,6 +90,7 @@ def write_all(drives: list[Recording], found: Refinement, folder: OutputFolder, 
         f"softsoil {made['version']}: {' '.join(made['command'].split())}",  # one line, whatever was typed
         f"Refined on {', '.join(drive.name for drive in drives)}.",
         verdict_sentence(found),
+        *soil_sentences(found),
         split_sentence(found),
         falls_sentence(found),
     )

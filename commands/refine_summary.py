@@ -1,4 +1,4 @@
-"""One screen on what a refinement found."""
+"""Summary of a refinement on the terminal."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from rich.table import Table
 
 from softsoil.commands.output import console
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.refine import Refinement
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.words import (
     bound_words,
     falls_sentence,
     group_sentences,
     left_sentences,
+    n_sentences,
     number,
+    number_words,
     parameter_words,
     ratio,
     split_sentence,
@@ -30,22 +32,24 @@ def say(found: Refinement) -> None:
         console.print(f"  {effect.name}: {effect.doc}", highlight=False)
         for words in parameter_words(effect):
             console.print(f"    {words}", highlight=False)
+    for number_ in found.contradicted:
+        console.print(f"  {number_words(number_)}", highlight=False)
     for line in (*group_sentences(found), falls_sentence(found), split_sentence(found)):
         if line:
             console.print(line, highlight=False)
     console.print(ranking_table(found))
     console.print(error_table(found))
-    names = [shooting.drive.name for shooting in found.bench.shootings]
-    for name, before, after in zip(names, found.n_before, found.n_after, strict=True):
-        console.print(f"{name}: n {before:.3f} with the declared model, {after:.3f} with the refined", highlight=False)
-    unjudged = "these n are by-products of the fit, without a verdict: softsoil estimate LOG --model refined.toml judges n"
-    for line in (unjudged, *left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
+    if found.fitted:
+        console.print("Declared numbers as fitted beside n, within what is stated of them:", highlight=False)
+    for number_ in found.fitted:
+        console.print(f"  {number_words(number_)}", highlight=False)
+    for line in (*n_sentences(found), *left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
         console.print(line, highlight=False)
 
 
 def ranking_table(found: Refinement) -> Table:
     """The best candidates by the share of the held-out cost that each removes on its own."""
-    table = Table(title="Candidates, each alone beside n", title_justify="left")
+    table = Table(title="Candidates, each alone beside n: effects, and numbers of the vehicle", title_justify="left")
     for heading in ("effect", "held-out gain", "std", ""):
         table.add_column(heading, justify="right" if heading in ("held-out gain", "std") else "left")
     for candidate in found.ranking[:SHOWN]:

@@ -18,10 +18,11 @@ from softsoil.commands.options_model import (
     VehicleOption,
     about_vehicle,
     declaration,
+    say_vehicle,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.residual_wheel import is_wheel_data, report_on_wheel_data
-from softsoil.commands.vehicle_check import say_vehicle, warn_of_another
+from softsoil.commands.vehicle_check import doubt_another
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.residual import draw_residual
 from softsoil.recording.log_names import named_soil
@@ -59,10 +60,10 @@ def residual(
     if is_wheel_data(data, wheel):
         report_on_wheel_data(data, columns, wheel, soil, folder)
         return
+    say_vehicle(vehicle, model)
     clean, noisy = open_drive(data, columns, noise, seed, vehicle=vehicle, model=model)
     declared = declaration(vehicle, soil or (None if model else named_soil(clean.name)), law, model)
-    say_vehicle(vehicle, model, declared.vehicle.name)
-    warn_of_another(noisy, declared.vehicle)
+    doubt_another(noisy, declared.vehicle, named=bool(vehicle or model))
     with progress(clean.name):
         found = drive_residual(noisy, declared, n, start=skip)
     for note in noisy.notes:

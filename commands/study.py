@@ -19,11 +19,12 @@ from softsoil.commands.options_model import (
     VehicleOption,
     about_vehicle,
     declaration,
+    say_vehicle,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
-from softsoil.commands.vehicle_check import refuse_another, say_vehicle
+from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.horizons import HORIZONS, START_UP
-from softsoil.figures.terrain import SQUARED, draw_study
+from softsoil.figures.terrain import draw_study
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.study import LATERAL, LogStudy, gains, study_log
 from softsoil.recording.drive import STATE_CHANNELS
@@ -39,6 +40,10 @@ FirstGuessOption = Annotated[
         "--n0", help="First guess (default: true n of the log's name + 0.2, else the soil's).", show_default=False
     ),
 ]
+
+
+SQUARED = ("m²", "m²", "rad²", "m²/s²", "m²/s²", "rad²/s²")
+"""Units of the mean squared errors of STATE_CHANNELS, as in the paper's Table 8."""
 
 
 def study(
@@ -64,11 +69,10 @@ def study(
     folder = output_folder(out, "study")
     studies: list[LogStudy] = []
     paths: list[Path] = []
+    say_vehicle(vehicle, model)
     for log in logs or example_logs():
         clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
         declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
-        if not studies:
-            say_vehicle(vehicle, model, declared.vehicle.name)
         refuse_another(clean, declared.vehicle)
         with progress(clean.name) as told:
             studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told, method))

@@ -69,6 +69,7 @@ class CDriver:
         self.self = ctypes.c_void_p(ctypes.addressof(first) + (-ctypes.addressof(first) % ALIGNMENT))
         self.command = command_type(states)()
         self._kept: list[Array] = []
+        self._given = np.full(len(MEASUREMENTS), np.nan)
 
     def start(
         self, path: Path, speed: float, obstacles: ArrayLike = (), n0: float = 0.7, learn: bool = True,
@@ -78,8 +79,8 @@ class CDriver:
 
         Raises ValueError where the library refuses them.
         """
-        columns = [np.ascontiguousarray(path.points[:, i], dtype=float) for i in (0, 1)] + [np.zeros(len(path.points))] * 2
-        columns[3] = np.zeros(len(path.points))
+        columns = [np.ascontiguousarray(path.points[:, i], dtype=float) for i in (0, 1)]
+        columns += [np.zeros(len(path.points)) for _ in range(2)]
         places = np.ascontiguousarray(obstacles, dtype=float).reshape(-1, 5)
         self._kept = [*columns, places]
         task = Task(
@@ -93,8 +94,16 @@ class CDriver:
 
     def tick(self, t: float, measured: Measured) -> Any:
         """The command from t (s) on, from what was measured at t; the same structure at every tick."""
-        given = np.array([measured.get(name, np.nan) for name in MEASUREMENTS], dtype=float)
-        pointer = given.ctypes.data_as(ctypes.c_void_p)
+        self.take(measured)
+        return self.tick_held(t)
+
+    def take(self, measured: Measured) -> None:
+        """Measurements for the next `tick_held`."""
+        self._given[:] = [measured.get(name, np.nan) for name in MEASUREMENTS]
+
+    def tick_held(self, t: float) -> Any:
+        """The command from t (s) on, from the measurements taken last: the thinnest call."""
+        pointer = ctypes.c_void_p(self._given.ctypes.data)
         self._check("tick", self.c.softsoil_driver_tick(self.self, _REAL(t), pointer, ctypes.byref(self.command)))
         return self.command
 

@@ -11,7 +11,8 @@ import pandas as pd
 
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import estimate_horizon
-from softsoil.estimator.terrain import TerrainEstimate, Tuning, estimate_terrain
+from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
+from softsoil.estimator.tuning import Tuning
 from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict, judge
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from softsoil.estimator.horizons import HORIZONS
 from softsoil.recording.drive import Recording
-from softsoil.refinement.refine import Refinement
 from softsoil.refinement.residual import DriveResidual, drive_residual
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.structure import Structure, axle_windows, structure
 from softsoil.refinement.trace import Bench
 
@@ -42,11 +42,16 @@ class DriveView:
     path_before: Array
     path_after: Array
 
+    @property
+    def refined(self) -> bool:
+        """Whether the refined model differs from the declared one; equal lines are not drawn twice."""
+        return not np.array_equal(self.path_before, self.path_after, equal_nan=True)
+
 
 def drive_views(found: Refinement, start: float) -> list[DriveView]:
     """A view of each drive that was refined on.
 
-    found: what refine returned; start: seconds left out at the beginning, as given to it.
+    found: the result of refine; start: seconds left out at the beginning, as given to it.
     """
     return [_view(recording, found, i, start) for i, recording in enumerate(found.recordings)]
 

@@ -1,4 +1,4 @@
-"""Speed of the whole plant and of the whole loop closed with data, each against the time that passes on the vehicle."""
+"""Speed of whole things: the driver, the plant and the loop closed with data, the latter two against the time on the vehicle."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.horizons import START_UP
+from softsoil.mpc_demo.bench_driver import driver_rows
 from softsoil.mpc_demo.bench_rows import Row
 from softsoil.plant.manoeuvres import MANOEUVRES
 from softsoil.plant.simulate import drive as simulate
@@ -19,7 +20,9 @@ SIMULATED, REPEATS = 10.0, 3
 
 
 def whole_rows(declared: Declaration, drive: Recording) -> Iterator[Row]:
-    """plant_realtime_factor: seconds of a multi-sine drive per second of one processor; refine_log: one drive traced (s)."""
+    """driver_tick_c: a tick of the driver in C (`driver_rows`); plant_realtime_factor: seconds of a multi-sine drive per
+    second of one processor; refine_log: one drive traced (s)."""
+    yield from driver_rows(declared)
     simulate(Plant(declared.soil, start=Start(u=5.0)), MANOEUVRES["multi"], 0.1)  # builds machine code
     spent = []
     for _ in range(REPEATS):

@@ -1,4 +1,4 @@
-"""The blind test: drives of the plant with an effect that the tracing is not told, and the score."""
+"""The blind test: drives of the plant with an effect unknown to the tracing, and the score."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from softsoil.files.json_file import plain
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.mpc_demo.blind_cases import Case, drive_case
 from softsoil.mpc_demo.sweep import run_sweep
-from softsoil.refinement.refine import Refinement, refine
+from softsoil.refinement.refine import refine
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.words import falls
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.soil import load_soil
@@ -122,7 +123,7 @@ def run_blind(
 ) -> tuple[list[dict[str, Any] | None], dict[int, str]]:
     """Results of all cases, and the reasons of those that failed; written as they come, resumed where it stopped.
 
-    out: folder of the results; workers: drives at a time; progress: told each case's place and result.
+    out: folder of the results; workers: drives at a time; progress: called with each case's place and result.
     """
     results: list[dict[str, Any] | None] = []
     failures: dict[int, str] = {}

@@ -73,8 +73,9 @@ def identify(
     had = excitation(fitted.recordings, start)
     judgement = judge(bench.only([last]), state.values, rules.model_error_n)
     numbers = _numbers(fitted, state)
-    stds = {name: found.std for name, found in numbers.items()}
-    vehicle = vehicle_of(known, state.values, stds)
+    # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
+    alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
+    vehicle = vehicle_of(known, state.values, {name: found.std * alone.get(name, 1.0) for name, found in numbers.items()})
     verdict, reason = _verdict(state, numbers, fitted, had, rules)
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
     return Identification(

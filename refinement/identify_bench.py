@@ -17,7 +17,7 @@ from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows, wi
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import forward_part
 from softsoil.refinement.known_vehicle import Known
-from softsoil.refinement.vehicle_numbers import by_name, expected, free_layout, vehicle_of
+from softsoil.refinement.vehicle_numbers import WIDE, by_name, expected, free_layout, vehicle_of
 from softsoil.refinement.wheel_balance import BalanceModel, WheelBalance
 from softsoil.refinement.wheel_speeds import all_open
 from softsoil.symbolic.catalogue import declared_model
@@ -38,8 +38,6 @@ FASTEST = 1.5
 """rad/s: no window runs across a faster steering, which no actuator follows."""
 N_NAMES = ("n_f", "n_r")
 N_SCALE = 0.1
-WIDE = 0.1
-"""Share of its value within which a given number lies whose error of measuring is not believed."""
 FIRST_N = (-0.2, 0.0, 0.2)
 """First guesses of a drive's n beside its soil's own."""
 

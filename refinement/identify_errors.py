@@ -21,13 +21,14 @@ LEAST_INFORMATION = 0.05
 @dataclass(frozen=True)
 class Errors:
     """covariance (K, K) of a fit's numbers; white (K,): their variances where residuals are white; prior (K,): precision of what
-    is known of each beforehand."""
+    is known of each beforehand; alone (K,): share of its standard error that a number keeps with all others as they are."""
 
     names: tuple[str, ...]
     value: Array
     covariance: Array
     white: Array
     prior: Array
+    alone: Array
 
     @property
     def std(self) -> dict[str, float]:
@@ -59,7 +60,9 @@ def errors_of(fit: WindowFit) -> Errors:
     # The jackknife moves the logs only; what a number owes to its prior is as uncertain as that.
     jackknife = jackknife + inverse @ np.diag(prior) @ inverse
     ratio = np.sqrt(np.maximum(np.diag(inverse) / np.maximum(np.diag(jackknife), 1e-300), 1.0))
-    return Errors(tuple(f.name for f in fit.free), fit.value, jackknife * np.outer(ratio, ratio), np.diag(inverse), prior)
+    alone = 1.0 / np.sqrt(np.maximum(np.diag(hessian) * np.diag(inverse), 1.0))
+    covariance = jackknife * np.outer(ratio, ratio)
+    return Errors(tuple(f.name for f in fit.free), fit.value, covariance, np.diag(inverse), prior, alone)
 
 
 def _blocks(fit: WindowFit) -> NDArray[np.int_]:

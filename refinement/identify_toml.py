@@ -28,7 +28,8 @@ def vehicle_toml(found: Identification) -> str:
         lines += ["", f"[effects.{effect}]"]
         for key, value in values.items():
             lines.append(_line(key, value, found.numbers.get(key), _unit(key), key in FIXED.get(effect, {})))
-    lines += ["", "# Standard deviations, for commands that doubt the vehicle.", "[uncertainty]"]
+    alone = "# Standard deviations with all other numbers as they are, for commands that doubt the vehicle."
+    lines += ["", alone, "[uncertainty]"]
     lines += [f"{key} = {std:.4g}" for key, std in vehicle.uncertainty.items()]
     return "\n".join(lines) + "\n"
 

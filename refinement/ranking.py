@@ -48,7 +48,7 @@ def rank(
     bench: Bench, effects: Mapping[str, Effect], workers: int, progress: Callable[[float], None]
 ) -> list[Candidate]:
     """All given effects that the bench's model has, best held-out gain first; workers: threads."""
-    effects = {name: effect for name, effect in effects.items() if name in bench.model.effects}
+    effects = {name: effect for name, effect in effects.items() if all(s.name in bench.model.p for s in effect.parameters)}
 
     def one(effect: Effect) -> Candidate:
         return try_places(bench, effect) if placed(effect) else try_effect(bench, effect, starts_of(effect))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,182 +13,146 @@ from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.horizons import HORIZONS, START_UP
+from softsoil.estimator.verdict import Verdict, judge
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.usable import usable
+from softsoil.refinement.doubts import doubts, loosened
 from softsoil.refinement.excitation import one_wave
-from softsoil.refinement.fit import N_NAMES, Fit
+from softsoil.refinement.fit import Fit
 from softsoil.refinement.observations import carried, ruled_out
+from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
+from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.selection import Selection, select, size
+from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.structure import Structure, structure
-from softsoil.refinement.trace import Bench, Candidate, everything, fit_base, loosened, make_bench, open_effects
+from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect
-from softsoil.symbolic.vehicle import Vehicle
+from softsoil.symbolic.soil import Soil
+from softsoil.symbolic.vehicle import NUMBERS, Vehicle
 
 Array = NDArray[np.float64]
 
-
-
-@dataclass(frozen=True)
-class TracedEffect:
-    """An effect that the data support: parameters name -> (value, standard error, unit)."""
-
-    name: str
-    doc: str
-    parameters: dict[str, tuple[float, float, str]]
-
-
-@dataclass(frozen=True)
-class Refinement:
-    """What refine found.
-
-    verdict: "effect", "none" or "unexplained"; effects: in the order found, parameters fitted to the whole drives;
-    inseparable: groups that these data cannot tell apart; would_separate: the manoeuvre that would; ranking: all candidates
-    of the first round; holdout: (from, to) of the first drive (s); before, after: horizon -> state -> mean squared error on
-    held-out windows, declared model and refined model, both fitted on the fit windows alone; n_before (fit windows), n_after
-    (whole drives): per drive; structure: what is left at the end; declaration: the refined one, by the whole drives; bench:
-    the declared model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives;
-    carried: effects that the measured inputs are seen to contain; notes; seconds.
-    """
-
-    verdict: str
-    effects: tuple[TracedEffect, ...]
-    inseparable: tuple[tuple[str, ...], ...]
-    would_separate: str
-    ranking: tuple[Candidate, ...]
-    holdout: tuple[float, float]
-    before: dict[str, dict[str, float]]
-    after: dict[str, dict[str, float]]
-    n_before: tuple[float, ...]
-    n_after: tuple[float, ...]
-    structure: tuple[Structure, ...]
-    declaration: Declaration
-    bench: Bench
-    selection: Selection
-    recordings: tuple[Recording, ...]
-    seconds: float
-    carried: tuple[str, ...] = ()
-    notes: tuple[str, ...] = field(default_factory=tuple)
-
-    def as_json(self) -> dict[str, Any]:
-        """The content of refine.json."""
-        effects = [
-            {
-                "name": e.name,
-                "parameters": {k: {"value": v, "std": s, "unit": unit} for k, (v, s, unit) in e.parameters.items()},
-            }
-            for e in self.effects
-        ]
-        return {
-            "verdict": self.verdict,
-            "effects": effects,
-            "inseparable": [list(group) for group in self.inseparable],
-            "would_separate": self.would_separate,
-            "ranking": [{"name": c.name, "holdout_gain": c.gain, "std": c.std} for c in self.ranking],
-            "holdout": {"from": self.holdout[0], "to": self.holdout[1]},
-            "before": {"mse": self.before},
-            "after": {"mse": self.after},
-            "n": {"before": list(self.n_before), "after": list(self.n_after)},
-            "unexplained": [{"share": s.share, "correlations": s.correlations} for s in self.structure],
-            "notes": list(self.notes),
-            "seconds": self.seconds,
-        }
 
 
 def refine(
     logs: Sequence[Recording | pd.DataFrame | str | Path],
     declaration: Declaration,
     *,
+    soils: Sequence[Soil] | None = None,
     start: float = START_UP,
     workers: int = 2,
     candidates: Sequence[str] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Refinement:
-    """What the declared model lacks on one or more drives of one soil class, from sensor channels only.
+    """What the declared model lacks on one or more drives, from sensor channels only.
 
     The first two thirds of each drive are fitted, the rest judges, then what was found is fitted to the whole; of a drive with
-    standstills, its longest stretch forwards. logs: drives, files or tables, checked and completed as by `estimate`; start:
-    seconds left out at the beginning of each; candidates: names of the effects that are tried, default all that are not
-    declared, without those that a measurement excludes;
-    workers: effects tried at once. Raises ValueError for drives that cannot be used.
+    standstills, its longest stretch forwards. logs: drives, files or tables, checked and completed as by `estimate`; soils: class
+    of each, n unknown, default the declared one for all; start: seconds left out at the beginning of each; candidates: names of
+    the effects that are tried, default all that are not declared, without those that a measurement excludes; workers: effects
+    tried at once.
+    Raises ValueError for drives that cannot be used, or another number of soils than of drives.
 
     Example:
         >>> import softsoil
         >>> declaration = softsoil.Declaration(softsoil.load_vehicle("reference"), softsoil.load_soil("clay"))
         >>> found = softsoil.refine(softsoil.example_logs()[:1], declaration, candidates=["steering_offset"])
-        >>> found.verdict in ("effect", "none", "unexplained")
+        >>> found.verdict in ("effect", "contradicts_given", "none", "unexplained")
         True
     """
     began = time.perf_counter()
+    soils = tuple(soils or [declaration.soil] * len(logs))
+    if len(soils) != len(logs):
+        raise ValueError(f"soils: expected one per drive ({len(logs)}), found {len(soils)}")
+    declaration = Declaration(declaration.vehicle, soils[0], declaration.law)
     recordings = [forward_part(usable(log, declaration.vehicle)) for log in logs]
+    vehicle = declaration.vehicle
     names = _possible(recordings, declaration, candidates)
-    bench = make_bench(recordings, declaration, start, names=names)
+    bench = make_bench(recordings, declaration, start, names=names, soils=soils)
+    loose, numbers = loosened(bench, vehicle)
     repeated = all(one_wave(recording) for recording in recordings)
-    selection = select(loosened(bench, declaration), declaration, workers, progress, repeated, names)
+    effects_tried = open_effects(declaration, names)
+    selection = select(loose, effects_tried, numbers, workers, progress, repeated)
     final, last = settled(bench, selection.bench)
-    left = _left(recordings, final, declaration.vehicle, start)
-    if selection.accepted and any(s.left for s in left) and not _beyond_doubt(declaration, selection.accepted):
+    left = _left(recordings, final, _moved(vehicle, final), start)
+    if selection.accepted and any(s.left for s in left) and not _beyond_doubt(selection):
         # Something of the kind of what was found is there, but it is not that: a name would be a guess.
         groups = (*selection.groups, *((c.name,) for c in selection.accepted))
-        selection = replace(selection, accepted=(), groups=tuple(dict.fromkeys(groups)))
+        selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
         final, last = bench, fit_base(bench)
-        left = _left(recordings, final, declaration.vehicle, start)
+        left = _left(recordings, final, vehicle, start)
     selection = replace(selection, bench=final)
     # Judged by the fit to a part; what is handed on is fitted to all there is.
     whole, last = settled(everything(bench), everything(final)) if selection.accepted else (final, last)
-    effects = tuple(_traced(declaration, candidate.name, whole, last) for candidate in selection.accepted)
+    free = _fitted(vehicle, whole, last) if selection.accepted else _fitted(vehicle, loose, fit_base(loose))
+    accepted = [candidate.name for candidate in selection.accepted]
+    effects = tuple(_traced(effects_tried[name], whole, last) for name in accepted if name in effects_tried)
+    contradicted = tuple(number for number in free if number.name in accepted)
     index = bench.model.p.index("n_f")
-    n_before, n_after = tuple(bench.absent[:, index]), tuple(whole.absent[:, index])
+    n_before, n_after = tuple(map(float, bench.absent[:, index])), tuple(map(float, whole.absent[:, index]))
     groups = inseparable(selection)
-    notes = _notes(recordings, declaration, bench, selection)
-    notes += tuple(
+    lines = notes(recordings, declaration, bench, selection)
+    lines += tuple(
         f"{name}: not tried, it rests on {', '.join(lacking)}, which the drives do not measure"
         for name, lacking in unsupported(recordings, declaration, candidates).items()
     )
-    notes += tuple(
+    lines += tuple(
         f"{recording.name}: axle forces are not judged: v and omega_z are not both measured"
         for recording, one in zip(recordings, left, strict=True)
         if not one.judged
     )
     # Where axle forces are not judged, an n on its bound is what shows that something is left.
-    lacks = any(s.left for s in left) or (_on_bound(bench).any() and not all(s.judged for s in left))
-    verdict = "effect" if effects else ("unexplained" if lacks else "none")
+    lacks = any(s.left for s in left) or (on_bound(bench).any() and not all(s.judged for s in left))
+    verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
+    refined = _refined(declaration, effects, contradicted, whole, n_after[0])
     return Refinement(
         verdict=verdict,
         effects=effects,
+        contradicted=contradicted,
+        fitted=tuple(number for number in free if number.name not in accepted),
         inseparable=groups,
-        would_separate=_would_separate(declaration, groups, verdict, selection),
+        would_separate=would_separate(groups, verdict, selection),
         ranking=selection.ranking,
         holdout=_holdout(bench),
         before=held_mse(bench, bench.absent),
         after=held_mse(final, final.absent),
         n_before=n_before,
         n_after=n_after,
+        n_std=tuple(last.named()[f"n_{i}"][1] for i in range(len(recordings))),
+        judged=_judged(recordings, refined, soils, n_after, start),
         structure=left,
-        declaration=_refined(declaration, effects, whole, float(np.mean(n_after))),
+        declaration=refined,
         bench=bench,
         selection=selection,
         recordings=tuple(recordings),
+        soils=soils,
         seconds=time.perf_counter() - began,
-        carried=tuple(n for n, e in catalogue(declaration.vehicle).items() if carried(e, recordings, declaration.vehicle)),
-        notes=notes,
+        carried=tuple(n for n, e in catalogue(vehicle).items() if carried(e, recordings, vehicle)),
+        notes=lines,
     )
 
 
-def inseparable(selection: Selection) -> tuple[tuple[str, ...], ...]:
-    """Groups that the data cannot separate, of two at least; an effect that was accepted beside the first of its group has
-    been told from it: the data need both."""
-    accepted = {candidate.name for candidate in selection.accepted}
-    groups = (tuple(name for name in group if name == group[0] or name not in accepted) for group in selection.groups)
-    return tuple(group for group in groups if len(group) > 1)
+def _judged(
+    recordings: Sequence[Recording], refined: Declaration, soils: Sequence[Soil], n: Sequence[float], start: float
+) -> tuple[Verdict, ...]:
+    """The verdict on n of each drive, by the rules of an estimate, with the refined model on the drive's own soil."""
+    found = []
+    for recording, soil, value in zip(recordings, soils, n, strict=True):
+        model = Declaration(refined.vehicle, soil, refined.law).build()
+        found.append(judge(recording, model, float(soil.n), (value,), tied=True, start=start))
+    return tuple(found)
 
 
-def _on_bound(bench: Bench) -> NDArray[np.bool_]:
-    """(D,) drives whose n ends on a bound with the declared model."""
-    n, value = bench.model.p[N_NAMES[0]], bench.absent[:, bench.model.p.index(N_NAMES[0])]
-    return (value <= n.lower + 1e-3) | (value >= n.upper - 1e-3)
+def _fitted(vehicle: Vehicle, bench: Bench, last: Fit) -> tuple[FittedNumber, ...]:
+    """The declared numbers that were free in a fit, with what is known of them beforehand."""
+    table, values = doubts(vehicle), last.named()
+    return tuple(
+        FittedNumber(name, table[name].signal.unit, float(table[name].signal.nominal), table[name].std, *values[name])
+        for name in (free.name for free in bench.known)
+        if name in table
+    )
 
 
 def _left(recordings: Sequence[Recording], bench: Bench, vehicle: Vehicle, start: float) -> tuple[Structure, ...]:
@@ -198,10 +160,10 @@ def _left(recordings: Sequence[Recording], bench: Bench, vehicle: Vehicle, start
     return tuple(structure(recording, bench.model, vehicle, p, start) for recording, p in pairs)
 
 
-def _beyond_doubt(declaration: Declaration, found: Sequence[Candidate]) -> bool:
+def _beyond_doubt(selection: Selection) -> bool:
     """Whether what the axle forces still lack is no doubt of the effects: the first removes nearly all that is held out, or one
     is of a sensor, and axle forces come from the records as they are, wrong sensors and all."""
-    known = catalogue(declaration.vehicle)
+    found, known = selection.accepted, selection.tried
     return found[0].gain >= RULES.nearly_all or any("outputs" in known[candidate.name].corrections for candidate in found)
 
 
@@ -241,51 +203,33 @@ def _holdout(bench: Bench) -> tuple[float, float]:
     return float(t[shooting.rows[held[0]]]), float(t[last])
 
 
-def _traced(declaration: Declaration, name: str, final: Bench, last: Fit) -> TracedEffect:
-    effect = catalogue(declaration.vehicle)[name]
+def _traced(effect: Effect, final: Bench, last: Fit) -> TracedEffect:
     fitted = last.named()
     at = {s.name: (float(last.p[0, final.model.p.index(s.name)]), 0.0) for s in effect.parameters}
     return TracedEffect(effect.name, effect.doc, effect.sizes({**at, **fitted}))
 
 
-def _refined(declaration: Declaration, effects: Sequence[TracedEffect], final: Bench, n: float) -> Declaration:
+def _moved(vehicle: Vehicle, final: Bench) -> Vehicle:
+    """The vehicle with its numbers, and the parameters of its declared effects, where a fit has moved them."""
+    moved = {f.name: float(final.absent[0, final.model.p.index(f.name)]) for f in final.known}
+    own = {n.name: moved[n.name] for n in NUMBERS if n.name in moved}
+    effects = {key: {k: moved.get(k, v) for k, v in values.items()} for key, values in vehicle.effects.items()}
+    return vehicle.with_(effects=effects, **own)
+
+
+def _refined(
+    declaration: Declaration, effects: Sequence[TracedEffect], contradicted: Sequence[FittedNumber], final: Bench, n: float
+) -> Declaration:
+    """The declaration with the effects and the numbers that were found, and the standard errors of both."""
     known = catalogue(declaration.vehicle)
     tables = {e.name: {k: v for k, (v, _, _) in e.parameters.items() if k in known[e.name].parameters} for e in effects}
-    moved = {f.name: float(final.absent[0, final.model.p.index(f.name)]) for f in final.loose}
-    for name, values in declaration.vehicle.effects.items():
-        if name in tables:
-            continue
-        tables[name] = {key: moved.get(key, value) for key, value in values.items()}
-    return declaration.with_effects(tables).with_n(n)
-
-
-def close_calls(selection: Selection, known: Mapping[str, Effect]) -> tuple[tuple[str, str], ...]:
-    """(named, other) where an effect that looks like a named one (a signature in common) gained nearly as much: less than one
-    standard error of the two gains behind."""
-    gains = {c.name: c for c in selection.ranking}
-    return tuple(
-        (named.name, other.name)
-        for named in selection.accepted
-        for other in selection.ranking
-        if named.name in gains
-        and other.name not in {c.name for c in selection.accepted}
-        and known[named.name].looks_like(known[other.name])
-        and gains[named.name].gain - other.gain < math.hypot(gains[named.name].std, other.std)
-    )
-
-
-def _would_separate(
-    declaration: Declaration, groups: Sequence[Sequence[str]], verdict: str, selection: Selection
-) -> str:
-    known = catalogue(declaration.vehicle)
-    grouped = {frozenset((group[0], name)) for group in groups for name in group[1:]}
-    close = [pair for pair in close_calls(selection, known) if frozenset(pair) not in grouped]
-    doubtful = [*groups, *close]
-    if doubtful:
-        return "; ".join(f"{', '.join(group)}: {known[group[0]].separates}" for group in doubtful)
-    if verdict == "unexplained":
-        return "several speeds, steering rates and headings, straight stretches and tight turns in one drive"
-    return ""
+    stds = {number.name: number.std for number in contradicted}
+    stds |= {k: s for e in effects for k, (_, s, _) in e.parameters.items() if k in known[e.name].parameters}
+    refined = Declaration(_moved(declaration.vehicle, final), declaration.soil, declaration.law).with_effects(tables).with_n(n)
+    vehicle = refined.vehicle
+    there = {*(number.name for number in NUMBERS), *(key for values in vehicle.effects.values() for key in values)}
+    stated = {k: s for k, s in {**vehicle.uncertainty, **stds}.items() if k in there and np.isfinite(s) and s > 0}
+    return Declaration(vehicle.with_(uncertainty=stated), refined.soil, refined.law)
 
 
 def _possible(
@@ -308,43 +252,3 @@ def unsupported(
         if lacking:
             found[name] = lacking
     return found
-
-
-def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
-    """The leading parameter of a candidate, as it was fitted."""
-    lead = known[candidate.name].parameters[0]
-    return f"{lead.name} {candidate.fit.named()[lead.name][0]:.2g} {lead.unit}".rstrip()
-
-
-def _notes(recordings: Sequence[Recording], declaration: Declaration, bench: Bench, selection: Selection) -> tuple[str, ...]:
-    notes = [f"{r.name}: {note}" for r in recordings for note in r.notes]
-    for effect in catalogue(declaration.vehicle).values():
-        for name, words in carried(effect, recordings, declaration.vehicle).items():
-            notes.append(f"{name}: {words}; the measured inputs carry it, so the model needs no effect for it")
-    accepted = {c.name for c in selection.accepted}
-    for free in selection.bench.loose:
-        at = bench.model.p.index(free.name)
-        now, declared = selection.bench.absent[0, at], bench.absent[0, at]
-        notes.append(
-            f"{free.name} of the declared model was fitted again with what was found: {declared:.3g} -> {now:.3g}"
-        )
-    for candidate in selection.ranking:
-        if candidate.name not in accepted and candidate.gain > RULES.least_gain and candidate.fit.at_bound:
-            notes.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
-    tried = open_effects(declaration)
-    for candidate in selection.ranking:
-        small = size(candidate.fit, tried[candidate.name]) < RULES.least_size
-        if small and candidate.gain > RULES.least_gain and candidate.name not in accepted:
-            notes.append(f"{candidate.name}: not named, smaller than the faults of a declared model ({_lead(candidate, tried)})")
-    for group in selection.groups:
-        if len(group) > 1 and group[0] not in accepted:
-            notes.append(f"not named, since these data cannot separate them: {', '.join(group)}")
-        elif group[0] not in accepted:
-            notes.append(
-                f"{group[0]} fits best, but leaves more of the axle forces than a known effect would: not named"
-            )
-    values = bench.absent[:, bench.model.p.index(N_NAMES[0])]
-    for shooting, value, stuck in zip(bench.shootings, values, _on_bound(bench), strict=True):
-        if stuck:
-            notes.append(f"{shooting.drive.name}: with the declared model n ends at its bound, {value:.2f}")
-    return tuple(notes)

@@ -133,10 +133,15 @@ class Rules:
         "of the sensor noise that a channel's weight is at least",
         "design",
     )  # fmt: skip
-    declared_within: float = _rule(
-        0.4, "share",
-        "to which parameters of declared effects are known: the declared model may use it up before an effect is called for",
-        "blind",
+    least_doubt: float = _rule(
+        0.1, "share of what is left",
+        "by which one standard deviation of a declared number moves the predictions for it to be free beside n",
+        "design",
+    )  # fmt: skip
+    contradicted: float = _rule(
+        3.0, "standard deviations",
+        "of drives and vehicle file together, beyond which a declared number is a candidate in the place of effects",
+        "design",
     )  # fmt: skip
     least_beyond: float = _rule(
         0.2, "share",

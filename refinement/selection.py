@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import stdtrit
 
-from softsoil.declaration.model_file import Declaration
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.folds import cross_validated
 from softsoil.refinement.ranking import placed, rank
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.trace import Bench, Candidate, fit_base, held_cost, open_effects, reweighted
+from softsoil.refinement.trace import Bench, Candidate, fit_base, held_cost, reweighted
 from softsoil.symbolic.effect import Effect
 
 
@@ -22,30 +21,33 @@ class Selection:
     """What the data support beyond the declared model.
 
     accepted: effects in order; bench: with them in the model; ranking: of the first round; groups: per accepted effect, the
-    effects that explain the held-out data as well (itself first), and last a group of which none could be named.
+    effects that explain the held-out data as well (itself first), and last a group of which none could be named; tried: effects
+    and numbers of the vehicle that were tried, by name.
     """
 
     accepted: tuple[Candidate, ...]
     bench: Bench
     ranking: tuple[Candidate, ...]
     groups: tuple[tuple[str, ...], ...]
+    tried: Mapping[str, Effect] = field(default_factory=dict)
 
 
 def select(
     bench: Bench,
-    declaration: Declaration,
+    effects: Mapping[str, Effect],
+    numbers: Mapping[str, Effect],
     workers: int,
     progress: Callable[[float], None],
     one_wave: bool = False,
-    names: Sequence[str] | None = None,
 ) -> Selection:
-    """Forward selection over the catalogue, declared effects left out unless a drive may have more of them.
+    """Forward selection over effects and over numbers of the vehicle that may be declared wrong.
 
-    workers: effects tried at once; progress: called with the share of the first round that is done; one_wave: the steering
-    repeats one wave: more is asked of an effect, and of two that these data cannot separate none is named; names: of the effects
-    that are tried, default all.
+    effects, numbers: what is tried, by name: where a number explains the held-out data as well as an effect does, it is the
+    number, which the model has already; workers: effects tried at once; progress: called with the share of the first round that
+    is done; one_wave: the steering repeats one wave: more is asked of an effect, and of two that these data cannot separate none
+    is named.
     """
-    tried = open_effects(declaration, names)
+    tried = {**effects, **numbers}
     first = rank(bench, tried, workers, progress)
     ranking: list[Candidate] = first
     accepted: dict[str, Candidate] = {}
@@ -58,16 +60,13 @@ def select(
         if not accepted:
             first = ranking
         evident = not (one_wave or accepted)
-        best = next(
-            (
-                c
-                for c in judged
-                if supported(c, tried[c.name], least) or (evident and placed_for_sure(c, tried[c.name]))
-            ),
-            None,
-        )
-        if best is None:
+        named = [
+            c for c in judged if supported(c, tried[c.name], least) or (evident and placed_for_sure(c, tried[c.name]))
+        ]
+        if not named:
             break
+        alike = like(named[0], ranking, bench)
+        best = next((c for c in named if c.name in numbers and (c is named[0] or c.name in alike)), named[0])
         groups[best.name] = (best.name, *like(best, ranking, bench))
         if len(groups[best.name]) > (1 if one_wave else RULES.most_alike):
             break
@@ -80,7 +79,7 @@ def select(
         seen.add(frozenset(accepted))
         again = [c.name for c in first if c.name not in accepted and c.name not in dropped][:RULES.second_look]
         ranking = rank(bench, {name: tried[name] for name in again}, workers, lambda share: None)
-    return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()))
+    return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()), tried)
 
 
 def contended(
@@ -182,7 +181,8 @@ def accept(bench: Bench, candidate: Candidate, effects: Mapping[str, Effect]) ->
     against the first model's errors a second effect would hardly show.
     """
     own = [f for f in candidate.fit.free if f.name in effects[candidate.name].parameters]
-    grown = replace(bench, absent=candidate.fit.p, accepted=(*bench.accepted, *own))
+    loose = tuple(f for f in bench.loose if f.name not in effects[candidate.name].parameters)
+    grown = replace(bench, absent=candidate.fit.p, accepted=(*bench.accepted, *own), loose=loose)
     refit = fit_base(grown)
     grown = replace(grown, absent=refit.p)
     dropped = tuple(

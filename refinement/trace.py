@@ -14,11 +14,12 @@ from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
 from softsoil.refinement.rules import RULES
-from softsoil.symbolic.catalogue import catalogue
+from softsoil.refinement.vehicle_numbers import own_layout
+from softsoil.symbolic.bicycle import soil_parameters
+from softsoil.symbolic.catalogue import catalogue, declared_model
 from softsoil.symbolic.effect import Effect, neutral
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.signals import Signal
-from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
 
 Array = NDArray[np.float64]
 
@@ -48,8 +49,8 @@ class Bench:
 
     model; absent (n_p,): parameters with every undeclared effect absent; shootings: one per drive; weights;
     fitted, held: indices of windows per drive; sensor (6,): noise of the channels;
-    accepted: parameters of effects accepted so far, which stay free; loose: those of declared effects, free within their
-    uncertainty: what a candidate could hide behind.
+    accepted: parameters of effects accepted so far, which stay free; loose: numbers of the vehicle and of its declared effects,
+    free within their uncertainty: what a candidate could hide behind.
     """
 
     model: Model
@@ -101,8 +102,10 @@ def as_declared(effect: Effect, values: Mapping[str, float]) -> Effect:
 
 
 def whole_model(declaration: Declaration, names: Sequence[str] | None = None) -> Model:
-    """The declared model with every open effect added, absent: one compilation serves all candidates."""
-    model = declaration.build()
+    """The declared model with its vehicle's numbers as parameters and every open effect added, absent: one compilation serves
+    all candidates."""
+    vehicle = declaration.vehicle
+    model = declared_model(vehicle, declaration.soil, declaration.law, None, own_layout(vehicle))
     for name, effect in open_effects(declaration, names).items():
         model = model if name in model.effects else neutral(model, effect)
     return model
@@ -114,10 +117,12 @@ def make_bench(
     start: float,
     horizon: float = RULES.horizon,
     names: Sequence[str] | None = None,
+    soils: Sequence[Soil] | None = None,
 ) -> Bench:
-    """The tracing's bench for one or more drives on one class of soil; n of each drive fitted, weights set from what it leaves.
+    """The tracing's bench for one or more drives; n of each drive fitted, weights set from what it leaves.
 
-    start: seconds left out at the beginning of each drive; horizon: of the shooting windows (s);
+    start: seconds left out at the beginning of each drive; horizon: of the shooting windows (s); soils: class of each drive,
+    default the declared one for all;
     names: effects that will be tried, default all that are not declared.
     Raises ValueError for drives that shooting cannot use.
     """
@@ -128,6 +133,9 @@ def make_bench(
     fitted = tuple(np.arange(max(round(count * RULES.fit_share), 1)) for count in counts)
     held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
     p = np.tile(model.p.nominal, (len(drives), 1))
+    for row, soil in zip(p, soils or (), strict=soils is not None):
+        for signal in soil_parameters(soil):
+            row[model.p.index(signal.name)] = signal.nominal
     sensor = np.max([sensor_std(r, np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])) for r in recordings], axis=0)
     bench = Bench(model, p, windows, fitted, held, Weights(np.maximum(_unexplained(windows, p), sensor)), sensor)
     for _ in range(2):  # n moves the weights, the weights n: twice is enough
@@ -139,29 +147,6 @@ def make_bench(
 def everything(bench: Bench) -> Bench:
     """The bench with all windows to fit, the held-out ones among them: for what is not judged on them."""
     return replace(bench, fitted=tuple(np.arange(len(shooting.rows)) for shooting in bench.shootings))
-
-
-def loosened(bench: Bench, declaration: Declaration) -> Bench:
-    """The bench with the parameters of declared effects free within the uncertainty that their vehicle states, else within
-    RULES.declared_within, fitted with n.
-
-    Not those that are drawn, nor those of effects that are tried again.
-    """
-    loose = tuple(
-        _within(effect.parameters[name], value, declaration.vehicle.uncertainty.get(name))
-        for key, values in declaration.vehicle.effects.items()
-        for effect in (catalogue(declaration.vehicle)[key],)
-        for name, value in values.items()
-        if not effect.repeats and value != effect.parameters[name].nominal and name not in effect.drawn
-    )
-    grown = replace(bench, loose=loose)
-    return reweighted(replace(grown, absent=fit_base(grown).p)) if loose else bench
-
-
-def _within(signal: Signal, declared: float, stated: float | None) -> Free:
-    spread = RULES.declared_within * abs(declared - signal.nominal) if stated is None else stated
-    lower, upper = max(declared - spread, signal.lower), min(declared + spread, signal.upper)
-    return Free(signal.name, (signal.name,), spread / 2, lower, upper, known=(declared, spread))
 
 
 def reweighted(bench: Bench) -> Bench:
@@ -209,7 +194,8 @@ def try_effect(
     fixed: parameters of the effect that keep their value of the first start.
     """
     mine = [_free(effect, name) for name in effect.parameters.names if name not in fixed]
-    free = [*mine, *bench.known, *free_n(bench)]
+    kept = [f for f in bench.known if f.name not in effect.parameters]
+    free = [*mine, *kept, *free_n(bench)]
     known = np.array([bench.absent[f.drive or 0, bench.model.p.index(f.sets[0])] for f in free[len(mine) :]])
     p = bench.absent.copy()
     for name, value in starts[0].items():

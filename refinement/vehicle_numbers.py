@@ -121,6 +121,8 @@ OWN: tuple[Number, ...] = (
            "0 for a real soil; simulators of soil contact step by 0.5 to 2 ms", _plain(1e-6), "settings of the simulator"),
 )  # fmt: skip
 """Numbers of the vehicle itself, in the order of its file, and of the simulated soil that its logs may come from."""
+WIDE = 0.1
+"""Share of its value within which a given number lies whose error of measuring is not believed."""
 REAL_SOIL = 2e-4
 """s: a contact step below this is that of a real soil."""
 _TABLE = read_toml(Path(__file__).parent / "effect_priors.toml", "priors of effects")
@@ -189,3 +191,11 @@ def free_layout(known: Known) -> Layout:
             Signal(n.name, n.unit, n.doc, expectation[n.name][0], n.lower, n.upper) for n in NUMBERS if not n.effect
         )
     )
+
+
+def own_layout(vehicle: Vehicle) -> Layout:
+    """The vehicle's own numbers that logs may move, as parameters of a model at their declared values."""
+    values = {n.name: float(getattr(vehicle, n.name)) for n in OWN if n.name not in SIMULATOR}
+    values["track_rear"] = vehicle.rear_track
+    free = (n for n in OWN if n.free and n.name in values)
+    return Layout(tuple(Signal(n.name, n.unit, n.doc, values[n.name], n.lower, n.upper) for n in free))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from softsoil.refinement.refine import Refinement, TracedEffect
+from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.trace import Candidate
 
 JUDGED_STATES = ("v", "omega_z", "psi", "y")
@@ -15,13 +15,47 @@ def verdict_sentence(found: Refinement) -> str:
     """The verdict with what it means."""
     if found.verdict == "effect":
         names = " and ".join(effect_name(e.name) for e in found.effects)
-        return f"Effect: beyond the declared model the data support {names}."
+        wrong = f" They contradict the vehicle's {_numbers(found)}." if found.contradicted else ""
+        return f"Effect: beyond the declared model the data support {names}.{wrong}"
+    if found.verdict == "contradicts_given":
+        return (
+            f"Contradicts the vehicle file: the data support no effect, but another {_numbers(found)} than declared; measure "
+            "it again, or identify the vehicle anew."
+        )
     if found.verdict == "none":
         return "None: nothing is missing that these data could show; the declared model stands."
     return (
         "Unexplained: more is left in the axle forces than a good model leaves, but no entry of the catalogue explains it "
         "on data that it was not fitted to; the declared model stands."
     )
+
+
+def _numbers(found: Refinement) -> str:
+    return " and ".join(number.name for number in found.contradicted)
+
+
+def number_words(number: FittedNumber) -> str:
+    """yaw_inertia: declared 2560 ± 130, by the drives 1880 ± 30 kg m^2."""
+    declared, fitted = with_error(number.declared, number.stated), with_error(number.value, number.std)
+    return f"{number.name}: declared {declared}, by the drives {fitted} {number.unit}".rstrip()
+
+
+def n_sentences(found: Refinement) -> list[str]:
+    """Per drive, the verdict on n and then n, with the declared and with the refined model."""
+    names = [shooting.drive.name for shooting in found.bench.shootings]
+    entries = zip(names, found.soils, found.judged, found.n_before, found.n_after, found.n_std, strict=True)
+    return [
+        f"{name} on {soil.name}: n {verdict.word}: {verdict.reason}{'' if verdict.usable else '; do not use this n'}: "
+        f"{with_error(after, std)} with the refined model, {before:.3f} with the declared"
+        for name, soil, verdict, before, after, std in entries
+    ]
+
+
+def soil_sentences(found: Refinement) -> list[str]:
+    """On which soil the refined model stands where the drives had several."""
+    if len({soil.name for soil in found.soils}) < 2:
+        return []
+    return [f"The soil is that of {found.recordings[0].name}; with another one, use this file as --vehicle beside --soil."]
 
 
 def effect_name(name: str) -> str:
@@ -58,7 +92,7 @@ def falls(found: Refinement) -> float | None:
 def falls_sentence(found: Refinement) -> str:
     """The change of the held-out error in one sentence; empty where there is none to tell."""
     ratio = falls(found)
-    if ratio is None or not found.effects:
+    if ratio is None or not (found.effects or found.contradicted):
         return ""
     return (
         f"Held-out mean squared error at {JUDGED_HORIZON} s: {ratio:.1f} times smaller with the refined model "
@@ -81,7 +115,7 @@ def split_sentence(found: Refinement) -> str:
     more = (
         "" if len(found.bench.shootings) == 1 else f" (first drive; all {len(found.bench.shootings)} are split alike)"
     )
-    last = " The parameters are from a fit to all of it, after that." if found.effects else ""
+    last = " The parameters are from a fit to all of it, after that." if found.effects or found.contradicted else ""
     return (
         f"Fitted on {begin:.1f} to {start:.1f} s, judged on {start:.1f} to {stop:.1f} s, which that fit has not seen{more}."
         f"{last}"

@@ -8,8 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.estimate import estimate
-from softsoil.estimator.horizons import Replay
+from softsoil.estimator.estimate import run_method
+from softsoil.estimator.evidence import gather
+from softsoil.estimator.horizons import START_UP, Replay
+from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.estimator.verdict import BOUNDS, decide, initial_guesses
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.identify_result import JUDGED_STATES
@@ -56,18 +59,27 @@ class Judgement:
 
 
 def judge_drive(vehicle: Vehicle, known: Known, clean: Recording, soil: Soil, n: float, seed: int) -> Judgement:
-    """The vehicle on one drive.
+    """The vehicle on one drive; verdicts as of `softsoil.estimate`, with the windows behind them fitted once for all estimates.
 
     vehicle: judged file; known: what its owner knows; clean: without noise; soil: class; n: true one; seed: of the noise.
     """
     noisy = add_noise(clean, "table5", seed)
     model = Declaration(vehicle, soil).build()
-    estimates = []
-    for method, guess in (("horizon", GUESSES[1]), *(("ukf", guess) for guess in GUESSES)):
-        made = estimate(noisy, model, guess, method=method)
-        word = made.verdict.word if made.verdict is not None else ""
-        estimates.append(Estimated(clean.name, method, guess, float(made.n_front[-1]) / n - 1.0, word))
-    best = float(estimates[0].error + 1.0) * n
+    rules = HorizonRules()
+    windows = drive_windows(noisy, model, START_UP, rules)
+    evidence = gather(windows, initial_guesses(GUESSES[1]), True, rules)
+
+    def final(method: str, guess: float) -> float:
+        return float(run_method(noisy, model, guess, method).n_front[-1])
+
+    best = final("horizon", GUESSES[1])
+    ends = [("horizon", GUESSES[1], best, ())]
+    others = (final("ukf", float(np.clip(evidence.n[0], *BOUNDS))),)
+    ends += [("ukf", guess, final("ukf", guess), others) for guess in GUESSES]
+    estimates = [
+        Estimated(clean.name, method, guess, value / n - 1.0, decide(evidence, np.array([value]), more).word)
+        for method, guess, value, more in ends
+    ]
     mse = []
     steering = {"max_steer": float(np.abs(clean["steer"]).max() * 1.02)}
     for numbers in (replace(declared_vehicle(known), **steering), vehicle_of(known, steering), vehicle):

@@ -64,7 +64,7 @@ def effect(vehicle: Vehicle) -> Effect:
         },
         memories=(memory,),
         signatures=("cornering slope",),
-        separates="soils of different sinkage",
+        separates="drives on soils of different sinkage, given together",
         rests_on=("v", "omega_z"),
     )
 

@@ -10,7 +10,7 @@ from softsoil.estimator.estimate import estimate
 from softsoil.estimator.evidence import Evidence, sensor_variance
 from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.synthetic import synthetic_drive
-from softsoil.estimator.terrain import EXACT_MODEL, Tuning
+from softsoil.estimator.tuning import EXACT_MODEL, Tuning
 from softsoil.estimator.verdict import WORDS, decide
 from softsoil.recording.derive import mark
 from softsoil.recording.noise import add_noise

@@ -83,7 +83,7 @@ def test_tracing_gets_no_truth():
 
 def test_wrong_names_and_sizes_do_not_score(traced):
     """The score can fail: the same finding against another truth."""
-    from softsoil.refinement.refine import Refinement, TracedEffect
+    from softsoil.refinement.result import Refinement, TracedEffect
 
     declared = plant_on("clay")
     case = as_the_catalogue_says(traced[0][0], declared)

@@ -1,0 +1,98 @@
+"""Remarks of a refinement: groups that data cannot separate, what would, and notes on what was held back and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.declaration.model_file import Declaration
+from softsoil.recording.drive import Recording
+from softsoil.refinement.fit import N_NAMES
+from softsoil.refinement.observations import carried
+from softsoil.refinement.rules import RULES
+from softsoil.refinement.selection import Selection, size
+from softsoil.refinement.trace import Bench, Candidate
+from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.effect import Effect
+
+
+def inseparable(selection: Selection) -> tuple[tuple[str, ...], ...]:
+    """Groups that the data cannot separate, of two at least; an effect that was accepted beside the first of its group has
+    been told from it: the data need both."""
+    accepted = {candidate.name for candidate in selection.accepted}
+    groups = (tuple(name for name in group if name == group[0] or name not in accepted) for group in selection.groups)
+    return tuple(group for group in groups if len(group) > 1)
+
+
+def on_bound(bench: Bench) -> NDArray[np.bool_]:
+    """(D,) drives whose n ends on a bound with the declared model."""
+    n, value = bench.model.p[N_NAMES[0]], bench.absent[:, bench.model.p.index(N_NAMES[0])]
+    return (value <= n.lower + 1e-3) | (value >= n.upper - 1e-3)
+
+
+def close_calls(selection: Selection, known: Mapping[str, Effect]) -> tuple[tuple[str, str], ...]:
+    """(named, other) where an effect that looks like a named one (a signature in common) gained nearly as much: less than one
+    standard error of the two gains behind. known: what was tried, by name."""
+    gains = {c.name: c for c in selection.ranking}
+    return tuple(
+        (named.name, other.name)
+        for named in selection.accepted
+        for other in selection.ranking
+        if named.name in gains
+        and other.name not in {c.name for c in selection.accepted}
+        and known[named.name].looks_like(known[other.name])
+        and gains[named.name].gain - other.gain < math.hypot(gains[named.name].std, other.std)
+    )
+
+
+def would_separate(groups: Sequence[Sequence[str]], verdict: str, selection: Selection) -> str:
+    """The manoeuvres that would separate what these data cannot, or explain what is left; empty where nothing is asked for."""
+    known = selection.tried
+    grouped = {frozenset((group[0], name)) for group in groups for name in group[1:]}
+    close = [pair for pair in close_calls(selection, known) if frozenset(pair) not in grouped]
+    doubtful = [*groups, *close]
+    if doubtful:
+        return "; ".join(f"{', '.join(group)}: {known[group[0]].separates}" for group in doubtful)
+    if verdict == "unexplained":
+        return "several speeds, steering rates and headings, straight stretches and tight turns in one drive"
+    return ""
+
+
+def notes(recordings: Sequence[Recording], declaration: Declaration, bench: Bench, selection: Selection) -> tuple[str, ...]:
+    """What was held back and why, and what the records themselves say.
+
+    bench: the declared model's.
+    """
+    lines = [f"{r.name}: {note}" for r in recordings for note in r.notes]
+    for effect in catalogue(declaration.vehicle).values():
+        for name, words in carried(effect, recordings, declaration.vehicle).items():
+            lines.append(f"{name}: {words}; the measured inputs carry it, so the model needs no effect for it")
+    accepted, tried = {c.name for c in selection.accepted}, selection.tried
+    for candidate in selection.ranking:
+        if candidate.name not in accepted and candidate.gain > RULES.least_gain and candidate.fit.at_bound:
+            lines.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
+    for candidate in selection.ranking:
+        small = size(candidate.fit, tried[candidate.name]) < RULES.least_size
+        if small and candidate.gain > RULES.least_gain and candidate.name not in accepted:
+            lines.append(f"{candidate.name}: not named, smaller than the faults of a declared model ({_lead(candidate, tried)})")
+    for group in selection.groups:
+        if len(group) > 1 and group[0] not in accepted:
+            lines.append(f"not named, since these data cannot separate them: {', '.join(group)}")
+        elif group[0] not in accepted:
+            lines.append(
+                f"{group[0]} fits best, but leaves more of the axle forces than a known effect would: not named"
+            )
+    values = bench.absent[:, bench.model.p.index(N_NAMES[0])]
+    for shooting, value, stuck in zip(bench.shootings, values, on_bound(bench), strict=True):
+        if stuck:
+            lines.append(f"{shooting.drive.name}: with the declared model n ends at its bound, {value:.2f}")
+    return tuple(lines)
+
+
+def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
+    """The leading parameter of a candidate, as it was fitted."""
+    lead = known[candidate.name].parameters[0]
+    return f"{lead.name} {candidate.fit.named()[lead.name][0]:.2g} {lead.unit}".rstrip()

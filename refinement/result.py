@@ -1,0 +1,115 @@
+"""Result of a refinement: verdict, effects, contradicted numbers, errors before and after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.verdict import Verdict
+from softsoil.recording.drive import Recording
+from softsoil.refinement.selection import Selection
+from softsoil.refinement.structure import Structure
+from softsoil.refinement.trace import Bench, Candidate
+from softsoil.symbolic.soil import Soil
+
+
+@dataclass(frozen=True)
+class TracedEffect:
+    """An effect that the data support: parameters name -> (value, standard error, unit)."""
+
+    name: str
+    doc: str
+    parameters: dict[str, tuple[float, float, str]]
+
+
+@dataclass(frozen=True)
+class FittedNumber:
+    """A number of the vehicle, or a parameter of one of its declared effects, that was fitted beside n.
+
+    declared; stated: its standard deviation before the drives; value, std: by the drives and by what is declared together.
+    """
+
+    name: str
+    unit: str
+    declared: float
+    stated: float
+    value: float
+    std: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Its entry in refine.json."""
+        return {"declared": self.declared, "stated_std": self.stated, "value": self.value, "std": self.std, "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What refine found.
+
+    verdict: "effect", "contradicts_given" (a number of the vehicle, no effect), "none" or "unexplained"; effects: in the order
+    found, parameters fitted to the whole drives; contradicted: numbers of the vehicle that the drives contradict; fitted: numbers
+    that were free within what is known of them; inseparable: groups that these data cannot separate; would_separate: the
+    manoeuvre that would; ranking: all candidates of the first round; holdout: (from, to) of the first drive (s); before, after:
+    horizon -> state -> mean squared error on held-out windows, declared model and refined model, both fitted on the fit windows
+    alone; n_before (fit windows), n_after (whole drives), n_std of n_after, judged: verdict on n_after, per drive; structure:
+    what is left at the end; declaration: the refined one, by the whole drives, on the soil of the first; bench: the declared
+    model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives; soils: class of each;
+    carried: effects that the measured inputs are seen to contain; notes; seconds.
+    """
+
+    verdict: str
+    effects: tuple[TracedEffect, ...]
+    contradicted: tuple[FittedNumber, ...]
+    fitted: tuple[FittedNumber, ...]
+    inseparable: tuple[tuple[str, ...], ...]
+    would_separate: str
+    ranking: tuple[Candidate, ...]
+    holdout: tuple[float, float]
+    before: dict[str, dict[str, float]]
+    after: dict[str, dict[str, float]]
+    n_before: tuple[float, ...]
+    n_after: tuple[float, ...]
+    n_std: tuple[float, ...]
+    judged: tuple[Verdict, ...]
+    structure: tuple[Structure, ...]
+    declaration: Declaration
+    bench: Bench
+    selection: Selection
+    recordings: tuple[Recording, ...]
+    soils: tuple[Soil, ...]
+    seconds: float
+    carried: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of refine.json."""
+        effects = [
+            {
+                "name": e.name,
+                "parameters": {k: {"value": v, "std": s, "unit": unit} for k, (v, s, unit) in e.parameters.items()},
+            }
+            for e in self.effects
+        ]
+        return {
+            "verdict": self.verdict,
+            "effects": effects,
+            "contradicted": {number.name: number.as_json() for number in self.contradicted},
+            "fitted": {number.name: number.as_json() for number in self.fitted},
+            "inseparable": [list(group) for group in self.inseparable],
+            "would_separate": self.would_separate,
+            "ranking": [{"name": c.name, "holdout_gain": c.gain, "std": c.std} for c in self.ranking],
+            "holdout": {"from": self.holdout[0], "to": self.holdout[1]},
+            "before": {"mse": self.before},
+            "after": {"mse": self.after},
+            "n": {
+                "before": list(self.n_before),
+                "after": list(self.n_after),
+                "std": list(self.n_std),
+                "verdict": [verdict.word for verdict in self.judged],
+                "reason": [verdict.reason for verdict in self.judged],
+                "soil": [soil.name for soil in self.soils],
+            },
+            "unexplained": [{"share": s.share, "correlations": s.correlations} for s in self.structure],
+            "notes": list(self.notes),
+            "seconds": self.seconds,
+        }
