@@ -41,7 +41,7 @@ def driver_files(
 
 
 def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str, str]:
-    """Values of the @key@ of the driver's templates: the numbers of the settings and of the loop's filter."""
+    """Values of the @key@ of the driver's templates: the numbers of the settings; those of the filter are its own."""
     tuning, limits = Tuning(), SOIL_SIGNALS["n"]
     names = (
         "tick", "slip_share", "speed_gain", "resistance_share", "most_resistance", "caution", "settled", "most", "standing",
@@ -53,8 +53,7 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "soil_indices": ", ".join(f"SOFTSOIL_X_{name}" for name in model.x.names if name in N_NAMES),
         "first_spread": _list(FIRST_SPREAD), "unseen": _list(UNSEEN), "driver_end": number(END, 17),
         "n_lower": number(limits.lower, 17), "n_upper": number(limits.upper, 17), "steer_limit": number(STEER_LIMIT, 17),
-        "driver_q_std": _list(tuning.q_std(model.x)), "driver_r_std": _list(settings.sensor_std),
-        "driver_n_std": number(tuning.n_std, 17),
+        "driver_r_std": _list(settings.sensor_std), "driver_n_std": number(tuning.n_std, 17),
         "driver_plan_every": str(settings.plan_every), "driver_update_every": str(tuning.update_every),
         "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "nowhere": number(NOWHERE, 17),
     }  # fmt: skip

@@ -86,7 +86,7 @@ def recovered_words(worth: Worth) -> str:
 
 
 def _say_loop(runs: Sequence[Run]) -> None:
-    table = _table("Whether the loop held, all controllers (n: what the estimator had found when the manoeuvre began)")
+    table = _table("Whether the loop held, all controllers (n: what the estimator had converged to when the manoeuvre began)")
     headings = ("course", "drives", "ended", "touched", "least gap", "failed", "blocked", "late", "ms", "p99")
     for heading in (*headings, "n from low", "from high"):
         table.add_column(heading, no_wrap=True)

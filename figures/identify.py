@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from softsoil.figures.labels import plain, quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, page
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.identify_result import Identification, in_order
@@ -24,8 +25,8 @@ def draw_numbers(found: Identification, path: Path) -> Path:
             value, std = (one.value - one.before[0]) / one.before[1], one.std / one.before[1]
             axis.errorbar(value, y, xerr=std, fmt="o", ms=4, capsize=2, color=COLOURS[one.state])
         for state, colour in COLOURS.items():
-            axis.plot([], [], "o", color=colour, label=state.replace("_", " "))
-        axis.set_yticks(at, names)
+            axis.plot([], [], "o", color=colour, label=plain(state))
+        axis.set_yticks(at, [plain(name) for name in names])
         axis.set_xlabel("(value - expected)/standard deviation of what was expected")
         axis.legend(loc="lower right")
     return path
@@ -38,7 +39,7 @@ def draw_costs(found: Identification, path: Path) -> Path:
         at = np.arange(len(names))
         costs = [found.numbers[name].n_percent_per_std for name in names]
         axis.barh(at, costs, color=[COLOURS[found.numbers[name].state] for name in names], height=0.62)
-        axis.set_yticks(at, names)
+        axis.set_yticks(at, [plain(name) for name in names])
         axis.set_xlabel("change of n by one standard deviation, %")
     return path
 
@@ -46,16 +47,17 @@ def draw_costs(found: Identification, path: Path) -> Path:
 def draw_errors(found: Identification, path: Path) -> Path:
     """Root mean square error of the log left out, before and after, per horizon and state; returns the path."""
     horizons = list(found.judged.before)
-    with page(path, f"Predictions of {found.judged.log}", 8.0, 2.8, 1, len(horizons)) as axes:
+    with page(path, f"Predictions of {found.judged.log}", 9.0, 3.4, 1, len(horizons)) as axes:
         at = np.arange(len(STATE_CHANNELS))
         for axis, horizon in zip(axes, horizons, strict=True):
             pairs = ((found.judged.before, INITIAL, "before", -0.2), (found.judged.after, ESTIMATED, "after", 0.2))
             for table, colour, label, shift in pairs:
-                values = np.sqrt([table[horizon][state] for state in STATE_CHANNELS])
+                values = [quantity(s).factor * np.sqrt(table[horizon][s]) for s in STATE_CHANNELS]
                 axis.bar(at + shift, values, 0.38, color=colour, label=label)
             axis.set_yscale("log")
-            axis.set_xticks(at, STATE_CHANNELS, rotation=45)
+            labels = [f"{quantity(s).words}, {quantity(s).unit}" for s in STATE_CHANNELS]
+            axis.set_xticks(at, labels, rotation=40, ha="right", fontsize=7)
             axis.set_title(f"{horizon} s")
-        axes[0].set_ylabel("root mean square error, SI units")
+        axes[0].set_ylabel("rms error, units as named")
         axes[-1].legend()
     return path

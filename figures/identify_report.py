@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
 from softsoil.figures.identify import draw_costs, draw_errors, draw_numbers
+from softsoil.figures.labels import quantity
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, write_page
-from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.identify_result import Identification, in_order
 from softsoil.refinement.identify_words import judged_sentences, state_words, value_words, verdict_sentence
 from softsoil.refinement.vehicle_numbers import by_name
@@ -80,12 +82,14 @@ def _errors(found: Identification) -> str:
     sides = " " + "rrr" * len(horizons)
     rows = [row(heads, sides, "th")]
     for state in STATE_CHANNELS:
-        cells = [f"{state} ({CHANNEL_UNITS[state]})²"]
+        shown = quantity(state)
+        cells = [f"{shown.words} ({shown.unit})"]
         for horizon in horizons:
-            before, after = found.judged.before[horizon][state], found.judged.after[horizon][state]
+            tables = (found.judged.before, found.judged.after)
+            before, after = (shown.factor * math.sqrt(table[horizon][state]) for table in tables)
             cells += [number(before), number(after), ratio(before, after)]
         rows.append(row(cells, sides))
-    return f"<table>{''.join(rows)}</table>"
+    return f'<p>Rms errors.</p><div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
 def _pictures(found: Identification) -> str:

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import base64
-import tempfile
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from softsoil.figures.labels import quantity
+from softsoil.figures.page_html import figure, items, paragraph, section, write_page
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, page
 from softsoil.importing.bring_in import Import
 from softsoil.recording.drive import CHANNEL_UNITS
 
-STYLE = """
-body{font:15px/1.5 system-ui,sans-serif;margin:2em auto;max-width:1000px;padding:0 1em;color:#1f2933}
-table{border-collapse:collapse;margin:.5em 0 1.5em;width:100%}
-td,th{border-bottom:1px solid #e4e7eb;padding:.3em .6em;text-align:left;
-vertical-align:top}th{background:#f5f7fa}.good{color:#00798c}.doubt{color:#b7791f}.wrong{color:#d1495b;font-weight:bold}
-.soft{color:#7b8794}img{max-width:100%}
-"""
 SHOWN = ("u", "v", "omega_z", "steer", "a_y_imu", "omega_fl")
 COLORS = {"measured": ESTIMATED, "derived": REAR, "absent": SOFT}
 
@@ -33,18 +26,18 @@ def write_import_report(found: Import, path: Path) -> Path:
         if not failed
         else f"{len(failed)} of {len(found.checks)} checks failed: {', '.join(check.name for check in failed)}."
     )
+    kind = "unexplained" if failed else "none"
+    head = f"{len(found.drive)} rows at {1 / found.drive.dt:.4g} Hz, {np.ptp(found.drive.t):.1f} s"
     parts = [
-        f"<h1>{escape(found.drive.name)}</h1>",
-        f"<p>{len(found.drive)} rows at {1 / found.drive.dt:.4g} Hz, {np.ptp(found.drive.t):.1f} s. {escape(verdict)}</p>",
-        _figure(found),
-        "<h2>Channels</h2>", _channels(found),
-        "<h2>Clocks</h2>", _offsets(found),
-        "<h2>Checks of channels against each other</h2>", _checks(found),
-        "<h2>Notes</h2><ul>", *(f"<li>{escape(note)}</li>" for note in found.drive.notes), "</ul>",
-    ]  # fmt: skip
-    head = f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(found.drive.name)}</title>'
-    path.write_text(f"{head}<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n", encoding="utf-8")
-    return path
+        f'<h1>{escape(found.drive.name)}</h1><p class="sub">{escape(head)}</p>'
+        f'<div class="verdict {kind}">{paragraph(verdict)}</div>',
+        section("Path and channels", figure(lambda picture: _draw(found, picture), CAPTION)),
+        section("Channels", _channels(found)),
+        section("Clocks", _offsets(found)),
+        section("Checks of channels against each other", _checks(found)),
+        section("Notes", items(found.drive.notes)),
+    ]
+    return write_page(path, f"softsoil import: {found.drive.name}", parts)
 
 
 def _row(cells: list[str], tag: str = "td") -> str:
@@ -62,7 +55,7 @@ def _channels(found: Import) -> str:
         shifted = f"{entry['offset_s']:+.3f}" if entry["offset_s"] else ""
         source, filled = escape(entry["source"]), f"{100 * share:.0f} %"
         rows.append(_row([name, CHANNEL_UNITS[name], state, source, rate, gaps, shifted, filled]))
-    return f"<table>{''.join(rows)}</table>"
+    return f'<div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
 def _offsets(found: Import) -> str:
@@ -96,25 +89,34 @@ def _checks(found: Import) -> str:
                 ]
             )
         )
-    return f"<table>{''.join(rows)}</table>"
+    return f'<div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
-def _figure(found: Import) -> str:
-    """Path and channels as an embedded picture."""
+CAPTION = (
+    "Path of the front axle, the channels over time, and the steps between samples of each source: rates and gaps. Derived "
+    "channels are yellow."
+)
+
+
+def _draw(found: Import, path: Path) -> Path:
+    """Path and channels as a picture."""
     drive = found.drive
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "drive.png"
-        with page(file, "Path and channels (derived ones in yellow)", 10, 8, 4, 2) as axes:
-            flat = axes.ravel()
-            flat[0].plot(drive["x"], drive["y"], ".", ms=1.5, color=COLORS[drive.state_of("x")])
-            flat[0].set(title="path of the front axle", xlabel="x, m", ylabel="y, m", aspect="equal")
-            for axis, name in zip(flat[1:], SHOWN, strict=False):
-                if name in drive:
-                    axis.plot(drive.t, drive[name], ".", ms=1.0, color=COLORS[drive.state_of(name)])
-                axis.set(title=name, ylabel=CHANNEL_UNITS[name])
-            _timing(flat[7], found)
-        picture = base64.b64encode(file.read_bytes()).decode("ascii")
-    return f'<p><img alt="path and channels" src="data:image/png;base64,{picture}"></p>'
+    with page(path, "Path and channels (derived ones in yellow)", 10, 8, 4, 2) as axes:
+        flat = axes.ravel()
+        flat[0].plot(drive["x"], drive["y"], ".", ms=1.5, color=COLORS[drive.state_of("x")])
+        flat[0].set(title="path of the front axle", xlabel="x, m", ylabel="y, m", aspect="equal")
+        for axis, name in zip(flat[1:], SHOWN, strict=False):
+            shown = quantity(name)
+            if drive.state_of(name) == "absent":
+                axis.text(0.5, 0.5, "absent", ha="center", va="center", transform=axis.transAxes)
+                axis.set(title=shown.words, xticks=[], yticks=[])
+                continue
+            axis.plot(drive.t, shown.factor * drive[name], ".", ms=1.0, color=COLORS[drive.state_of(name)])
+            axis.set(title=shown.words, ylabel=shown.unit)
+        _timing(flat[7], found)
+        for axis in flat[-2:]:
+            axis.set_xlabel("time, s")
+    return path
 
 
 def _timing(axis: Any, found: Import) -> None:
@@ -129,5 +131,7 @@ def _timing(axis: Any, found: Import) -> None:
             label=name,
             color=(ESTIMATED, INITIAL, REAR, SOFT)[i % 4],
         )
-    axis.set(title="steps between samples", xlabel="s", ylabel="s")
+    steps = np.concatenate([np.diff(one.t) for one in found.series.values()])
+    decades = 10.0 ** np.floor(np.log10(steps.min())), 10.0 ** (np.floor(np.log10(steps.max())) + 1.0)
+    axis.set(title="steps between samples", xlabel="s", ylabel="s", ylim=decades)
     axis.legend(loc="upper right", fontsize=6)

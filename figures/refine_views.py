@@ -42,11 +42,16 @@ class DriveView:
     path_before: Array
     path_after: Array
 
+    @property
+    def refined(self) -> bool:
+        """Whether the refined model differs from the declared one; equal lines are not drawn twice."""
+        return not np.array_equal(self.path_before, self.path_after, equal_nan=True)
+
 
 def drive_views(found: Refinement, start: float) -> list[DriveView]:
     """A view of each drive that was refined on.
 
-    found: what refine returned; start: seconds left out at the beginning, as given to it.
+    found: the result of refine; start: seconds left out at the beginning, as given to it.
     """
     return [_view(recording, found, i, start) for i, recording in enumerate(found.recordings)]
 
