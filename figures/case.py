@@ -35,12 +35,12 @@ def _mean(case: CmuCase, values: Any, speed: int) -> tuple[Any, Any]:
 
 
 def _forces(axis: Any, case: CmuCase, base: str) -> None:
-    wheel, found = case.wheel, case.judged[base]
+    wheel, result = case.wheel, case.judged[base]
     for speed, label, color in SPEEDS:
         chosen = wheel.rim_speed == speed
         axis.plot(wheel.angle[chosen], wheel.run.f_y[chosen], ".", color=color, ms=5)
-        axis.plot(*_mean(case, found[REFINED].held["angle"], speed), color=color, label=label)
-        axis.plot(*_mean(case, found["as_declared"].fitted, speed), color=color, ls=":", lw=1.1)
+        axis.plot(*_mean(case, result[REFINED].held["angle"], speed), color=color, label=label)
+        axis.plot(*_mean(case, result["as_declared"].fitted, speed), color=color, ls=":", lw=1.1)
     axis.plot([], [], ".", color=SOFT, label="measured")
     axis.plot([], [], color=SOFT, ls=":", label=f"{law_words(base)} as declared")
     axis.set(title="Side force", xlabel="slip angle, deg", ylabel="N")
@@ -48,13 +48,13 @@ def _forces(axis: Any, case: CmuCase, base: str) -> None:
 
 
 def _sinkage(axis: Any, case: CmuCase, base: str) -> None:
-    wheel, found = case.wheel, case.judged[base]
+    wheel, result = case.wheel, case.judged[base]
     measured = np.full(len(wheel), np.nan) if wheel.run.sinkage is None else wheel.run.sinkage
     for speed, label, color in SPEEDS:
         chosen = wheel.rim_speed == speed
         axis.plot(wheel.angle[chosen], 1e3 * measured[chosen], ".", color=color, ms=5)
-        axis.plot(*_mean(case, 1e3 * found[REFINED].held_sinkage, speed), color=color, label=label)
-        axis.plot(*_mean(case, 1e3 * found["as_declared"].held_sinkage, speed), color=color, ls=":", lw=1.1)
+        axis.plot(*_mean(case, 1e3 * result[REFINED].held_sinkage, speed), color=color, label=label)
+        axis.plot(*_mean(case, 1e3 * result["as_declared"].held_sinkage, speed), color=color, ls=":", lw=1.1)
     axis.set(title="Sinkage", xlabel="slip angle, deg", ylabel="mm")
 
 

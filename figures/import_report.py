@@ -18,36 +18,36 @@ SHOWN = ("u", "v", "omega_z", "steer", "a_y_imu", "omega_fl")
 COLORS = {"measured": ESTIMATED, "derived": REAR, "absent": SOFT}
 
 
-def write_import_report(found: Import, path: Path) -> Path:
+def write_import_report(result: Import, path: Path) -> Path:
     """Write the page to `path`; returns it."""
-    failed = [check for check in found.checks if not check.passed]
+    failed = [check for check in result.checks if not check.passed]
     verdict = (
-        f"All {len(found.checks)} checks passed."
+        f"All {len(result.checks)} checks passed."
         if not failed
-        else f"{len(failed)} of {len(found.checks)} checks failed: {', '.join(check.name for check in failed)}."
+        else f"{len(failed)} of {len(result.checks)} checks failed: {', '.join(check.name for check in failed)}."
     )
     kind = "unexplained" if failed else "none"
-    head = f"{len(found.drive)} rows at {1 / found.drive.dt:.4g} Hz, {np.ptp(found.drive.t):.1f} s"
+    head = f"{len(result.drive)} rows at {1 / result.drive.dt:.4g} Hz, {np.ptp(result.drive.t):.1f} s"
     parts = [
-        f'<h1>{escape(found.drive.name)}</h1><p class="sub">{escape(head)}</p>'
+        f'<h1>{escape(result.drive.name)}</h1><p class="sub">{escape(head)}</p>'
         f'<div class="verdict {kind}">{paragraph(verdict)}</div>',
-        section("Path and channels", figure(lambda picture: _draw(found, picture), CAPTION)),
-        section("Channels", _channels(found)),
-        section("Clocks", _offsets(found)),
-        section("Checks of channels against each other", _checks(found)),
-        section("Notes", items(found.drive.notes)),
+        section("Path and channels", figure(lambda picture: _draw(result, picture), CAPTION)),
+        section("Channels", _channels(result)),
+        section("Clocks", _offsets(result)),
+        section("Checks of channels against each other", _checks(result)),
+        section("Notes", items(result.drive.notes)),
     ]
-    return write_page(path, f"softsoil import: {found.drive.name}", parts)
+    return write_page(path, f"softsoil import: {result.drive.name}", parts)
 
 
 def _row(cells: list[str], tag: str = "td") -> str:
     return "<tr>" + "".join(f"<{tag}>{cell}</{tag}>" for cell in cells) + "</tr>"
 
 
-def _channels(found: Import) -> str:
+def _channels(result: Import) -> str:
     rows = [_row(["channel", "unit", "state", "source", "rate, Hz", "gaps", "shifted, s", "filled"], "th")]
-    for name, entry in found.as_json()["channels"].items():
-        share = np.isfinite(found.drive[name]).mean() if name in found.drive else 0.0
+    for name, entry in result.as_json()["channels"].items():
+        share = np.isfinite(result.drive[name]).mean() if name in result.drive else 0.0
         css = {"measured": "good", "derived": "doubt"}.get(entry["state"], "soft")
         rate = "" if entry["rate_hz"] is None else f"{entry['rate_hz']:.4g}"
         gaps = "" if entry["gaps"] is None else str(entry["gaps"])
@@ -58,21 +58,21 @@ def _channels(found: Import) -> str:
     return f'<div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
-def _offsets(found: Import) -> str:
-    if not found.offsets:
+def _offsets(result: Import) -> str:
+    if not result.offsets:
         return "<p>No pair of channels says anything of the clocks.</p>"
     rows = [_row(["channels", "against", "late, s", "standard error, s", "correlation before", "after"], "th")]
-    for o in found.offsets:
+    for o in result.offsets:
         rows.append(
             _row([o.group, escape(o.against), f"{o.late_s:+.3f}", f"{o.std:.3f}", f"{o.before:.4f}", f"{o.after:.4f}"])
         )
-    shifted = ", ".join(f"{escape(source)} by {value:+.3f} s" for source, value in found.shifts.items() if value)
+    shifted = ", ".join(f"{escape(source)} by {value:+.3f} s" for source, value in result.shifts.items() if value)
     return f"<table>{''.join(rows)}</table><p>{'Shifted: ' + shifted if shifted else 'No clock was shifted.'}</p>"
 
 
-def _checks(found: Import) -> str:
+def _checks(result: Import) -> str:
     rows = [_row(["check", "result", "found", "expected", "cure"], "th")]
-    for check in sorted(found.checks, key=lambda c: (c.passed, not c.beyond_doubt)):
+    for check in sorted(result.checks, key=lambda c: (c.passed, not c.beyond_doubt)):
         css, word = (
             ("good", "passed")
             if check.passed
@@ -98,9 +98,9 @@ CAPTION = (
 )
 
 
-def _draw(found: Import, path: Path) -> Path:
+def _draw(result: Import, path: Path) -> Path:
     """Path and channels as a picture."""
-    drive = found.drive
+    drive = result.drive
     with page(path, "Path and channels (derived ones in yellow)", 10, 8, 4, 2) as axes:
         flat = axes.ravel()
         flat[0].plot(drive["x"], drive["y"], ".", ms=1.5, color=COLORS[drive.state_of("x")])
@@ -113,18 +113,18 @@ def _draw(found: Import, path: Path) -> Path:
                 continue
             axis.plot(drive.t, shown.factor * drive[name], ".", ms=1.0, color=COLORS[drive.state_of(name)])
             axis.set(title=shown.words, ylabel=shown.unit)
-        _timing(flat[7], found)
+        _timing(flat[7], result)
         for axis in flat[-2:]:
             axis.set_xlabel("time, s")
     return path
 
 
-def _timing(axis: Any, found: Import) -> None:
+def _timing(axis: Any, result: Import) -> None:
     """Steps between the samples of each source: rates and gaps at a glance."""
-    for i, (name, one) in enumerate(found.series.items()):
+    for i, (name, one) in enumerate(result.series.items()):
         steps = np.diff(one.t)
         axis.semilogy(
-            one.t[1:] - found.merged.start_s,
+            one.t[1:] - result.merged.start_s,
             steps,
             ".",
             ms=2,

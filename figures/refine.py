@@ -61,10 +61,10 @@ def _against(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> 
     axis.set(title=f"Declared model: {words}", xlabel=shown.label)
 
 
-def draw_ranking(found: Refinement, path: Path) -> Path:
+def draw_ranking(result: Refinement, path: Path) -> Path:
     """All candidates of the first round by the share of the held-out cost that each removes, with standard errors."""
-    ranking = found.ranking[::-1]
-    accepted = {effect.name for effect in found.effects} | {number.name for number in found.contradicted}
+    ranking = result.ranking[::-1]
+    accepted = {effect.name for effect in result.effects} | {number.name for number in result.contradicted}
     colors = [ESTIMATED if c.name in accepted else SOFT for c in ranking]
     with page(path, "Share of the held-out cost that each effect removes", 8, 0.24 * len(ranking) + 1.2) as axis:
         places = np.arange(len(ranking))

@@ -28,58 +28,58 @@ from softsoil.symbolic.catalogue import catalogue
 
 
 def write_report(
-    declared: Declaration, found: Refinement, start: float, path: Path, about: Mapping[str, Mapping[str, str]]
+    declared: Declaration, result: Refinement, start: float, path: Path, about: Mapping[str, Mapping[str, str]]
 ) -> Path:
     """Write the report of a refinement and return its path.
 
     declared, start: as given to `refine`; about: provenance, software (version, command) and vehicle (name, file).
     """
-    views = drive_views(found, start)
+    views = drive_views(result, start)
     names = ", ".join(view.name for view in views)
     parts = [
-        _head(names, declared, found),
-        section("Parameters", _parameters(declared, found)),
-        section("Residual, before and after" if found.effects else "Residual", *(_axles(view) for view in views)),
-        section("Candidates", _ranking(declared, found)),
-        section("Held-out predictions", *(_paths(view) for view in views), _errors(found)),
-        section("What is left", _left(views, bool(found.effects))),
-        section("What was done", _done(declared, found)),
-        section("Notes", items(found.notes)) if found.notes else "",
+        _head(names, declared, result),
+        section("Parameters", _parameters(declared, result)),
+        section("Residual, before and after" if result.effects else "Residual", *(_axles(view) for view in views)),
+        section("Candidates", _ranking(declared, result)),
+        section("Held-out predictions", *(_paths(view) for view in views), _errors(result)),
+        section("What is left", _left(views, bool(result.effects))),
+        section("What was done", _done(declared, result)),
+        section("Notes", items(result.notes)) if result.notes else "",
         section("Provenance", provenance(about)),
     ]
     title = f"softsoil refine: {names}"
     return write_page(path, title, parts)
 
 
-def _head(names: str, declared: Declaration, found: Refinement) -> str:
-    lines = [verdict_sentence(found), falls_sentence(found), *group_sentences(found)]
+def _head(names: str, declared: Declaration, result: Refinement) -> str:
+    lines = [verdict_sentence(result), falls_sentence(result), *group_sentences(result)]
     inside = "".join(paragraph(line) for line in lines if line)
     effects = ", ".join(map(plain, declared.vehicle.effects)) or "none"
     sub = f"{declared.vehicle.name} on {declared.soil.name}, force law {law_words(declared.law)}, declared effects: {effects}"
     return (
         f'<h1>What the model lacks: {escape(names)}</h1><p class="sub">{escape(sub)}</p>'
-        f'<div class="verdict {"unexplained" if found.contradicted else found.verdict}">{inside}</div>'
+        f'<div class="verdict {"unexplained" if result.contradicted else result.verdict}">{inside}</div>'
     )
 
 
-def _parameters(declared: Declaration, found: Refinement) -> str:
+def _parameters(declared: Declaration, result: Refinement) -> str:
     rows = []
-    for effect in found.effects:
+    for effect in result.effects:
         for name, size in effect.parameters.items():
             value, std, unit = in_degrees(*size)
             cells = [escape(plain(effect.name)), f"<code>{escape(name)}</code>", with_error(value, std), unit]
             rows.append(row([*cells, escape(_doc(declared, effect.name, name))], "  r  "))
-    for number_ in (*found.contradicted, *found.fitted):
-        state = "contradicts the vehicle file" if number_ in found.contradicted else "fitted beside n"
+    for number_ in (*result.contradicted, *result.fitted):
+        state = "contradicts the vehicle file" if number_ in result.contradicted else "fitted beside n"
         words = f"{state}; declared {with_error(*in_degrees(number_.declared, number_.stated, number_.unit)[:2])}"
         value, std, unit = in_degrees(number_.value, number_.std, number_.unit)
         cells = ["vehicle", f"<code>{escape(number_.name)}</code>", with_error(value, std), unit]
         rows.append(row([*cells, escape(words)], "  r  "))
-    if len(found.bench.shootings) == len(found.n_after):
-        drives = zip(found.bench.shootings, found.n_before, found.n_after, found.n_std, found.judged, strict=True)
+    if len(result.bench.shootings) == len(result.n_after):
+        drives = zip(result.bench.shootings, result.n_before, result.n_after, result.n_std, result.judged, strict=True)
         for shooting, before, after, std, verdict in drives:
             words = f"sinkage exponent, {shooting.drive.name}, {plain(verdict.word)}"
-            words += f"; {before:.3f} with the declared model" if found.effects else ""
+            words += f"; {before:.3f} with the declared model" if result.effects else ""
             rows.append(row(["soil", "<code>n</code>", with_error(after, std), "", escape(words)], "  r  "))
     head = row(["effect", "parameter", "value ± std, whole drive", "unit", "what it is"], "  r  ", "th")
     return f"<table>{head}{''.join(rows)}</table>"
@@ -100,7 +100,7 @@ def _axles(view: DriveView) -> str:
     return figure(lambda path: draw_axles(view, path), caption, alt=alt)
 
 
-def _ranking(declared: Declaration, found: Refinement) -> str:
+def _ranking(declared: Declaration, result: Refinement) -> str:
     caption = (
         f"Each effect alone, fitted together with n. An effect is named if it removes at least {100 * RULES.least_gain:.0f} % of "
         f"the held-out cost beyond sensor noise, if windows that gain nothing would not show as much ({100 * RULES.chance:g} %), "
@@ -110,10 +110,10 @@ def _ranking(declared: Declaration, found: Refinement) -> str:
     )
     known = catalogue(declared.vehicle)
     rows = [row(["candidate", "held-out gain ± std", "what it is", "what separates it from its like"], " r  ", "th")]
-    for c in found.ranking:
+    for c in result.ranking:
         gain = f"{100 * c.gain:.0f} ± {100 * c.std:.0f} %" if c.gain > -1.0 else "below -100 %"
         rows.append(row([escape(plain(c.name)), gain, escape(known[c.name].doc), escape(known[c.name].separates)], " r  "))
-    picture = figure(lambda path: draw_ranking(found, path), caption, "narrow", "Held-out gain of each candidate as bars")
+    picture = figure(lambda path: draw_ranking(result, path), caption, "narrow", "Held-out gain of each candidate as bars")
     return f'{picture}<div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
@@ -122,9 +122,9 @@ def _paths(view: DriveView) -> str:
     return figure(lambda path: draw_paths(view, path), "Windows side by side over the part of the drive that judges.", alt=alt)
 
 
-def _errors(found: Refinement) -> str:
+def _errors(result: Refinement) -> str:
     """Rms errors on held-out windows; one column where nothing was added, since before and after are the same then."""
-    horizons, refined = list(found.before), bool(found.effects)
+    horizons, refined = list(result.before), bool(result.effects)
     heads = ["before", "after", "before/after"] if refined else ["rms error"]
     first = [
         '<th rowspan="2">state</th>',
@@ -136,7 +136,7 @@ def _errors(found: Refinement) -> str:
         shown = quantity(state)
         cells = [f"<td>{shown.words} <span class='sub'>({shown.unit})</span></td>"]
         for horizon in horizons:
-            before, after = (shown.factor * math.sqrt(table[horizon][state]) for table in (found.before, found.after))
+            before, after = (shown.factor * math.sqrt(table[horizon][state]) for table in (result.before, result.after))
             cells.append(f'<td class="r">{number(before)}</td>')
             if refined:
                 mark = "better" if after < 0.97 * before else ("worse" if after > 1.03 * before else "")
@@ -163,13 +163,13 @@ def _left(views: Sequence[DriveView], refined: bool) -> str:
     return f"<p>{words}</p><table>{''.join(rows)}</table>"
 
 
-def _done(declared: Declaration, found: Refinement) -> str:
+def _done(declared: Declaration, result: Refinement) -> str:
     lines = [
-        split_sentence(found),
-        f"{len(found.ranking)} effects of the catalogue were fitted one by one, each together with n, on windows of "
-        f"{found.bench.shootings[0].steps * found.bench.shootings[0].drive.dt:.1f} s that start at recorded states; "
+        split_sentence(result),
+        f"{len(result.ranking)} effects of the catalogue were fitted one by one, each together with n, on windows of "
+        f"{result.bench.shootings[0].steps * result.bench.shootings[0].drive.dt:.1f} s that start at recorded states; "
         "n is fitted before and after alike, so the gain is the effect's own.",
         "Only sensor channels were read. Standard errors count each window as one observation.",
-        f"{found.seconds:.0f} s on this machine. The refined model is refined.toml: give it to any command by --model.",
+        f"{result.seconds:.0f} s on this machine. The refined model is refined.toml: give it to any command by --model.",
     ]
     return items(lines)
