@@ -131,7 +131,7 @@ def _timing(axis: Any, result: Import) -> None:
             label=name,
             color=(ESTIMATED, INITIAL, REAR, SOFT)[i % 4],
         )
-    steps = np.concatenate([np.diff(one.t) for one in found.series.values()])
+    steps = np.concatenate([np.diff(one.t) for one in result.series.values()])
     decades = 10.0 ** np.floor(np.log10(steps.min())), 10.0 ** (np.floor(np.log10(steps.max())) + 1.0)
     axis.set(title="steps between samples", xlabel="s", ylabel="s", ylim=decades)
     axis.legend(loc="upper right", fontsize=6)
