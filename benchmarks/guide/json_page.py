@@ -12,8 +12,11 @@ EVERY = "Every file"
 
 
 def keys(content: Any, key: str = "") -> Iterator[str]:
-    """Dotted keys of a JSON's content; [] stands for the entries of a list, of which the first shows the keys."""
-    if isinstance(content, dict) and content:
+    """Dotted keys of a JSON's content; [] stands for the entries of a list, of which the first shows the keys.
+
+    An empty table has none.
+    """
+    if isinstance(content, dict):
         for name, value in content.items():
             yield from keys(value, f"{key}.{name}" if key else name)
     elif isinstance(content, list):

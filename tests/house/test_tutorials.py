@@ -46,6 +46,7 @@ def test_lines_agree_within_scatter_only():
     assert same("n 0.500 ± 0.021", "n 0.503 ± 0.021", 0.02)
     assert not same("n 0.500 ± 0.021", "n 0.530 ± 0.021", 0.02)
     assert not same("n 0.500 m", "n 0.500 s", 0.02)
+    assert same("n to ± 3 %", "n to ± 4 %", 0.02) and not same("25 of 25 checks", "24 of 25 checks", 0.02)
     assert same("│ clay  │ 0.50 │", "clay 0.50", 0.0)
     assert last_digit("0.50") == pytest.approx(0.01) and last_digit("12") == 0.0
 
