@@ -1,12 +1,13 @@
 """What the C library must stand, at length: python -m benchmarks.clibrary_trust WHAT [--amount N].
 
-WHAT is storm, fuzz, arm, generate or controller.
+WHAT is storm, fuzz, arm, generate, controller or driver.
 
 storm: ten million steps of random driving with everything that can go wrong, under address and undefined sanitizers;
 fuzz: libFuzzer (clang) for ten minutes from the corpus in tests/codegen/clibrary_corpus; arm: the library on 32-bit ARM under
 emulation against this machine, and the instructions of a step; generate: `softsoil generate --model refined.toml` with an
 empty cache and again, in seconds, and its bytes (--model: another refined.toml than one made of the reference vehicle);
-controller: a million solves of the controller on the plain bicycle with everything that can go wrong, under sanitizers.
+controller: a million solves of the controller on the plain bicycle with everything that can go wrong, under sanitizers;
+driver: the same of 200,000 ticks of the whole driver, on hard ground.
 """
 
 from __future__ import annotations
@@ -43,6 +44,20 @@ def controller(scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZE
     write_library(scratch, controller_files(Ocp(tanh_bicycle(vehicle), vehicle, OcpSettings(obstacles=2))))
     program = build(["gcc", "-O2", "-march=native", *sanitizers], scratch, "controller_storm.c", scratch / "storm")
     subprocess.run([str(program), str(steps), "1"], check=True)
+
+
+def driver(scratch: Path, ticks: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
+    """A storm on the driver of the reference vehicle with its effects, on hard ground."""
+    from softsoil.codegen.c_library.folder import write_library
+    from softsoil.control.c_folder import controller_texts
+    from softsoil.declaration.model_file import Declaration
+    from softsoil.symbolic.soil import CLAY
+    from softsoil.symbolic.vehicle import load_vehicle
+
+    declared = Declaration(load_vehicle(PROJECT / "vehicles" / "reference.toml"), CLAY, "hard_ground")
+    write_library(scratch, controller_texts(declared))
+    program = build(["gcc", "-O2", "-march=native", *sanitizers], scratch, "driver_storm.c", scratch / "storm")
+    subprocess.run([str(program), str(ticks), "1"], check=True)
 
 
 def fuzz(folder: Path, scratch: Path, seconds: int) -> None:
@@ -107,7 +122,7 @@ def generate(model: Path | None, scratch: Path) -> None:
 def main() -> None:
     """Read the command line and run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("storm", "fuzz", "arm", "generate", "controller"))
+    parser.add_argument("what", choices=("storm", "fuzz", "arm", "generate", "controller", "driver"))
     parser.add_argument("--amount", type=int, help="steps of the storm, seconds of fuzzing")
     parser.add_argument("--folder", type=Path, default=PROJECT / "generated")
     parser.add_argument("--plain", action="store_true", help="the storm without sanitizers, five times as fast")
@@ -117,9 +132,10 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as scratch:
             generate(given.model, Path(scratch))
         return
-    if given.what == "controller":
+    if given.what in ("controller", "driver"):
+        storms, amount = {"controller": controller, "driver": driver}, {"controller": STEPS // 10, "driver": STEPS // 50}
         with tempfile.TemporaryDirectory() as scratch:
-            controller(Path(scratch), given.amount or STEPS // 10, () if given.plain else SANITIZERS)
+            storms[given.what](Path(scratch), given.amount or amount[given.what], () if given.plain else SANITIZERS)
         return
     if given.plain:
         with tempfile.TemporaryDirectory() as scratch:

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from softsoil.estimator.synthetic import synthetic_drive
-from softsoil.estimator.terrain import EXACT_MODEL, estimate_terrain
+from softsoil.estimator.terrain import estimate_terrain
+from softsoil.estimator.tuning import EXACT_MODEL
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.bicycle import bicycle
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM

@@ -40,7 +40,7 @@ def generate(
         typer.Option("--controller", help="Also the controller: NMPC on the filter's estimate, and a closed loop."),
     ] = False,
     hessian: Annotated[str, typer.Option("--hessian", help="Of the controller: exact or gauss_newton.")] = "exact",
-    fmi: Annotated[bool, typer.Option("--fmi", help="Also an FMI 3.0 co-simulation unit, softsoil.fmu.")] = False,
+    fmi: Annotated[bool, typer.Option("--fmi", help="Also FMI 3.0 units: of the model, and of the driver.")] = False,
     out: OutOption = None,
 ) -> None:
     """Write a model and its filter as a C library: header, sources, README, example, CMake and formulation.json.
@@ -75,7 +75,7 @@ def generate(
     if not fmi:
         remember(sys.argv[1:], said, written, first)
     else:
-        from softsoil.codegen.c_library.pack_fmu import pack_fmu
+        from softsoil.codegen.c_library.pack_fmu import pack_fmus
 
-        paths.append(pack_fmu(written))
+        paths += pack_fmus(written)
     say_written(paths)

@@ -10,9 +10,10 @@ from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control.driver import END, STEER_LIMIT, UNSEEN
 from softsoil.control.driver_types import DriverSettings
-from softsoil.control.live_estimator import FIRST_SPREAD, LOOP_TUNING
+from softsoil.control.live_estimator import FIRST_SPREAD
 from softsoil.control.nmpc_clearance import NOWHERE
 from softsoil.control.ocp import Ocp
+from softsoil.estimator.tuning import N_NAMES, Tuning
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -20,9 +21,6 @@ from softsoil.symbolic.soil import SOIL_SIGNALS
 MEASUREMENTS = (*STATE_CHANNELS, *WHEEL_CHANNELS, "a_x_imu", "steer")
 """What a tick takes, in the order of enum softsoil_driver_measurement."""
 TEMPLATES = {"include/softsoil_driver.h": "softsoil_driver.h.in", "src/softsoil_driver.c": "softsoil_driver.c.in"}
-N_NAMES = ("n", "n_f", "n_r")
-EXTRA_STD, EXTRA_WALK = 1e-2, 1e-4
-"""Of states that an effect brings: standard deviation of the first value, and of the change per root of a second."""
 
 
 def driver_files(
@@ -43,10 +41,8 @@ def driver_files(
 
 
 def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str, str]:
-    """Values of the @key@ of the driver's templates: the numbers of the settings and of the loop's filter."""
-    tuning, limits = LOOP_TUNING, SOIL_SIGNALS["n"]
-    extra = model.x.names[len(STATE_CHANNELS) :]
-    q_std = (*tuning.model_error, *(tuning.n_walk if name in N_NAMES else EXTRA_WALK for name in extra))
+    """Values of the @key@ of the driver's templates: the numbers of the settings; those of the filter are its own."""
+    tuning, limits = Tuning(), SOIL_SIGNALS["n"]
     names = (
         "tick", "slip_share", "speed_gain", "resistance_share", "most_resistance", "caution", "settled", "most", "standing",
         "stands",
@@ -57,11 +53,9 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "soil_indices": ", ".join(f"SOFTSOIL_X_{name}" for name in model.x.names if name in N_NAMES),
         "first_spread": _list(FIRST_SPREAD), "unseen": _list(UNSEEN), "driver_end": number(END, 17),
         "n_lower": number(limits.lower, 17), "n_upper": number(limits.upper, 17), "steer_limit": number(STEER_LIMIT, 17),
-        "driver_q_std": _list(q_std), "driver_r_std": _list(settings.sensor_std), "driver_n_std": number(tuning.n_std, 17),
-        "driver_filter_options": f"  settings->filter.gate = {number(tuning.gate, 17)};\n"
-        f"  settings->filter.gate_patience = {tuning.patience};",
+        "driver_r_std": _list(settings.sensor_std), "driver_n_std": number(tuning.n_std, 17),
         "driver_plan_every": str(settings.plan_every), "driver_update_every": str(tuning.update_every),
-        "extra_std": number(EXTRA_STD, 17), "radius": number(ocp.vehicle.radius, 17), "nowhere": number(NOWHERE, 17),
+        "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "nowhere": number(NOWHERE, 17),
     }  # fmt: skip
 
 

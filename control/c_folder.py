@@ -7,12 +7,14 @@ from softsoil.codegen.c_library.library import fill, template
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_controller import controller_files, controller_values
 from softsoil.control.c_driver import driver_files
+from softsoil.control.c_fmu import driver_fmi_files
 from softsoil.control.c_statuses import STATUSES
 from softsoil.control.declared import for_control
 from softsoil.control.driver_types import DriverSettings
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.c_library import N_NAMES, c_library_texts, c_parts
+from softsoil.estimator.c_library import c_library_texts, c_parts
+from softsoil.estimator.tuning import N_NAMES
 from softsoil.symbolic.signals import Layout
 
 EXAMPLE_OBSTACLES = ((62.0, 1.6, 1.0, 0.0, 0.0), (90.0, 2.4, 1.0, 0.0, 0.0))
@@ -36,11 +38,13 @@ def controller_texts(
     soil = ", ".join(f"SOFTSOIL_X_{name}" for name in model.x.names if name in N_NAMES)
     obstacles = ", ".join(f"{{{', '.join(number(v) for v in place)}}}" for place in EXAMPLE_OBSTACLES)
     values |= {"soil_indices": soil, "example_obstacles": obstacles, "example_n": number(declared.soil.n)}
+    unit = driver_fmi_files(declared.soil.n, values) if fmi else {}
     own = {"example_drive.c": "example_drive.c.in", "CONTROLLER.md": "CONTROLLER.md.in"}
     return {
         **c_library_texts(declared, dt, fmi),
         **controller_files(ocp, hessian),
         **driver_files(ocp, model, values, driver),
+        **unit,
         **{path: fill(template(name), values) for path, name in own.items()},
     }
 

@@ -58,7 +58,8 @@ class CDriver:
     """
 
     def __init__(self, texts: Mapping[str, str], states: int, flags: Sequence[str] = FLAGS) -> None:
-        library = build_library("driver", sources({name: text for name, text in texts.items() if "/" in name}), flags)
+        own = {name: text for name, text in texts.items() if name.startswith(("include/", "src/"))}
+        library = build_library("driver", sources(own), flags)
         if library is None:
             raise ValueError("driver: expected a C compiler ($CC, cc, gcc or clang) that takes the generated files, found none")
         self.c = ctypes.CDLL(str(library))

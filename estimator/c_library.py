@@ -2,58 +2,79 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
+from softsoil.codegen.c_library.steering import HEADER, steering_header
 from softsoil.codegen.sampling import STEP
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.c_horizon import horizon_numbers
-from softsoil.estimator.terrain import Tuning, terrain_model
+from softsoil.estimator.promote import promote_parameters
+from softsoil.estimator.terrain import terrain_model
+from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
-N_NAMES = ("n", "n_f", "n_r")
-EXTRA_STD = 0.01
-"""Of the first value and the noise of states that an effect brings, as in `softsoil.estimator.terrain`."""
 
+def c_parts(declared: Declaration, promote: Sequence[str] = ()) -> Parts:
+    """The declared model taken apart: n_f and n_r as states without effects, one n for both axles with them.
 
-def c_parts(declared: Declaration) -> Parts:
-    """The declared model split: n_f and n_r as states without effects, one n for both axles with them."""
-    build = partial(_model_with, declared)
+    promote: further parameters that are estimated too.
+    """
+    build = partial(_model_with, declared, tuple(promote))
     return take_apart(build, declared.force_law())
 
 
-def _model_with(declared: Declaration, law) -> Model:
+def _model_with(declared: Declaration, promote: tuple[str, ...], law) -> Model:
     built = declared_model(declared.vehicle, declared.soil, law)
-    return terrain_model(built, tied=bool(built.effects))
+    model = terrain_model(built, tied=bool(built.effects))
+    return promote_parameters(model, *promote) if promote else model
 
 
 def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
     """Defaults of the C filter: the terrain estimator's own numbers."""
     tuning = tuning or Tuning()
-    extra = [name in N_NAMES for name in model.x.names[len(tuning.model_error) :]]
+    states = model.x
     return FilterNumbers(
-        q_std=(*tuning.model_error, *(tuning.n_walk if is_n else EXTRA_STD for is_n in extra)),
-        r_std=tuning.sensor_floor,
-        std0=(*tuning.sensor_floor, *(tuning.n_std if is_n else EXTRA_STD for is_n in extra)),
-        gate=tuning.gate,
-    )
+        q_std=_floats(tuning.q_std(states)), r_std=tuning.sensor_floor, gate=tuning.gate,
+        std0=_floats(tuning.std0(states, tuning.sensor_floor)), force_std=_floats(tuning.force_std(states)),
+        ceiling=_floats(by_unit(states, tuning.ceiling, 1e5)), patience=tuning.patience, patience_rates=tuning.patience_rates,
+        pose=tuple(int(name in POSE) for name in model.y.names), soil=tuple(name for name in states.names if name in N_NAMES),
+        change_after=tuning.change_after, change_sigmas=tuning.change_sigmas, change_std=tuning.change_std,
+        change_samples=CHANGE_SAMPLES, standstill=tuning.standstill, fade=tuning.fade, fading=FADING, leap=LEAP,
+        wheels_turn=WHEELS_TURN, u_limit=_floats(by_unit(model.external, tuning.input_limit, 1e9)),
+        y_limit=_floats(by_unit(model.y, tuning.output_limit, 1e9)),
+    )  # fmt: skip
 
 
-def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) -> dict[str, str]:
-    """Every file of the C library, path -> text, for a declared model with nominal step dt (s); `fmi`: with the FMI unit's.
+def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def c_library_texts(
+    declared: Declaration, dt: float = STEP, fmi: bool = False, promote: Sequence[str] = ()
+) -> dict[str, str]:
+    """Every file of the C library, path -> text, for a declared model with nominal step dt (s); `fmi`: with the FMI unit's;
+    promote: parameters of effects that filter and horizon estimate beside n, four numbers in all at most.
 
     Raises ValueError for a step that is not positive.
     """
     if not 0 < dt <= 0.1:
         raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
-    parts = c_parts(declared)
-    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in ("effects", "source")}
+    parts = c_parts(declared, promote)
+    steering = declared.vehicle.steering
+    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in ("effects", "source", "steering")}
+    if steering is not None:
+        vehicle["steering"] = {"command": steering.command, "angle": steering.angle}
     about = {
         "vehicle": vehicle,
         "soil": {"name": declared.soil.name, **{s.name: getattr(declared.soil, s.name) for s in SOIL_SIGNALS}},
@@ -61,7 +82,8 @@ def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) 
         "declared_effects": declared.vehicle.effects,
         "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
-    return library_files(parts, filter_numbers(parts.model), horizon_numbers(), dt, about, fmi)
+    texts = library_files(parts, filter_numbers(parts.model), horizon_numbers(), dt, about, fmi)
+    return texts if steering is None else {**texts, HEADER: steering_header(steering)}
 
 
 def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi: bool = False) -> list[Path]:
@@ -80,7 +102,7 @@ def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi
     """
     paths = write_library(folder, c_library_texts(declaration, dt, fmi))
     if fmi:
-        from softsoil.codegen.c_library.pack_fmu import pack_fmu
+        from softsoil.codegen.c_library.pack_fmu import pack_fmus
 
-        paths.append(pack_fmu(Path(folder)))
+        paths += pack_fmus(Path(folder))
     return paths

@@ -48,7 +48,7 @@ class UnscentedKalmanFilter:
     q: (n_x,) variances or (n_x, n_x) covariance added at each prediction; r: (n_y,) or (n_y, n_y) of a measurement;
     x0 (n_x,), p0: (n_x,) variances or (n_x, n_x) covariance of the first state; p (n_p,): parameters, default nominal;
     gate: largest innovation in standard deviations; scaling: of the unscented transform; method, substeps: of
-    `discretize`; compiled: whether the steps run as generated C.
+    `discretize`; compiled: whether the steps run as generated C; order (n_x,): of the states in the factor of the covariance.
     Raises ValueError for a shape that does not fit, q or p0 that is not positive semidefinite, r that is not positive
     definite.
     """
@@ -68,6 +68,7 @@ class UnscentedKalmanFilter:
         method: str = "euler",
         substeps: int = 1,
         compiled: bool = True,
+        order: Sequence[int] | None = None,
     ) -> None:
         scaling = scaling or UnscentedScaling()
         n_x, n_y = len(model.x), len(model.y)
@@ -75,7 +76,7 @@ class UnscentedKalmanFilter:
         self.p = model.p.nominal if p is None else _vector(p, len(model.p), "p")
         self.gate = gate
         self.counts = Counts()
-        self._compile(method, substeps, scaling, compiled)
+        self._compile(method, substeps, scaling, compiled, order)
         self._predict.inputs[4][...] = _covariance(q, n_x, "q", definite=False)
         self._update.inputs[6][...] = _covariance(r, n_y, "r", definite=True)
         self._update.inputs[7][...] = min(gate, 1e150)
@@ -84,14 +85,17 @@ class UnscentedKalmanFilter:
         self.P = _covariance(p0, n_x, "p0", definite=False)
         self._started = not model.memories
 
-    def _compile(self, method: str, substeps: int, scaling: UnscentedScaling, compiled: bool) -> None:
+    def _compile(
+        self, method: str, substeps: int, scaling: UnscentedScaling, compiled: bool, order: Sequence[int] | None
+    ) -> None:
         """The steps as C on shared arrays: prediction goes from the first pair (x, P) to the second, the update back."""
         model = self.model
         step = discretize(model, self.dt, method, substeps)
         substep = discretize(model, self.dt / substeps, method)
         many, parts = at_points(substep, 2 * len(model.x) + 1, substeps) if compiled else (None, ())
-        self._predict = CompiledFunction(predict_function(step, model.x, scaling, many), compiled, parts)
-        self._update = CompiledFunction(update_function(model.measurement(), model.x, model.y, scaling), compiled)
+        self._predict = CompiledFunction(predict_function(step, model.x, scaling, many, order), compiled, parts)
+        update = update_function(model.measurement(), model.x, model.y, scaling, order)
+        self._update = CompiledFunction(update, compiled)
         self._pairs = (self._predict.inputs[:2], self._predict.outputs[:2])
         self._at = 0
         self._input, self._parameters = self._predict.inputs[2], self._predict.inputs[3]
@@ -123,6 +127,7 @@ class UnscentedKalmanFilter:
             for i, array in enumerate(inputs):
                 function.bind_input(i, array)
         self._read.bind_output(0, self._input)
+        self._before = memory.copy()
 
     def restart(self, x0: ArrayLike, p0: ArrayLike) -> None:
         """Begin again from another first state, without memory of the past: for drive after drive with one compiled filter.
@@ -171,6 +176,7 @@ class UnscentedKalmanFilter:
         self._predict.run()
         if self.model.memories:
             self._advance.run()
+            self._before[...] = self._read.inputs[3]
             self._read.inputs[3][...] = self._advance.outputs[0]
         self._at = 1
 
@@ -191,7 +197,34 @@ class UnscentedKalmanFilter:
             self._count(self._valid > 0.5, used)
         return Innovation(self._innovation.copy(), self._update.outputs[3].copy(), self._nis.item(), used, dof)
 
-    def set_process_variance(self, rows: Sequence[int], variance: ArrayLike) -> None:
+    def take_inputs(self, u: ArrayLike) -> Array:
+        """External inputs (n_external,) held from now on, u with its non-finite entries replaced, without a prediction."""
+        self._stand(0)
+        self._take_input(u)
+        return self.held_inputs
+
+    @property
+    def held_inputs(self) -> Array:
+        """(n_external,) external inputs of the last prediction."""
+        return self._external.copy()
+
+    def undo_prediction(self) -> None:
+        """Back to the estimate and the histories before the last prediction, where its answer cannot be used."""
+        self._at = 0
+        if self.model.memories:
+            self._read.inputs[3][...] = self._before
+
+    def undo_update(self) -> None:
+        """Back to the estimate before the last update, where its answer is not finite."""
+        self._at = 1
+
+    def hold(self, rows: Sequence[int]) -> None:
+        """States (K,) that updates leave as they are from now on, their variances too; none: all are corrected."""
+        held = self._update.inputs[8]
+        held[:] = 0.0
+        held[list(rows)] = 1.0
+
+    def set_process_variance(self, rows: Sequence[int] | NDArray[np.int_], variance: ArrayLike) -> None:
         """Variances added to the states `rows` (K,) at each prediction from now on, variance (K,)."""
         noise = self._predict.inputs[4]
         for row, value in zip(rows, np.atleast_1d(variance), strict=True):
@@ -201,6 +234,13 @@ class UnscentedKalmanFilter:
         """Add variance (K,) to the states `rows` (K,): they may have jumped; what they say of other states fades with it."""
         cov = self._pairs[self._at][1]
         cov[rows, rows] += variance
+
+    def jump(self, row: int, away: float, variance: float) -> None:
+        """Move the state `row` by `away`, from where it knows nothing of the others and has this variance."""
+        x, cov = self._pairs[self._at]
+        x[row, 0] += away
+        cov[row, :] = cov[:, row] = 0.0
+        cov[row, row] = variance
 
     def at(self, row: int) -> float:
         """Estimate of the state with index `row`."""

@@ -7,6 +7,7 @@ the gate is left out exactly (its row of S becomes a unit row, its column of P_x
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -71,28 +72,41 @@ def clip(layout: Layout, vector: ca.SX) -> ca.SX:
     return ca.vertcat(*entries)
 
 
-def sigma_points(layout: Layout, scaling: UnscentedScaling) -> ca.Function:
-    """[x, P] -> [X]: (L, 2L + 1) points of eq. (sigma_pts), each inside the bounds of its states."""
+def sigma_points(
+    layout: Layout, scaling: UnscentedScaling, order: Sequence[int] | None = None, inside: bool = True
+) -> ca.Function:
+    """[x, P] -> [X]: (L, 2L + 1) points of eq. (sigma_pts).
+
+    order (L,): of the states in the factor of P, default their own; inside: whether each point is held inside the bounds.
+    """
     size = len(layout)
+    rows = list(range(size)) if order is None else list(order)
     x, cov = ca.SX.sym("x", size), ca.SX.sym("P", size, size)
-    spread = np.sqrt(scaling.spread(size)) * cholesky(cov)
+    spread = ca.SX.zeros(size, size)
+    spread[rows, :] = np.sqrt(scaling.spread(size)) * cholesky(cov[rows, rows])
     centre = ca.repmat(x, 1, size)
     points = ca.horzcat(x, centre + spread, centre - spread)
-    inside = ca.horzcat(*[clip(layout, points[:, i]) for i in range(2 * size + 1)])
-    return ca.Function("sigma_points", [x, cov], [ca.densify(inside)])
+    if inside:
+        points = ca.horzcat(*[clip(layout, points[:, i]) for i in range(2 * size + 1)])
+    return ca.Function("sigma_points", [x, cov], [ca.densify(points)])
 
 
 def predict_function(
-    step: ca.Function, layout: Layout, scaling: UnscentedScaling, at_points: ca.Function | None = None
+    step: ca.Function,
+    layout: Layout,
+    scaling: UnscentedScaling,
+    at_points: ca.Function | None = None,
+    order: Sequence[int] | None = None,
 ) -> ca.Function:
     """[x, P, u, p, Q] -> [x, P]: the time update, eqs. (x_propigate)-(P_k-), with additive Q (L, L) per step.
 
-    step: [x, u, p] -> [x_next]; layout: of x; at_points: [X (L, 2L + 1), u, p] -> [X_next], default `step` mapped.
+    step: [x, u, p] -> [x_next]; layout: of x; at_points: [X (L, 2L + 1), u, p] -> [X_next], default `step` mapped;
+    order: of `sigma_points`.
     """
     size = len(layout)
     x, cov, noise = ca.MX.sym("x", size), ca.MX.sym("P", size, size), ca.MX.sym("Q", size, size)
     u, p = ca.MX.sym("u", step.size1_in(1)), ca.MX.sym("p", step.size1_in(2))
-    points = sigma_points(layout, scaling)(x, cov)
+    points = sigma_points(layout, scaling, order)(x, cov)
     moved = (at_points or step.map(2 * size + 1))(points, u, p)
     mean, spread = _moments(size, scaling)(moved)
     return ca.Function(
@@ -124,35 +138,50 @@ def _weighted(a: ca.SX, b: ca.SX, weights: np.ndarray) -> ca.SX:
     return (a @ ca.diag(ca.SX(weights))) @ b.T
 
 
-def update_function(measure: ca.Function, layout: Layout, outputs: Layout, scaling: UnscentedScaling) -> ca.Function:
-    """[x, P, u, p, y, valid, R, gate] -> [x, P, innovation, S, nis, used]: eqs. (Y_k)-(P_k) with additive R.
+def update_function(
+    measure: ca.Function,
+    layout: Layout,
+    outputs: Layout,
+    scaling: UnscentedScaling,
+    order: Sequence[int] | None = None,
+) -> ca.Function:
+    """[x, P, u, p, y, valid, R, gate, held] -> [x, P, innovation, S, nis, used]: eqs. (Y_k)-(P_k) with additive R.
 
     measure: [x, u, p] -> [y]; valid (n_y,): 1 where the measurement counts, 0 where not; gate: largest |innovation| in
-    standard deviations (inf for none); outputs whose unit is rad and whose name is psi are compared modulo 2 pi;
+    standard deviations (inf for none); held (L,): 1 for a state that is not corrected (a Schmidt update: its correlations are);
+    order: of `sigma_points`; outputs whose unit is rad and whose name is psi are compared modulo 2 pi;
     innovation (n_y,), S (n_y, n_y), nis: normalised innovation squared over the used measurements; used (n_y,): 1 or 0.
+    The points are held inside the bounds only where the measurement depends on a bounded state: P then loses nothing.
     """
     size, n_y = len(layout), len(outputs)
-    points_of = sigma_points(layout, scaling)
+    points_of = sigma_points(layout, scaling, order, _sees_bounded(measure, layout))
     x, cov = ca.MX.sym("x", size), ca.MX.sym("P", size, size)
     u, p = ca.MX.sym("u", measure.size1_in(1)), ca.MX.sym("p", measure.size1_in(2))
     y, valid, gate = ca.MX.sym("y", n_y), ca.MX.sym("valid", n_y), ca.MX.sym("gate")
     noise = ca.MX.sym("R", n_y, n_y)
     points = points_of(x, cov)
+    held = ca.MX.sym("held", size)
     seen = measure.map(2 * size + 1)(points, u, p)
-    results = _correction(layout, outputs, scaling)(x, cov, points, seen, y, valid, noise, gate)
+    results = _correction(layout, outputs, scaling)(x, points, seen, y, valid, noise, gate, held)
     return ca.Function(
         "update",
-        [x, cov, u, p, y, valid, noise, gate],
+        [x, cov, u, p, y, valid, noise, gate, held],
         list(results),
-        ["x", "P", "u", "p", "y", "valid", "R", "gate"],
+        ["x", "P", "u", "p", "y", "valid", "R", "gate", "held"],
         ["x_next", "P_next", "innovation", "S", "nis", "used"],
     )
+
+
+def _sees_bounded(measure: ca.Function, layout: Layout) -> bool:
+    arguments = measure.sx_in()
+    bounded = [arguments[0][i] for i, s in enumerate(layout) if np.isfinite(s.lower) or np.isfinite(s.upper)]
+    return bool(bounded) and bool(ca.depends_on(measure(*arguments), ca.vertcat(*bounded)))
 
 
 def _correction(layout: Layout, outputs: Layout, scaling: UnscentedScaling) -> ca.Function:
     size, n_y = len(layout), len(outputs)
     w_mean, w_cov = scaling.weights(size)
-    x, cov, points = ca.SX.sym("x", size), ca.SX.sym("P", size, size), ca.SX.sym("X", size, 2 * size + 1)
+    x, points, held = ca.SX.sym("x", size), ca.SX.sym("X", size, 2 * size + 1), ca.SX.sym("held", size)
     seen, y, valid = ca.SX.sym("Y", n_y, 2 * size + 1), ca.SX.sym("y", n_y), ca.SX.sym("valid", n_y)
     noise, gate = ca.SX.sym("R", n_y, n_y), ca.SX.sym("gate")
     y_mean = seen @ w_mean
@@ -168,11 +197,12 @@ def _correction(layout: Layout, outputs: Layout, scaling: UnscentedScaling) -> c
     scaled = ca.solve(factor, left_out)
     cross = _weighted(away_x, away_y, w_cov) * ca.repmat(used.T, size, 1)
     gain_root = ca.solve(factor, cross.T).T  # P_xy L^-T, so that K S K^T = gain_root gain_root^T
-    x_next = clip(layout, x + gain_root @ scaled)
-    p_next = cov - gain_root @ gain_root.T
+    x_next = clip(layout, x + (1 - held) * (gain_root @ scaled))
+    # P - K P_xy' - P_xy K' + K S K' with the rows of K that belong to held states zero.
+    p_next = _spread(away_x, w_cov) - gain_root @ gain_root.T * (1 - held @ held.T)
     return ca.Function(
         "correction",
-        [x, cov, points, seen, y, valid, noise, gate],
+        [x, points, seen, y, valid, noise, gate, held],
         [x_next, ca.densify((p_next + p_next.T) / 2), innovation, ca.densify(full), ca.sumsqr(scaled), used],
     )
 

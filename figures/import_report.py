@@ -107,8 +107,11 @@ def _draw(result: Import, path: Path) -> Path:
         flat[0].set(title="path of the front axle", xlabel="x, m", ylabel="y, m", aspect="equal")
         for axis, name in zip(flat[1:], SHOWN, strict=False):
             shown = quantity(name)
-            if name in drive:
-                axis.plot(drive.t, shown.factor * drive[name], ".", ms=1.0, color=COLORS[drive.state_of(name)])
+            if drive.state_of(name) == "absent":
+                axis.text(0.5, 0.5, "absent", ha="center", va="center", transform=axis.transAxes)
+                axis.set(title=shown.words, xticks=[], yticks=[])
+                continue
+            axis.plot(drive.t, shown.factor * drive[name], ".", ms=1.0, color=COLORS[drive.state_of(name)])
             axis.set(title=shown.words, ylabel=shown.unit)
         _timing(flat[7], result)
         for axis in flat[-2:]:
@@ -128,5 +131,7 @@ def _timing(axis: Any, result: Import) -> None:
             label=name,
             color=(ESTIMATED, INITIAL, REAR, SOFT)[i % 4],
         )
-    axis.set(title="steps between samples", xlabel="s", ylabel="s")
+    steps = np.concatenate([np.diff(one.t) for one in result.series.values()])
+    decades = 10.0 ** np.floor(np.log10(steps.min())), 10.0 ** (np.floor(np.log10(steps.max())) + 1.0)
+    axis.set(title="steps between samples", xlabel="s", ylabel="s", ylim=decades)
     axis.legend(loc="upper right", fontsize=6)

@@ -59,7 +59,7 @@ def _head(names: str, declared: Declaration, result: Refinement) -> str:
     sub = f"{declared.vehicle.name} on {declared.soil.name}, force law {law_words(declared.law)}, declared effects: {effects}"
     return (
         f'<h1>What the model lacks: {escape(names)}</h1><p class="sub">{escape(sub)}</p>'
-        f'<div class="verdict {result.verdict}">{inside}</div>'
+        f'<div class="verdict {"unexplained" if result.contradicted else result.verdict}">{inside}</div>'
     )
 
 
@@ -72,8 +72,9 @@ def _parameters(declared: Declaration, result: Refinement) -> str:
             rows.append(row([*cells, escape(_doc(declared, effect.name, name))], "  r  "))
     for number_ in (*result.contradicted, *result.fitted):
         state = "contradicts the vehicle file" if number_ in result.contradicted else "fitted beside n"
-        words = f"{state}; declared {with_error(number_.declared, number_.stated)}"
-        cells = ["vehicle", f"<code>{escape(number_.name)}</code>", with_error(number_.value, number_.std), number_.unit]
+        words = f"{state}; declared {with_error(*in_degrees(number_.declared, number_.stated, number_.unit)[:2])}"
+        value, std, unit = in_degrees(number_.value, number_.std, number_.unit)
+        cells = ["vehicle", f"<code>{escape(number_.name)}</code>", with_error(value, std), unit]
         rows.append(row([*cells, escape(words)], "  r  "))
     if len(result.bench.shootings) == len(result.n_after):
         drives = zip(result.bench.shootings, result.n_before, result.n_after, result.n_std, result.judged, strict=True)

@@ -17,7 +17,7 @@ from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import CIRCLES, Ocp, half_width
 from softsoil.control.pedals import Pedals
-from softsoil.estimator.terrain import Tuning
+from softsoil.estimator.tuning import Tuning
 from softsoil.mpc_demo.closed_loop_parts import TICK, Faults, NoisySensors
 from softsoil.mpc_demo.scenarios import Scenario
 from softsoil.plant.machine import PlantVehicle

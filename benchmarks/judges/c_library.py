@@ -18,15 +18,19 @@ def build(compiler: list[str], folder: Path, source: str, target: Path) -> Path:
     return target
 
 
-def arm_numbers(folder: Path, scratch: Path) -> tuple[list[float], list[float]]:
-    """Numbers that clibrary_arm.c prints on this machine in the vector form, and on emulated 32-bit ARM."""
-    here = build(["gcc", "-O2", "-march=native"], folder, "clibrary_arm.c", scratch / "here")
-    there = build(list(ARM), folder, "clibrary_arm.c", scratch / "there")
-    printed = [
-        subprocess.run([*command, "200"], capture_output=True, text=True, check=True).stdout.split()
-        for command in ([str(here)], ["qemu-arm", str(there)])
-    ]
-    return tuple([float(word) for word in words] for words in printed)  # type: ignore[return-value]
+def arm_numbers(folder: Path, scratch: Path, source: str = "clibrary_arm.c") -> tuple[list[float], list[float]]:
+    """Numbers that a program prints on this machine in the vector form, and on emulated 32-bit ARM."""
+    here = numbers(["gcc", "-O2", "-march=native"], folder, source, scratch / "here")
+    return here, numbers(list(ARM), folder, source, scratch / "there", ("qemu-arm",))
+
+
+def numbers(
+    compiler: list[str], folder: Path, source: str, target: Path, runner: tuple[str, ...] = (), steps: int = 200
+) -> list[float]:  # fmt: skip
+    """Numbers that the program `source` prints after so many steps, built by `compiler` and run by `runner`."""
+    program = build(compiler, folder, source, target)
+    done = subprocess.run([*runner, str(program), str(steps)], capture_output=True, text=True, check=True)
+    return [float(word) for word in done.stdout.split()]
 
 
 def arm_instructions(folder: Path, scratch: Path) -> float:

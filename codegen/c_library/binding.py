@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[ctypes.Structure]]:
     """softsoil_options_t and softsoil_t, field by field as in softsoil.h."""
-    x, u, p, y, m, full = (sizes[name] for name in ("x", "u", "p", "y", "m", "u_full"))
+    x, u, p, y, m, full, n = (sizes[name] for name in ("x", "u", "p", "y", "m", "u_full", "soil"))
     real, natural, whole = ctypes.c_double, ctypes.c_uint32, ctypes.c_int32
 
     class Options(ctypes.Structure):
@@ -27,7 +27,8 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
 
         _fields_ = [
             ("p", real * p), ("q_std", real * x), ("r_std", real * y), ("gate", real), ("standstill_speed", real),
-            ("max_std", real * x), ("gate_patience", whole), ("reserved", whole),
+            ("max_std", real * x), ("gate_patience", whole), ("gate_patience_rates", whole), ("force_std", real * x),
+            ("change_after", real), ("change_sigmas", real), ("change_std", real),
         ]  # fmt: skip
 
     class Filter(ctypes.Structure):
@@ -35,11 +36,12 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
 
         _fields_ = [
             ("magic", natural), ("counts", natural * len(STATUSES)), ("predictions", natural), ("updates", natural),
-            ("standstill", whole), ("reversing", whole), ("started", whole), ("gated_run", whole * y), ("t", real),
+            ("standstill", whole), ("reversing", whole), ("started", whole), ("flags", natural), ("n_past", whole),
+            ("next_past", whole), ("gated_run", whole * y), ("t", real),
             ("last_dt", real), ("x", real * x), ("std", real * x), ("innovation", real * y), ("innovation_std", real * y),
             ("nis", real), ("consistency", real), ("soil_consistency", real), ("used", whole * y), ("dof", whole),
             ("since", whole), ("root", real * (x * x)), ("m", real * max(m, 1)), ("u", real * u), ("u_full", real * full),
-            ("t_y", real * y), ("options", Options),
+            ("t_y", real * y), ("settled", real), ("keep_at", real), ("past", real * n * sizes["past"]), ("options", Options),
         ]  # fmt: skip
 
     return Options, Filter
@@ -59,6 +61,7 @@ class CLibrary:
         self.names = {key: [s["name"] for s in self.formulation[key]] for key in _LISTS}
         sizes = {short: len(self.names[key]) for key, short in _LISTS.items()}
         sizes["m"] = int(self.formulation["memory_cells"])
+        sizes["soil"], sizes["past"] = len(self.formulation["soil_states"]), int(self.formulation["past_values"])
         sizes["u_full"] = sizes["u"] + int(self.formulation["provided_inputs"])
         self.sizes = sizes
         self.Options, self.Filter = _structures(sizes)

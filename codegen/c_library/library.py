@@ -17,12 +17,15 @@ from softsoil.codegen.c_library.kernels import number, write_kernel
 from softsoil.codegen.c_library.parts import SAID, SOIL, TOLD, Parts
 from softsoil.codegen.c_library.statuses import STATUSES, status_cases, status_enum
 from softsoil.codegen.c_library.tables import formulation, readme_tables
+from softsoil.codegen.factor_order import factor_order
+from softsoil.codegen.sampling import LONGEST_STEP, STEP
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
 
 TEMPLATES = {
     "include/softsoil.h": "softsoil.h.in",
     "src/softsoil_filter.c": "softsoil_filter.c.in",
+    "src/softsoil_policy.h": "softsoil_policy.h.in",
     "src/softsoil_model.c": "softsoil_model.c.in",
     "src/softsoil_model.h": "softsoil_model.h.in",
     "src/softsoil_lanes.h": "softsoil_lanes.h.in",
@@ -33,27 +36,43 @@ TEMPLATES = {
 """Where each template goes."""
 ALPHA, KAPPA, ZETA = 1.0, 0.0, 2.0
 """Scaling of the unscented transform (paper, eqs. (lambda), (W_0c)): no weight is negative."""
-STANDSTILL_SPEED, GATE_PATIENCE = 0.5, 25
 CONSISTENCY_WINDOW, INCONSISTENT, INCONSISTENT_SOIL = 80, 1.3, 1.35
 """Updates over which means of normalised innovations run, and where such a mean is beyond noise: four and a half and three
 standard deviations above 1."""
-INPUT_LIMIT = {"rad": 1.6, "rad/s": 1e3, "m/s^2": 200.0}
-OUTPUT_LIMIT = {"m": 1e8, "rad": 1e5, "m/s": 150.0, "rad/s": 50.0}
-"""Beyond these a value is no measurement of a vehicle."""
-CEILING = {"m": 1e3, "rad": 2.0, "m/s": 20.0, "rad/s": 5.0, "": 1.0}
-"""Ceiling of a standard deviation, by unit."""
 
 
 @dataclass(frozen=True)
 class FilterNumbers:
-    """Defaults of the filter. q_std: what the equations miss, per state, after one second; r_std: per measurement;
-    std0: of the first state; gate: in standard deviations. Raises ValueError for numbers that are not positive.
+    """The filter's rules for one model; their meaning stands in `softsoil.estimator.tuning`.
+
+    q_std, force_std (n_x,): process noise at rest, and per m/s^2 of lateral acceleration, after one second; r_std (n_y,): per
+    measurement; std0, ceiling (n_x,): of the first state, and largest; gate: in standard deviations; patience, patience_rates:
+    updates outside it; pose (n_y,): which measurements the first is for; soil: states that are n; change_after,
+    change_sigmas, change_std, change_samples: of a change of soil; standstill (m/s), fade (s), leap, wheels_turn (rad/s);
+    u_limit (n_u,), y_limit (n_y,): beyond reason. Raises ValueError for numbers that are not positive.
     """
 
     q_std: tuple[float, ...]
     r_std: tuple[float, ...]
     std0: tuple[float, ...]
     gate: float
+    force_std: tuple[float, ...]
+    ceiling: tuple[float, ...]
+    patience: int
+    patience_rates: int
+    pose: tuple[int, ...]
+    soil: tuple[str, ...]
+    change_after: float
+    change_sigmas: float
+    change_std: float
+    change_samples: int
+    standstill: float
+    fade: float
+    fading: tuple[str, ...]
+    leap: float
+    wheels_turn: float
+    u_limit: tuple[float, ...]
+    y_limit: tuple[float, ...]
 
     def __post_init__(self) -> None:
         for name in ("q_std", "r_std", "std0"):
@@ -155,22 +174,24 @@ _LANES = {
 def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str, object]) -> dict[str, str]:
     model = parts.model
     size = len(model.x)
-    order = [*parts.active, *(name for name in model.x.names if name not in parts.active)]
+    order = [model.x.names[i] for i in factor_order(model)]
     spread = ALPHA**2 * (size + KAPPA)
     centre = (spread - size) / spread
     versions = found["versions"]
     assert isinstance(versions, dict)
-    soil_names = ("n", "n_f", "n_r")
+    soil_names = numbers.soil
     provided = model.u.nominal[len(model.external) :]
     wheels = [name for name in model.external.names if name.startswith("omega_")]
-    turns = [f"  rolling = rolling || fabs(s->u[SOFTSOIL_U_{name}]) > 0.5;" for name in wheels]
+    turns = [
+        f"  rolling = rolling || fabs(s->u[SOFTSOIL_U_{name}]) > {number(numbers.wheels_turn)};" for name in wheels
+    ]
     return {
         "model": model.name,
         "effects": f" with {', '.join(model.effects)}" if model.effects else "",
         "version": str(versions["softsoil"]), "casadi": str(versions["casadi"]),
         "n_x": str(size), "n_u": str(len(model.external)), "n_p": str(len(model.p)), "n_y": str(len(model.y)),
         "n_m": str(len(model.cells)), "n_u_full": str(len(model.u)),
-        "dt": number(dt), "max_step": number(1.5 * dt),
+        "dt": number(dt), "max_step": number(LONGEST_STEP / STEP * dt),
         "states": _enum("X", model.x), "inputs": _enum("U", model.external), "parameters": _enum("P", model.p),
         "measurements": _enum("Y", model.y),
         "status_enum": status_enum(), "status_cases": status_cases(),
@@ -183,17 +204,21 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "root_centre": number(np.sqrt(centre + 1 - ALPHA**2 + ZETA)), "root_other": number(np.sqrt(1 / (2 * spread))),
         "lower": _list(model.x.lower), "upper": _list(model.x.upper),
         "is_soil": _list([int(name in soil_names) for name in model.x.names]),
-        "fades": _list([int(name in ("v", "omega_z")) for name in model.x.names]),
+        "fades": _list([int(name in numbers.fading) for name in model.x.names]), "fade": number(numbers.fade),
+        "n_soil": str(len(numbers.soil)), "n_past": str(numbers.change_samples), "leap": number(numbers.leap),
+        "soil_indices": ", ".join(str(model.x.index(name)) for name in numbers.soil), "y_pose": _list(list(numbers.pose)),
         "y_wraps": _list([int(s.name == "psi" and s.unit == "rad") for s in model.y]),
-        "u_limit": _list([INPUT_LIMIT.get(s.unit, 1e9) for s in model.external]),
-        "y_limit": _list([OUTPUT_LIMIT.get(s.unit, 1e9) for s in model.y]),
+        "u_limit": _list(numbers.u_limit), "y_limit": _list(numbers.y_limit),
         "measured": _list([model.x.index(s.name) if s.name in model.x.names else -1 for s in model.y]),
         "wheels_turn": "\n".join(turns) if turns else "  rolling = 1;",
         "default_p": _list(model.p.nominal), "default_q": _list(numbers.q_std), "default_r": _list(numbers.r_std),
-        "default_gate": number(numbers.gate), "default_standstill": number(STANDSTILL_SPEED),
-        "default_max_std": _list([CEILING.get(s.unit, 1e5) for s in model.x]), "default_patience": str(GATE_PATIENCE),
+        "default_gate": number(numbers.gate), "default_standstill": number(numbers.standstill),
+        "default_max_std": _list(numbers.ceiling), "default_patience": str(numbers.patience),
+        "default_patience_rates": str(numbers.patience_rates), "default_force": _list(numbers.force_std),
+        "change_after": number(numbers.change_after), "change_sigmas": number(numbers.change_sigmas),
+        "change_std": number(numbers.change_std),
         "default_x0": _list(model.x.nominal), "default_std0": _list(numbers.std0), "default_u": _list(model.external.nominal),
-        **_names(model, soil_names), "active_names": ", ".join(parts.active), "bytes": str(structure_bytes(parts)),
+        **_names(model, soil_names), "active_names": ", ".join(parts.active), "bytes": str(structure_bytes(parts, numbers)),
         "window": str(CONSISTENCY_WINDOW), "inconsistent": number(INCONSISTENT), "inconsistent_soil": number(INCONSISTENT_SOIL),
         "driven": ", ".join(parts.driven), "y_driven": _list([int(name in parts.driven) for name in model.y.names]),
     }  # fmt: skip
@@ -207,18 +232,19 @@ def _names(model: Model, soil_names: tuple[str, ...]) -> dict[str, str]:
         "input_strings": ", ".join(f'"{name}"' for name in model.external.names),
         "measurement_strings": ", ".join(f'"{name}"' for name in model.y.names),
         "state_strings": ", ".join(f'"{name}"' for name in model.x.names),
-        "soil_indices": ", ".join(f"SOFTSOIL_X_{name}" for name in soil),
+        "soil_symbols": ", ".join(f"SOFTSOIL_X_{name}" for name in soil),
         "soil_state": f"SOFTSOIL_X_{soil[0]}",
     }
 
 
-def structure_bytes(parts: Parts) -> int:
+def structure_bytes(parts: Parts, numbers: FilterNumbers) -> int:
     """sizeof(softsoil_t) where doubles have eight bytes and are aligned to them."""
     model = parts.model
     x, u, p, y, full = len(model.x), len(model.external), len(model.p), len(model.y), len(model.u)
-    head = 4 * (1 + len(STATUSES) + 2 + 3 + y)
+    head = 4 * (1 + len(STATUSES) + 2 + 3 + 3 + y)
     middle = 4 * (y + 2)
-    doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 2 * x + y + 2
+    doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 3 * x + y + 5
+    doubles += 2 + numbers.change_samples * len(numbers.soil)
     return -(-head // 8) * 8 + -(-middle // 8) * 8 + 8 * doubles + 8
 
 

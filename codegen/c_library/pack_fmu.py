@@ -1,4 +1,4 @@
-"""The FMI unit of a generated folder: compiled and packed as softsoil.fmu."""
+"""The FMI units of a generated folder, compiled and packed: softsoil.fmu and softsoil_driver.fmu."""
 
 from __future__ import annotations
 
@@ -12,16 +12,26 @@ from softsoil.codegen.c_library.build import SOURCES
 from softsoil.codegen.c_library.fmi import IDENTIFIER
 from softsoil.codegen.compiled import find_compiler
 
+DRIVER_IDENTIFIER = "softsoil_driver"
 FLAGS = ("-O3", "-fno-math-errno", "-shared", "-fPIC", "-fvisibility=hidden")
 """No -march: a unit is carried to other machines."""
 _DAY = (1980, 1, 1, 0, 0, 0)
 
 
-def pack_fmu(folder: Path) -> Path:
-    """softsoil.fmu in `folder`, from its src/ and fmi/: sources, description and the library for this machine.
+def pack_fmus(folder: Path) -> list[Path]:
+    """The units of `folder`, from its src/ and fmi/: softsoil.fmu, the model, and softsoil_driver.fmu where there is a driver.
 
     Raises ValueError where there is no compiler or it refuses.
     """
+    units = [_pack(folder, IDENTIFIER, "fmu.c", "modelDescription.xml", [folder / source for source in SOURCES])]
+    if (folder / "fmi" / "fmu_driver.c").is_file():
+        every = sorted((folder / "src").glob("*.c"))
+        units.append(_pack(folder, DRIVER_IDENTIFIER, "fmu_driver.c", "driverDescription.xml", every))
+    return units
+
+
+def _pack(folder: Path, identifier: str, main: str, description: str, library_sources: list[Path]) -> Path:
+    """One unit: its description, its library for this machine, and the sources of it."""
     compiler = find_compiler()
     if compiler is None:
         raise ValueError("--fmi: expected a C compiler ($CC, cc, gcc or clang), found none")
@@ -29,18 +39,19 @@ def pack_fmu(folder: Path) -> Path:
     if system is None:
         raise ValueError(f"--fmi: expected Linux or macOS to build on, found {platform.system()}")
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
-    sources = [folder / "fmi" / "fmu.c", *(folder / source for source in SOURCES)]
+    sources = [folder / "fmi" / main, *library_sources]
     with tempfile.TemporaryDirectory() as scratch:
-        library = Path(scratch) / f"{IDENTIFIER}{system[1]}"
-        command = [compiler, *FLAGS, f"-I{folder / 'include'}", *map(str, sources), "-lm", "-o", str(library)]
+        library = Path(scratch) / f"{identifier}{system[1]}"
+        headers = [f"-I{folder / name}" for name in ("include", "fmi")]
+        command = [compiler, *FLAGS, *headers, *map(str, sources), "-lm", "-o", str(library)]
         run = subprocess.run(command, capture_output=True, text=True, check=False)
         if run.returncode != 0:
             raise ValueError(f"--fmi: {compiler} refused: {run.stderr.strip()}")
         content = {f"binaries/{machine}-{system[0]}/{library.name}": library.read_bytes()}
-        content["modelDescription.xml"] = (folder / "fmi" / "modelDescription.xml").read_bytes()
-        for source in (*sources, *(folder / "src").glob("*.h"), *(folder / "include").glob("*.h")):
+        content["modelDescription.xml"] = (folder / "fmi" / description).read_bytes()
+        for source in (*sources, *(path for name in ("fmi", "src", "include") for path in (folder / name).glob("*.h"))):
             content[f"sources/{source.name}"] = source.read_bytes()
-    path = folder / f"{IDENTIFIER}.fmu"
+    path = folder / f"{identifier}.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(content):
             archive.writestr(zipfile.ZipInfo(name, _DAY), content[name])

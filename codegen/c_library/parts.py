@@ -14,6 +14,7 @@ from typing import Any
 
 import casadi as ca
 
+from softsoil.codegen.factor_order import factor_order
 from softsoil.symbolic.model import Memory, Model, Quantities
 from softsoil.symbolic.signals import Layout
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
@@ -57,10 +58,10 @@ class LawPart:
 class Parts:
     """The functions that the C library is made of; x, u (full input), p, m, dt as in `softsoil.symbolic.model`.
 
-    model; active: states that some wheel depends on; calls: wheels (law evaluations) per point; before: [x, u, p] ->
-    [what differs between wheels and points (calls * n_arguments)]; laws: for all wheels in their order, one for those
-    whose arguments are numbers in the same places (a wheel that is known to meet no rut needs less);
-    after: [x, u, p, F] -> [xdot];
+    model; active: states that some wheel depends on, the first in the order of the covariance's factor; calls: wheels (law
+    evaluations) per point; before: [x, u, p] -> [what differs between wheels and points (calls * n_arguments)]; laws: for
+    all wheels in their order, one for those whose arguments are numbers in the same places (a wheel that is known to meet no
+    rut needs less); after: [x, u, p, F] -> [xdot];
     measure: [x, u, p, F] -> [y]; read: [x, u_external, p, m] -> [provided]; advance: [x, u, p, m, dt, F] -> [m_next];
     start: [x, u, p, F] -> [m]; force: [soil, TOLD] -> [SAID]; outputs: names of the law's outputs in F
     (calls * n_outputs); measures_forces: whether the measurement depends on them; driven: measurements of states whose rate
@@ -114,7 +115,10 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     before = ca.vertcat(*[ca.SX(call[i]) for call in recorder.calls for i in varying])
     names = (*SOIL, *CONTACT)
     arguments = tuple(names[i] for i in varying)
-    active = tuple(n for i, n in enumerate(model.x.names) if ca.depends_on(before, x[i]))
+    built = build(law)
+    order = factor_order(built)
+    last = max(k for k, i in enumerate(order) if ca.depends_on(before, x[i]))
+    active = tuple(model.x.names[i] for i in order[: last + 1])
 
     q_memory = {**q, "memory": {n: m[i] for i, n in enumerate(model.cells.names)}, "dt": dt}
     xdot = ca.vertcat(*[q[f"d_{n}"] for n in model.x.names])
@@ -145,7 +149,7 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     known = [_numbers([a if i in varying else shared[i] for i, a in enumerate(call)]) for call in recorder.calls]
     alike = [(numbers, len(list(run))) for numbers, run in groupby(known)]
     return Parts(
-        model=build(law), active=active, calls=calls, arguments=arguments, outputs=tuple(FORCE[j] for j in used),
+        model=built, active=active, calls=calls, arguments=arguments, outputs=tuple(FORCE[j] for j in used),
         measures_forces=bool(ca.depends_on(y, every)), driven=driven,
         before=ca.Function("before", [x, u, p], [ca.cse(ca.densify(before))]),
         laws=tuple(law_of(k, *run) for k, run in enumerate(alike)),

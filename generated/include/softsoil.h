@@ -19,6 +19,8 @@ extern "C" {
 #define SOFTSOIL_N_P 18 /* parameters */
 #define SOFTSOIL_N_Y 6 /* measurements */
 #define SOFTSOIL_N_M 143 /* memory cells: histories kept beside the states */
+#define SOFTSOIL_N_SOIL 1 /* states that are the sinkage exponent */
+#define SOFTSOIL_PAST 20 /* past values of it that are kept */
 #define SOFTSOIL_N_U_FULL 21 /* inputs with those that histories provide */
 #define SOFTSOIL_STEP 0.012 /* s, nominal step */
 #define SOFTSOIL_MAX_STEP 0.018 /* s, longest step of the model */
@@ -42,7 +44,8 @@ enum softsoil_status {
   SOFTSOIL_NEGATIVE_SPEED, /* the measured speed is negative: the model does not reverse, the soil's parameters are held */
   SOFTSOIL_INPUT_OUT_OF_RANGE, /* an input beyond reason was replaced by its last good value */
   SOFTSOIL_INPUT_NOT_FINITE, /* an input that is not a finite number was replaced by its last good value */
-  SOFTSOIL_GATE_REOPENED, /* a measurement was outside the gate for so long that the motion was made uncertain and it was used */
+  SOFTSOIL_GATE_REOPENED, /* a measurement was outside the gate for so long that it is believed: its state was put where it is */
+  SOFTSOIL_SOIL_CHANGED, /* n has moved so far that another soil is taken to be there: n was made uncertain */
   SOFTSOIL_INCONSISTENT, /* measurements are further from their predictions than noise explains: wrong soil, vehicle or noise */
   SOFTSOIL_NUMERICAL, /* the model had no finite answer: the last estimate was kept */
   SOFTSOIL_MEASUREMENT_LATE, /* the measurement is older than one step and was not used */
@@ -58,6 +61,14 @@ enum softsoil_status {
   SOFTSOIL_STATUS_COUNT
 };
 
+/* What the last call met, bits of softsoil_t.flags: a status is the gravest thing alone. */
+enum softsoil_flag {
+  SOFTSOIL_FLAG_STANDING = 1,    /* the vehicle stands, crawls or reverses: the soil is held */
+  SOFTSOIL_FLAG_GATED = 2,       /* a measurement was outside the gate and was left out */
+  SOFTSOIL_FLAG_JUMPED = 4,      /* one has been outside for so long that its state was put where it is */
+  SOFTSOIL_FLAG_SOIL_CHANGED = 8 /* n has moved so far that another soil is taken to be there, and n was opened */
+};
+
 /* Numbers of the filter; softsoil_defaults fills them in. */
 typedef struct {
   double p[SOFTSOIL_N_P];         /* parameters of the soil and of declared effects */
@@ -66,8 +77,12 @@ typedef struct {
   double gate;                    /* largest innovation, in standard deviations */
   double standstill_speed;        /* m/s: below it the soil's parameters are held and the vehicle is taken to stand */
   double max_std[SOFTSOIL_N_X];   /* ceiling of each standard deviation, for long dropouts */
-  int32_t gate_patience;          /* updates in a row that a measurement may be outside the gate; 0: for ever */
-  int32_t reserved;
+  int32_t gate_patience;          /* updates in a row that a position or heading may be outside the gate; 0: for ever */
+  int32_t gate_patience_rates;    /* the same of the other measurements */
+  double force_std[SOFTSOIL_N_X]; /* what the equations miss per m/s^2 of lateral acceleration, beside q_std */
+  double change_after;            /* s: an n that moves within it by more than */
+  double change_sigmas;           /* so many of its standard deviations belongs to another soil, and gets */
+  double change_std;              /* so much more standard deviation */
 } softsoil_options_t;
 
 /* The filter. The caller owns it; sizeof(softsoil_t) is all the memory there is. Read what you like, write nothing. */
@@ -76,7 +91,9 @@ typedef struct {
   uint32_t counts[SOFTSOIL_STATUS_COUNT]; /* how often each status has been met (per measurement where it concerns one) */
   uint32_t predictions, updates;          /* calls that did something */
   int32_t standstill, reversing, started; /* 1 or 0 */
-  int32_t gated_run[SOFTSOIL_N_Y];        /* how often in a row a measurement was outside the gate */
+  uint32_t flags;                         /* enum softsoil_flag */
+  int32_t n_past, next_past;              /* of `past` */
+  int32_t gated_run[SOFTSOIL_N_Y];        /* how often in a row a measurement was outside the gate; its sign is the side */
   double t;                               /* s, time of the estimate */
   double last_dt;                         /* s, of the last prediction */
   double x[SOFTSOIL_N_X];                 /* estimate */
@@ -94,6 +111,8 @@ typedef struct {
   double u[SOFTSOIL_N_U];                 /* last good inputs */
   double u_full[SOFTSOIL_N_U_FULL];       /* with what histories provide */
   double t_y[SOFTSOIL_N_Y];               /* s, time stamp of each measurement's last use */
+  double settled, keep_at;                /* s: n is compared with its past from then on; its next past value is due */
+  double past[SOFTSOIL_PAST][SOFTSOIL_N_SOIL]; /* ring of past values of n */
   softsoil_options_t options;
 } softsoil_t;
 

@@ -7,13 +7,14 @@
 #include <string.h>
 
 #include "softsoil_model.h"
+#include "softsoil_policy.h"
 
 #define N SOFTSOIL_N_X
 #define NY SOFTSOIL_N_Y
 /* Rows of matrices end in zeros, so that whole vectors fit. */
 #define WIDE ((N + 7) / 8 * 8)
 #define WIDE_Y ((NY + 7) / 8 * 8)
-#define MAGIC 0xe76ed6eau
+#define MAGIC 0xc17c1542u
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
@@ -52,7 +53,9 @@ const char *softsoil_status_text(int status) {
     case SOFTSOIL_INPUT_NOT_FINITE:
       return "an input that is not a finite number was replaced by its last good value";
     case SOFTSOIL_GATE_REOPENED:
-      return "a measurement was outside the gate for so long that the motion was made uncertain and it was used";
+      return "a measurement was outside the gate for so long that it is believed: its state was put where it is";
+    case SOFTSOIL_SOIL_CHANGED:
+      return "n has moved so far that another soil is taken to be there: n was made uncertain";
     case SOFTSOIL_INCONSISTENT:
       return "measurements are further from their predictions than noise explains: wrong soil, vehicle or noise";
     case SOFTSOIL_NUMERICAL:
@@ -184,7 +187,7 @@ static double mean_of(const double *row) {
 int softsoil_defaults(softsoil_options_t *options) {
   static const softsoil_options_t declared = {
       {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7335, 0.524, 0.0, -0.2, 0.921, 0.958, -0.1667, 0.965, 0.953, 0.095, 25.1}, {0.02, 0.02, 0.002, 0.1, 0.1, 0.05, 0.002}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0},
-      25, 0};
+      12, 2, {0.0, 0.0, 0.0, 0.0, 0.2, 0.1, 0.0}, 5.0, 1.2, 0.15};
   if (!options) return SOFTSOIL_NULL_POINTER;
   *options = declared;
   return SOFTSOIL_OK;
@@ -200,7 +203,9 @@ static int options_are_good(const softsoil_options_t *o) {
   for (int i = 0; i < SOFTSOIL_N_P; ++i)
     if (!isfinite(o->p[i])) return 0;
   return positive(o->q_std, N, 0.0) && positive(o->r_std, NY, 1e-9) && positive(o->max_std, N, 1e-9) && o->gate > 0.0 &&
-         o->standstill_speed >= 0.0 && isfinite(o->standstill_speed) && o->gate_patience >= 0;
+         o->standstill_speed >= 0.0 && isfinite(o->standstill_speed) && o->gate_patience >= 0 &&
+         o->gate_patience_rates >= 0 && positive(o->force_std, N, 0.0) && positive(&o->change_after, 1, 1e-3) &&
+         o->change_sigmas > 0.0 && positive(&o->change_std, 1, 0.0);
 }
 
 int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double x0[SOFTSOIL_N_X],
@@ -228,6 +233,8 @@ int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double
   for (int i = 0; i < N; ++i) s->root[i][i] = s->std[softsoil_order[i]];
   for (int i = 0; i < SOFTSOIL_N_U; ++i) s->u[i] = s->u_full[i] = first_u[i];
   for (int i = 0; i < NY; ++i) s->t_y[i] = -HUGE_VAL;
+  /* Twice the time: the first seconds are convergence from the first guess, not a change. */
+  forget_soil(s, 2.0 * s->options.change_after);
   settle(s);
   s->magic = MAGIC;
   return SOFTSOIL_OK;
@@ -248,16 +255,30 @@ static int take_inputs(softsoil_t *s, const double *u) {
   return status;
 }
 
-/* Noise of the process over dt, into the rows of A from `row` on; the soil rests where it is held. */
-static int add_noise(const softsoil_t *s, double dt, int hold, double (*a)[WIDE], int row) {
-  const double root_dt = sqrt(dt);
+/* Noise of the process over dt, into the rows of A from `row` on; it grows with the lateral acceleration a_y. The soil rests
+ * where it is held. */
+static int add_noise(const softsoil_t *s, double dt, int hold, double a_y, double (*a)[WIDE], int row) {
   for (int i = 0; i < N; ++i) {
     const int at = softsoil_order[i];
     if (hold && is_soil[at]) continue;
+    const double still = s->options.q_std[at], force = s->options.force_std[at] * a_y;
     for (int j = 0; j < WIDE; ++j) a[row][j] = 0.0;
-    a[row++][i] = s->options.q_std[at] * root_dt;
+    a[row++][i] = sqrt((still * still + force * force) * dt);
   }
   return row;
+}
+
+/* Variances of states that jumped (`fresh`: in place of what was known of them) or opened (beside it). */
+static void open_states(softsoil_t *s, const double more[N], int fresh) {
+  double a[2 * N][WIDE] = {{0.0}};
+  int rows = N;
+  for (int i = 0; i < N; ++i) {
+    const double variance = more[softsoil_order[i]];
+    for (int j = 0; j < N; ++j) a[j][i] = fresh && variance > 0.0 ? 0.0 : s->root[i][j];
+    if (variance > 0.0) a[rows++][i] = sqrt(variance);
+  }
+  triangularise(a, rows, s->root);
+  settle(s);
 }
 
 /* Nothing is NaN, infinite, or so large that its square might be. n is a multiple of 8. */
@@ -286,7 +307,8 @@ static void stand(softsoil_t *s, double dt) {
     for (int j = 0; j < N; ++j) a[j][i] = share * s->root[i][j];
   }
   if (rolling) s->x[SOFTSOIL_X_u] += dt * s->u[SOFTSOIL_U_a_x];
-  triangularise(a, add_noise(s, dt, 1, a, N), s->root);
+  if (SOFTSOIL_N_M == 0) memcpy(s->u_full, s->u, sizeof s->u);
+  triangularise(a, add_noise(s, dt, 1, 0.0, a, N), s->root);
 }
 
 /* One step of the model for all sigma points. 0 where the model has no usable answer; the filter is then unchanged. */
@@ -295,6 +317,7 @@ static int move(softsoil_t *s, double dt) {
   softsoil_points_t x[N], rates[N];
   softsoil_forces_t forces;
   double a[SOFTSOIL_POINTS + N][WIDE] = {{0.0}}, mean[WIDE] = {0.0};
+  const double a_y = s->x[SOFTSOIL_X_u] * s->x[SOFTSOIL_X_omega_z];
   sigma_points(s, 1, x);
   if (SOFTSOIL_N_M > 0) {
     softsoil_model_read(s->x, s->u, s->options.p, s->m, s->u_full);
@@ -316,7 +339,7 @@ static int move(softsoil_t *s, double dt) {
     if (fabs(mean[i] - s->x[softsoil_order[i]]) > 10.0 * ceiling[softsoil_order[i]]) return 0;
   if (SOFTSOIL_N_M > 0) softsoil_model_advance(s->x, s->u_full, s->options.p, s->m, dt, &forces);
   for (int i = 0; i < N; ++i) s->x[softsoil_order[i]] = clipped(mean[i], softsoil_order[i]);
-  triangularise(a, add_noise(s, dt, 0, a, SOFTSOIL_POINTS), s->root);
+  triangularise(a, add_noise(s, dt, 0, a_y, a, SOFTSOIL_POINTS), s->root);
   return 1;
 }
 
@@ -337,7 +360,9 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
     if (SOFTSOIL_N_M > 0) softsoil_model_start(s->x, s->u, s->options.p, s->m);
     s->started = 1;
   }
-  const int steps = dt > SOFTSOIL_MAX_STEP ? (int)ceil(dt / SOFTSOIL_MAX_STEP) : 1;
+  const double parts = ceil(dt / SOFTSOIL_MAX_STEP - CLOCK_SLACK);
+  const int steps = parts > 1.0 ? (int)parts : 1;
+  s->flags = 0;
   for (int k = 0; k < steps; ++k) {
     s->standstill = s->reversing || s->x[SOFTSOIL_X_u] < s->options.standstill_speed;
     if (s->standstill) {
@@ -350,6 +375,7 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
     stay_finite(s);
     settle(s);
   }
+  if (s->standstill) s->flags |= SOFTSOIL_FLAG_STANDING;
   s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
   s->t += dt;
   s->last_dt = dt;
@@ -428,33 +454,28 @@ static int predict_measurement(softsoil_t *s, const double *y, softsoil_predicti
   return all_moderate(&out->s[0][0], NY * WIDE_Y) && all_moderate(&out->dx[0][0], SOFTSOIL_POINTS * WIDE);
 }
 
-/* Each measurement against the gate. A run of rejections longer than the patience means that the estimate is wrong, not
- * the sensor: the motion is made as uncertain as it takes (returns 1: predict the measurement again). */
-static int gate(softsoil_t *s, int32_t *use, int *status) {
-  double most = 1.0;
+/* Each measurement against the gate. One that has been outside it for as long as the patience lasts is believed: its state is
+ * to move by `away` to where it is, with the variance `fresh` (returns 1). */
+static int gate(softsoil_t *s, int32_t *use, double away[N], double fresh[N], int *status) {
+  int jumped = 0;
   for (int i = 0; i < NY; ++i) {
     if (!use[i]) continue;
-    const double ratio = fabs(s->innovation[i]) / (s->options.gate * s->innovation_std[i]);
-    if (ratio <= 1.0) {
+    if (fabs(s->innovation[i]) <= s->options.gate * s->innovation_std[i]) {
       s->gated_run[i] = 0;
       continue;
     }
-    if (s->options.gate_patience > 0 && ++s->gated_run[i] > s->options.gate_patience) {
-      most = ratio > most ? ratio : most;
-      s->gated_run[i] = 0;
-      *status = graver(*status, count(s, SOFTSOIL_GATE_REOPENED));
-    } else {
-      use[i] = 0;
-      *status = graver(*status, count(s, SOFTSOIL_MEASUREMENT_GATED));
-    }
+    use[i] = 0;
+    s->flags |= SOFTSOIL_FLAG_GATED;
+    *status = graver(*status, count(s, SOFTSOIL_MEASUREMENT_GATED));
+    if (!is_a_jump(s, i)) continue;
+    s->flags |= SOFTSOIL_FLAG_JUMPED;
+    *status = graver(*status, count(s, SOFTSOIL_GATE_REOPENED));
+    if (softsoil_measured[i] < 0) continue;
+    away[softsoil_measured[i]] = s->innovation[i];
+    fresh[softsoil_measured[i]] = s->options.r_std[i] * s->options.r_std[i];
+    jumped = 1;
   }
-  if (!(most > 1.0)) return 0;
-  const double scale = most < 1e3 ? 2.0 * most : 2e3;
-  for (int i = 0; i < N; ++i)
-    if (!is_soil[softsoil_order[i]])
-      for (int j = 0; j <= i; ++j) s->root[i][j] *= scale;
-  settle(s);
-  return 1;
+  return jumped;
 }
 
 /* Gain, estimate and factor from the measurements in use; the soil is not touched where `hold`. */
@@ -550,7 +571,7 @@ static int check_time(const softsoil_t *s, double t) {
 int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t) {
   softsoil_prediction_t z;
   int32_t use[NY];
-  double safe[NY];
+  double safe[NY], away[N] = {0.0}, more[N] = {0.0};
   int32_t some = 0;
   if (!s || !y) return SOFTSOIL_NULL_POINTER;
   if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
@@ -565,14 +586,25 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
     safe[i] = use[i] ? y[i] : 0.0;
     some |= use[i];
   }
+  const int hold = s->standstill || s->reversing;
+  s->flags = hold ? SOFTSOIL_FLAG_STANDING : 0;
   if (!some) return status;
   if (!predict_measurement(s, safe, &z)) return graver(status, count(s, SOFTSOIL_NUMERICAL));
-  if (gate(s, use, &status) && !predict_measurement(s, safe, &z)) return graver(status, count(s, SOFTSOIL_NUMERICAL));
-  const int hold = s->standstill || s->reversing;
+  const int jumped = gate(s, use, away, more, &status);
   correct(s, &z, use, hold);
+  for (int i = 0; jumped && i < N; ++i) s->x[i] = clipped(s->x[i] + away[i], i);
   stay_finite(s);
   s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
   settle(s);
+  if (jumped) open_states(s, more, 1);
+  if (s->dof > 0 && !hold) {
+    memset(more, 0, sizeof more);
+    if (soil_has_changed(s, more)) {
+      open_states(s, more, 0);
+      s->flags |= SOFTSOIL_FLAG_SOIL_CHANGED;
+      status = graver(status, count(s, SOFTSOIL_SOIL_CHANGED));
+    }
+  }
   for (int i = 0; i < NY; ++i) {
     s->used[i] = use[i];
     if (use[i]) s->t_y[i] = t;
@@ -589,7 +621,6 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
 
 int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t) {
   static const double first_std[N] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005, 0.3};
-  static const int32_t measured[NY] = {0, 1, 2, 3, 4, 5}; /* state that each measurement is, or -1 */
   int32_t use[NY];
   if (!s || !y) return SOFTSOIL_NULL_POINTER;
   if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
@@ -601,7 +632,7 @@ int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned
     double std = s->std[at];
     if (!is_soil[at]) std = s->options.max_std[at] < first_std[at] ? s->options.max_std[at] : first_std[at];
     for (int k = 0; k < NY; ++k)
-      if (use[k] && measured[k] == at) {
+      if (use[k] && softsoil_measured[k] == at) {
         s->x[at] = clipped(y[k], at);
         std = s->options.r_std[k];
       }
@@ -615,6 +646,7 @@ int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned
   s->t = t;
   s->started = 0;
   s->since = 0;
+  forget_soil(s, s->options.change_after);
   s->consistency = s->soil_consistency = 1.0;
   settle(s);
   return status;

@@ -1,13 +1,17 @@
 """The generated driver: the same commands as Python's on the same measurements, and what it promises."""
 
 import importlib.util
+import shutil
+import subprocess
 import sys
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
+from benchmarks.judges import c_library as judge
 from drives import PROJECT, reference_vehicle
+from softsoil.codegen.c_library.folder import write_library
 from softsoil.control.c_folder import controller_texts
 from softsoil.control.courses import double_lane_change
 from softsoil.control.driver import Driver
@@ -15,7 +19,7 @@ from softsoil.control.driver_binding import CDriver
 from softsoil.control.driver_types import DriverSettings
 from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.nmpc import Nmpc
-from softsoil.control.ocp import Ocp
+from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.soil import CLAY
 
@@ -24,6 +28,21 @@ SENSORS = DriverSettings(sensor_std=(0.05, 0.05, 0.003, 0.05, 0.05, 0.005))
 DECLARED = Declaration(reference_vehicle(), CLAY, "hard_ground")
 OBSTACLES = np.array([[62.0, 1.6, 1.0, 0.0, 0.0], [92.0, 2.4, 1.0, -0.1, 0.0]])
 TICK, SPEED, N0 = SENSORS.tick, 6.0, 0.7
+STRICT = ["gcc", "-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-Wpedantic"]
+BYTES = """
+#include <stdint.h>
+#include <stdio.h>
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+int main(void) {
+  static uint8_t bytes[4000];
+  uint32_t state = 12345u;
+  for (int run = 0; run < 12; ++run) {
+    for (unsigned i = 0; i < sizeof bytes; ++i) bytes[i] = (uint8_t)((state = state * 1664525u + 1013904223u) >> 24);
+    if (LLVMFuzzerTestOneInput(bytes, sizeof bytes)) return 1;
+  }
+  return puts("nothing broke") < 0;
+}
+"""
 COMPARED = (
     "steer", "steer_rate", "speed", "a_x", "a_asked", "n", "n_std", "n_used", "slip", "along", "left", "lost", "halt", "finished",
     "stopped", "solved",
@@ -134,6 +153,58 @@ def test_it_stops_before_what_it_cannot_pass_and_without_measurements():
     for k in range(200):
         command = driver.tick(k * TICK, {})
     assert command.lost and command.steer == 0.0 and command.a_asked < 0.0 and not command.started
+
+
+@lru_cache(maxsize=1)
+def folder():
+    """The driver of a shorter horizon, written to a folder."""
+    from pathlib import Path
+    from tempfile import mkdtemp
+
+    path = Path(mkdtemp(prefix="softsoil_driver_"))
+    write_library(path, controller_texts(DECLARED, settings=OcpSettings(steps=20, dt=0.1)))
+    return path
+
+
+def test_plain_c99_and_vectors_drive_alike(tmp_path):
+    """200 ticks in closed loop with the library's own model: whatever the processor has."""
+    plain = judge.numbers(["gcc", "-O1", "-DSOFTSOIL_SCALAR"], folder(), "driver_arm.c", tmp_path / "plain")
+    fast = judge.numbers(["gcc", "-O2", "-march=native"], folder(), "driver_arm.c", tmp_path / "fast")
+    np.testing.assert_allclose(plain, fast, atol=1e-7)
+    assert plain[5] > 10.0, "the vehicle went on"
+
+
+def test_the_same_commands_on_arm(tmp_path):
+    if any(shutil.which(tool) is None for tool in ("gcc", judge.ARM[0], "qemu-arm")):
+        pytest.skip("gcc, the ARM compiler or qemu-arm is not installed")
+    here, there = judge.arm_numbers(folder(), tmp_path, "driver_arm.c")
+    np.testing.assert_allclose(there, here, atol=1e-7)
+
+
+@pytest.mark.parametrize("target", ("storm", "fuzz"))
+def test_storm_under_sanitizers(target, tmp_path):
+    """Everything that can go wrong, from chance and from bytes; `benchmarks/clibrary_trust.py driver` runs longer."""
+    more = ["-DSOFTSOIL_SCALAR"]
+    if target == "fuzz":
+        main = tmp_path / "bytes.c"
+        main.write_text(BYTES, encoding="utf-8")
+        more += ["-DFUZZ", str(main)]
+    try:
+        program = judge.build(["gcc", "-O1", *judge.SANITIZERS, *more], folder(), "driver_storm.c", tmp_path / "storm")
+    except subprocess.CalledProcessError:
+        pytest.skip("the compiler has no sanitizers")
+    done = subprocess.run([str(program), "3000", "1"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "nothing broke" in done.stdout, done.stderr[-2000:]
+
+
+@pytest.mark.parametrize("compiler", (STRICT, [*STRICT, "-DSOFTSOIL_SCALAR"], ["g++", "-x", "c++", *STRICT[2:6]]))
+def test_compilers_have_nothing_to_say(compiler, tmp_path):
+    if shutil.which(compiler[0]) is None:
+        pytest.skip(f"{compiler[0]} is not installed")
+    for source in (folder() / "src" / "softsoil_driver.c", folder() / "example_drive.c"):
+        command = [*compiler, f"-I{folder() / 'include'}", "-c", str(source), "-o", str(tmp_path / "object.o")]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr[:2000]
 
 
 def test_wrong_tasks_are_refused():

@@ -7,7 +7,8 @@ import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.synthetic import synthetic_drive
-from softsoil.estimator.terrain import EXACT_MODEL, estimate_terrain
+from softsoil.estimator.terrain import estimate_terrain
+from softsoil.estimator.tuning import EXACT_MODEL
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.bicycle import bicycle
 from softsoil.symbolic.soil import CLAY

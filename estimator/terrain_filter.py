@@ -1,0 +1,231 @@
+"""The terrain filter: an unscented filter on a terrain model, with the rules of what may go wrong on a drive.
+
+The rules, in the order in which they act; the generated C library has the same (`softsoil_filter.c`, `softsoil_policy.h`):
+an input that is missing or beyond reason keeps its last value; a vehicle that stands or reverses keeps its place and soil; the
+process noise grows with the lateral force; a measurement that is missing, beyond reason or outside the gate is left out; one
+that stays outside the gate to the same side is believed, its state put where it is; an n that moves on and on is opened.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softsoil.codegen.factor_order import factor_order
+from softsoil.codegen.sampling import LONGEST_STEP
+from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit
+from softsoil.estimator.ukf import Innovation, UnscentedKalmanFilter
+from softsoil.recording.drive import WHEEL_CHANNELS
+from softsoil.symbolic.model import Model
+
+Array = NDArray[np.float64]
+CLOCK_SLACK = 1e-6
+"""s: clocks that count in steps differ by rounding."""
+
+
+@dataclass(frozen=True)
+class FilterStatus:
+    """What the rules did in the last prediction and update.
+
+    standing: the vehicle stands, crawls or reverses, its soil is held; gated: measurements left out by the gate; jumped:
+    measurements believed against the gate, whose states were put there; soil_changed: n was opened; refused: the model had no
+    usable answer, the last estimate was kept.
+    """
+
+    standing: bool = False
+    gated: tuple[str, ...] = ()
+    jumped: tuple[str, ...] = ()
+    soil_changed: bool = False
+    refused: bool = False
+
+
+class TerrainFilter:
+    """Predict and update with the policy that replay, the live loop and the generated C library share.
+
+    model: of `terrain_model`; dt: of a prediction (s); r_std (n_y,): standard deviations of the measurements; tuning: the rules'
+    numbers. `start` begins a drive; the compiled filter is kept. A prediction over more than LONGEST_STEP is divided.
+    """
+
+    def __init__(self, model: Model, dt: float, r_std: ArrayLike, tuning: Tuning | None = None) -> None:
+        self.model, self.dt, self.tuning = model, dt, tuning or Tuning()
+        tuning, states = self.tuning, model.x
+        self._parts = max(1, math.ceil(dt / LONGEST_STEP - CLOCK_SLACK))
+        self._step = dt / self._parts
+        self._q, self._force = tuning.q_std(states) ** 2, tuning.force_std(states) ** 2
+        self._forced = np.flatnonzero(self._force)
+        self._ceiling = by_unit(states, tuning.ceiling, 1e5)
+        self._soil = [i for i, name in enumerate(states.names) if name in N_NAMES]
+        self._fades = [i for i, name in enumerate(states.names) if name in FADING]
+        self._u, self._turn = states.index("u"), states.index("omega_z")
+        self._u_limit = by_unit(model.external, tuning.input_limit, 1e9)
+        self._y_limit = by_unit(model.y, tuning.output_limit, 1e9)
+        self._speed = model.y.names.index("u") if "u" in model.y.names else -1
+        self._wheels = [i for i, name in enumerate(model.external.names) if name in WHEEL_CHANNELS]
+        self._patience = tuning.patiences(model.y)
+        self._opens = [states.names.index(name) if name in states.names else -1 for name in model.y.names]
+        self._r = np.asarray(r_std, dtype=float) ** 2
+        self.ukf = UnscentedKalmanFilter(
+            model, self._step, q=self._q * self._step, r=self._r, x0=states.nominal,
+            p0=np.ones(len(states)), gate=tuning.gate, order=factor_order(model),
+        )  # fmt: skip
+        self.start(states.nominal, tuning.std0(states, tuning.sensor_floor))
+
+    def start(self, x0: ArrayLike, std0: ArrayLike, t: float = 0.0, learn: bool = True) -> None:
+        """Begin a drive at x0 (n_x,) with standard deviations std0 (n_x,) at t (s); learn: whether n is estimated, else it
+        stays what it is or is set to. Raises ValueError as the filter's constructor does.
+        """
+        std0 = np.array(std0, dtype=float)
+        self._q = self.tuning.q_std(self.model.x) ** 2
+        if not learn:
+            std0[self._soil] = self._q[self._soil] = 0.0
+        self.learn, self.t = learn, t
+        self.ukf.restart(x0, std0**2)
+        self.ukf.set_process_variance(range(len(self._q)), self._q * self._step)
+        self.status = FilterStatus()
+        self.changes: list[float] = []
+        self._reversing = False
+        self._runs = np.zeros(len(self.model.y), dtype=int)
+        self._past: deque[Array] = deque(maxlen=CHANGE_SAMPLES)
+        # Twice the time: the first seconds are convergence from the first guess, not a change.
+        self._settled, self._keep = t + 2 * self.tuning.change_after, t
+
+    def predict(self, u: ArrayLike) -> None:
+        """Time update over dt with the external inputs u (n_u,) held."""
+        u = np.asarray(u, dtype=float)
+        if not np.all(np.abs(u) <= self._u_limit):
+            u = np.where(np.abs(u) <= self._u_limit, u, np.nan)
+        refused = False
+        for _ in range(self._parts):
+            standing = self._reversing or self.ukf.at(self._u) < self.tuning.standstill
+            if standing:
+                self._stand(self.ukf.take_inputs(u))
+            elif not self._move(u):
+                refused = True
+                self._stand(self.ukf.held_inputs)
+            self._stay_below_ceilings()
+            u = self.ukf.held_inputs
+        self.t += self.dt
+        self.status = FilterStatus(standing=standing, refused=refused)
+
+    def update(self, y: ArrayLike) -> Innovation:
+        """Measurement update with y (n_y,) taken now; NaN where nothing was measured."""
+        y = np.asarray(y, dtype=float)
+        if not np.all(np.abs(y) <= self._y_limit):
+            y = np.where(np.abs(y) <= self._y_limit, y, np.nan)
+        if self._speed >= 0 and math.isfinite(y[self._speed]):
+            self._reversing = bool(y[self._speed] < -self.tuning.standstill)
+            if self._reversing:
+                y = np.where(np.arange(len(y)) == self._speed, np.nan, y)
+        hold = self.status.standing or self._reversing
+        self.ukf.hold(self._soil if hold else ())
+        seen = self.ukf.update(y)
+        if not math.isfinite(self.ukf.x.sum() + self.ukf.variance.sum()):
+            self.ukf.undo_update()
+            self.status = FilterStatus(hold, refused=True)
+            return seen
+        jumped = self._believe_jumps(seen, y) if seen.dof < len(seen.used) or self._runs.any() else ()
+        changed = bool(seen.dof) and self.learn and not hold and self._soil_changed()
+        self._stay_below_ceilings()
+        gated = tuple(n for n, used, v in zip(self.model.y.names, seen.used, y, strict=True) if not used and v == v)
+        if hold or jumped or changed or gated or self.status.refused:
+            self.status = FilterStatus(self.status.standing or hold, gated, jumped, changed, self.status.refused)
+        elif self.status.gated or self.status.jumped or self.status.soil_changed:
+            self.status = FilterStatus(self.status.standing)
+        return seen
+
+    @property
+    def n(self) -> Array:
+        """(A,) estimate of n: of both axles, or of front and rear."""
+        return np.array([self.ukf.at(i) for i in self._soil])
+
+    @property
+    def n_std(self) -> Array:
+        """(A,) its standard deviation."""
+        return np.sqrt(self.ukf.variance[self._soil])
+
+    def set_n(self, n: float) -> None:
+        """Set n of a filter that does not learn."""
+        if not self.learn:
+            x = self.ukf.x
+            x[self._soil] = n
+            self.ukf.x = x
+
+    def _move(self, u: Array) -> bool:
+        """One step of the model; False where it has no usable answer, and nothing was done."""
+        before = self.ukf.x
+        if len(self._forced):
+            a_y = before[self._u] * before[self._turn]
+            noise = (self._q + self._force * (a_y * a_y)) * self._step
+            self.ukf.set_process_variance(self._forced, noise[self._forced])
+        self.ukf.predict(u)
+        good = bool(np.all(np.abs(self.ukf.x - before) <= LEAP * self._ceiling)) and bool(np.isfinite(self.ukf.P).all())
+        if not good:
+            self.ukf.undo_prediction()
+        return good
+
+    def _stand(self, u: Array) -> None:
+        """Place and soil are held, slip velocities fade, u follows the commanded acceleration where the wheels turn."""
+        keep = math.exp(-self._step / self.tuning.fade)
+        rolling = not self._wheels or bool(np.any(np.abs(u[self._wheels]) > WHEELS_TURN))
+        share = np.ones(len(self.model.x))
+        share[self._fades] = keep
+        share[self._u] = 1.0 if rolling else keep
+        x = self.ukf.x * share
+        if rolling:
+            x[self._u] += self._step * u[self.model.external.index("a_x")]
+        q = self._q * self._step
+        q[self._soil] = 0.0
+        self.ukf.P = self.ukf.P * np.outer(share, share) + np.diag(q)
+        self.ukf.x = x
+
+    def _stay_below_ceilings(self) -> None:
+        """Standard deviations beyond their ceilings are scaled down, which keeps correlations: for long dropouts."""
+        variance = self.ukf.variance
+        if np.any(variance > self._ceiling**2):
+            scale = np.minimum(1.0, self._ceiling / np.sqrt(variance))
+            self.ukf.P = self.ukf.P * np.outer(scale, scale)
+
+    def _believe_jumps(self, seen: Innovation, y: Array) -> tuple[str, ...]:
+        """Put states where their measurements are, which have failed the gate to one side for as long as the patience lasts."""
+        there = np.isfinite(y)
+        side = np.where(seen.value > 0, 1, -1)
+        run = np.where(self._runs * side > 0, self._runs + side, side)
+        self._runs = np.where(there & seen.used, 0, np.where(there, run, self._runs))
+        due = np.flatnonzero((np.abs(self._runs) >= self._patience) & (self._patience > 0))
+        for i in due:
+            if self._opens[i] >= 0:
+                self.ukf.jump(self._opens[i], float(seen.value[i]), self._r[i])
+            self._runs[i] = 0
+        return tuple(self.model.y.names[i] for i in due)
+
+    def _soil_changed(self) -> bool:
+        """Whether n has moved too far to be the same soil's, and was opened; called after each update."""
+        tuning, n, changed = self.tuning, self.n, False
+        if len(self._past) == CHANGE_SAMPLES and self.t > self._settled + CLOCK_SLACK:
+            moved = np.abs(n - self._past[0]) > tuning.change_sigmas * self.n_std
+            changed = bool(moved.any())
+            if changed:
+                rows = np.array(self._soil)[moved]
+                self.ukf.open(rows, np.full(len(rows), tuning.change_std**2))
+                self._past.clear()
+                self._settled, self._keep = self.t + tuning.change_after, self.t
+                self.changes.append(self.t)
+        if self.t > self._keep - CLOCK_SLACK:
+            self._past.append(n)
+            every = tuning.change_after / CHANGE_SAMPLES
+            self._keep = max(self._keep, self.t - every) + every
+        return changed
+
+
+def first_state(model: Model, motion: Sequence[float] | Array, n0: float) -> Array:
+    """(n_x,) first state of a terrain model: motion (6,), the initial guess n0, nominal values of what an effect brings."""
+    x0 = np.array([*motion, *model.x.nominal[len(motion) :]])
+    for i, name in enumerate(model.x.names):
+        if name in N_NAMES:
+            x0[i] = n0
+    return x0

@@ -1,0 +1,93 @@
+"""The terrain filter's rules as numbers: the same in replay, in the loop and in the C library."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.symbolic.signals import Layout
+
+N_NAMES = ("n", "n_f", "n_r")
+"""States that are the sinkage exponent: of both axles, or of each."""
+POSE = ("x", "y", "psi")
+FADING = ("v", "omega_z")
+"""Velocities that go to zero when a vehicle stands, and those on which an error of the force laws acts."""
+ByUnit = tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Numbers of the filter that the paper leaves open; the same for every soil, vehicle and log.
+
+    model_error: what the equations miss, as densities per state: standard deviation after one second of accumulation
+    (units of x, y, psi, u, v, omega_z); force_error: what they miss in proportion to the lateral acceleration |u omega_z|,
+    the same densities for v (m/s per m/s^2) and omega_z (rad/s per m/s^2): a force law errs by a share of the force;
+    n_walk: of the sinkage exponent per square root of a second; n_std: of the first guess; extra_std, extra_walk: the same of
+    states that an effect brings; sensor_floor: least standard deviation that a sensor is believed to have; gate: innovation in
+    standard deviations; patience, patience_rates: updates in a row that a measurement of the pose (x, y, psi), or of another
+    state, may fail the gate to the same side before the state is taken to have jumped there (0: never): a pose integrates
+    velocities and leaps by a fault of its sensor only, a velocity by forces that the model misses; change_after, change_sigmas,
+    change_std: an n that has moved by more than change_sigmas of its standard deviation within change_after seconds belongs to
+    another soil, and change_std is added to its uncertainty; standstill: m/s, below it the vehicle is taken to stand: place and
+    soil are held and no force is evaluated; fade: s, time in which slip velocities then go to zero; input_limit, output_limit:
+    beyond these, by unit, a value is none of a vehicle; ceiling: of a standard deviation, by unit; update_every: predictions per
+    update (the paper: 12 ms and 24 ms), 1 for slow logs.
+    `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle` prints what they give.
+    """
+
+    model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.1, 0.05)
+    force_error: tuple[float, float] = (0.2, 0.1)
+    n_walk: float = 0.002
+    n_std: float = 0.3
+    extra_std: float = 0.01
+    extra_walk: float = 1e-4
+    sensor_floor: tuple[float, ...] = (0.05, 0.05, 0.003, 0.05, 0.05, 0.005)
+    gate: float = 6.0
+    patience: int = 12
+    patience_rates: int = 2
+    change_after: float = 5.0
+    change_sigmas: float = 1.2
+    change_std: float = 0.15
+    standstill: float = 0.5
+    fade: float = 0.1
+    input_limit: ByUnit = (("rad", 1.6), ("rad/s", 1e3), ("m/s^2", 200.0))
+    output_limit: ByUnit = (("m", 1e8), ("rad", 1e5), ("m/s", 150.0), ("rad/s", 50.0))
+    ceiling: ByUnit = (("m", 1e3), ("rad", 2.0), ("m/s", 20.0), ("rad/s", 5.0), ("", 1.0))
+    update_every: int = 2
+
+    def q_std(self, states: Layout) -> NDArray[np.float64]:
+        """(n_x,) process noise at rest, standard deviation after one second, for the states of a terrain model."""
+        extra = states.names[len(self.model_error) :]
+        return np.array([*self.model_error, *(self.n_walk if name in N_NAMES else self.extra_walk for name in extra)])
+
+    def std0(self, states: Layout, sensors: tuple[float, ...] | NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n_x,) standard deviations of a first state whose motion is known as well as its sensors (6,) say."""
+        extra = states.names[len(self.model_error) :]
+        return np.array([*sensors, *(self.n_std if name in N_NAMES else self.extra_std for name in extra)])
+
+    def force_std(self, states: Layout) -> NDArray[np.float64]:
+        """(n_x,) process noise per m/s^2 of lateral acceleration, standard deviation after one second."""
+        return np.array([dict(zip(FADING, self.force_error, strict=True)).get(name, 0.0) for name in states.names])
+
+    def patiences(self, outputs: Layout) -> NDArray[np.int_]:
+        """(n_y,) patience with each measurement."""
+        return np.array([self.patience if name in POSE else self.patience_rates for name in outputs.names])
+
+
+CHANGE_SAMPLES = 20
+"""Past values of n that are kept over `change_after`."""
+LEAP = 10.0
+"""Ceilings that a state may move by in a step: beyond them the equations diverge."""
+WHEELS_TURN = 0.5
+"""rad/s: a wheel that is faster turns, and a vehicle that was standing is about to drive."""
+EXACT_MODEL = Tuning(model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), force_error=(0.0, 0.0), change_sigmas=3.0)
+"""For drives of the model itself, whose equations miss nothing: what is left is rounding and the sampling of inputs. The stated
+uncertainty is then all there is, so that n must move by more of it before the soil is taken to have changed."""
+
+
+def by_unit(layout: Layout, numbers: ByUnit, default: float) -> NDArray[np.float64]:
+    """(n,) number of each signal by its unit, `default` for a unit that is not named."""
+    known = dict(numbers)
+    return np.array([known.get(signal.unit, default) for signal in layout])

@@ -1,0 +1,145 @@
+"""One policy: the terrain filter in Python and the generated C library give the same n on logs where everything goes wrong."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from c_folders import SCALAR, declared, library
+from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
+from softsoil.codegen.c_library.binding import CFilter
+from softsoil.codegen.c_library.build import FLAGS
+from softsoil.codegen.sampling import STEP
+from softsoil.estimator.c_library import c_parts
+from softsoil.estimator.inputs import known_states, measured_inputs, measured_states, sensor_std
+from softsoil.estimator.terrain_filter import TerrainFilter, first_state
+from softsoil.estimator.tuning import Tuning
+from softsoil.recording.clock import on_even_clock
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+
+SAME = 1e-9
+STANDING, GATED, JUMPED, SOIL_CHANGED = 1, 2, 4, 8
+
+
+def spoiled(path: Path, model, seed: int):
+    """Times, inputs and measurements of a log with noise, dropouts, outliers, bursts, jumps and a stop."""
+    log = on_even_clock(add_noise(read_drive(path), "good", seed))
+    log = log.between(log.t[0] + 2.0, np.inf)
+    rng = np.random.default_rng(seed)
+    u, y = measured_inputs(log, model.external)[0], measured_states(log)
+    x0, std = known_states(log)[0], sensor_std(log, np.array(Tuning().sensor_floor))
+    y[rng.random(y.shape) < 0.05] = np.nan
+    wild = rng.random(y.shape) < 0.01
+    y[wild] += 20.0 * rng.choice([-1.0, 1.0], y.shape)[wild]
+    y[rng.random(y.shape) < 2e-3] = 1e12
+    u[rng.random(u.shape) < 0.01] = np.nan
+    u[rng.random(u.shape) < 2e-3] = 1e8
+    y[400:480] = np.nan  # a second without any measurement
+    y[600:640, 5] += 1.0  # a gyro that leaps, for longer than the patience lasts
+    y[700:760, 0] += 30.0  # a position that leaps
+    y[900:1000, 3] = 0.0 + 0.05 * rng.normal(size=100)  # speed of a vehicle that has stopped, for one that has not
+    y[1100:1120, 3] = -3.0
+    return log.dt, u, y, x0, std
+
+
+def both(name: str, path: Path, seed: int, flags=SCALAR):
+    """n by Python and by C (K, A) after each update, what Python's statuses said and the flags of C."""
+    model, lib = c_parts(declared(name)).model, library(name, flags)
+    dt, u, y, motion, std = spoiled(path, model, seed)
+    tuning = Tuning()
+    x0, std0 = first_state(model, motion, 0.62), tuning.std0(model.x, std)
+    python = TerrainFilter(model, dt, std, tuning)
+    python.start(x0, std0)
+    options = lib.defaults()
+    options.r_std[:] = std
+    c = CFilter(lib, x0, std0, options)
+    soil = [model.x.index(n) for n in lib.formulation["soil_states"]]
+    found, said = [], []
+    for k in range(len(u) - 1):
+        python.predict(u[k])
+        c.predict(u[k], dt)
+        if k % 2:
+            python.update(y[k + 1])
+            c.update(y[k + 1], c.state.t)
+            s = python.status
+            flags = (s.standing, bool(s.gated), bool(s.jumped), s.soil_changed)
+            said.append((c.state.flags, sum(bit for bit, on in zip((1, 2, 4, 8), flags, strict=True) if on)))
+            found.append((python.n, c.x[soil].copy(), python.n_std, c.std[soil].copy()))
+    return np.array(found), np.array(said)
+
+
+EXAMPLES = [CLAY_LOG, MULTI_LOG, LOAM_LOG]
+
+
+def agree(found, said) -> int:
+    """Assert that Python and C say the same; returns every flag that was met."""
+    assert np.abs(found[:, 0] - found[:, 1]).max() < SAME
+    assert np.abs(found[:, 2] - found[:, 3]).max() < SAME
+    np.testing.assert_array_equal(said[:, 0], said[:, 1])
+    return int(np.bitwise_or.reduce(said[:, 0]))
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("name", ["plain", "tracks"])
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name.split(".csv")[0])
+def test_python_and_c_agree_on_n(name, path):
+    met = agree(*both(name, path, 1))
+    assert met & STANDING and met & GATED and met & JUMPED
+
+
+@pytest.mark.compiler
+@pytest.mark.shared
+@pytest.mark.slow
+def test_python_and_c_agree_on_the_shared_drives(shared_data):
+    """Every reference drive, in vectors; where the soil changes, both say it."""
+    logs = sorted((shared_data / "chrono_vehicle").glob("*.csv.gz"))
+    met = {path.name: agree(*both("tracks", path, 1, FLAGS)) for path in logs}
+    assert all(m & STANDING and m & GATED and m & JUMPED for m in met.values())
+    assert all(met[name] & SOIL_CHANGED for name in met if name.startswith("change_"))
+
+
+def moving() -> TerrainFilter:
+    model = c_parts(declared("plain")).model
+    own = TerrainFilter(model, STEP, Tuning().sensor_floor)
+    own.start(model.x.pack(u=6.0, n_f=0.5, n_r=0.5), Tuning().std0(model.x, Tuning().sensor_floor))
+    return own
+
+
+def test_a_place_is_believed_after_its_patience_and_a_velocity_sooner():
+    own = moving()
+    u = own.model.external.nominal
+    y = own.ukf.x[:6].copy()
+    y[0], y[5] = 40.0, 1.0
+    when: dict[str, int] = {}
+    for k in range(Tuning().patience + 1):
+        own.predict(u)
+        own.update(y)
+        for name in own.status.jumped:
+            when.setdefault(name, k + 1)
+    assert when["x"] == Tuning().patience and when["omega_z"] == Tuning().patience_rates
+    assert own.ukf["x"] == pytest.approx(40.0, abs=0.5)
+
+
+def test_outliers_to_both_sides_are_no_jump():
+    own = moving()
+    u = own.model.external.nominal
+    for k in range(60):
+        own.predict(u)
+        y = own.ukf.x[:6].copy()
+        y[0] += 30.0 * (-1) ** k
+        own.update(y)
+        assert own.status.gated == ("x",) and not own.status.jumped
+
+
+def test_a_long_prediction_is_divided():
+    model = c_parts(declared("plain")).model
+    slow, fast = TerrainFilter(model, 4 * STEP, Tuning().sensor_floor), TerrainFilter(model, 4 * STEP / 3, Tuning().sensor_floor)
+    x0 = model.x.pack(u=6.0, v=0.1, omega_z=0.2)
+    for own in (slow, fast):
+        own.start(x0, Tuning().std0(model.x, Tuning().sensor_floor))
+    slow.predict(model.external.nominal)
+    for _ in range(3):
+        fast.predict(model.external.nominal)
+    np.testing.assert_allclose(slow.ukf.x, fast.ukf.x, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(slow.ukf.P, fast.ukf.P, rtol=0, atol=1e-12)
