@@ -65,4 +65,4 @@ def test_a_page_that_prints_something_else_is_reported(tmp_path):
 
 def test_keys_that_the_json_page_lacks_are_named():
     assert list(keys({"a": {"b": [{"c": 1}]}, "d": []})) == ["a.b[].c", "d[]"]
-    assert undescribed("estimate.json", {"verdict": "identified", "software": {"version": "1"}, "speed": 1.0}) == ["speed"]
+    assert undescribed("estimate.json", {"verdict": "identified", "vehicle": None, "speed": 1.0}) == ["speed"]
