@@ -1,4 +1,4 @@
-"""The same drives without v, without wheel speeds, without pose and without all of them: n, and the effects that are found.
+"""The same drives without v, without wheel speeds, without pose and without all of them: n, and the effects that are identified.
 
     python benchmarks/absent_channels.py ../shared/data/chrono_vehicle [--effects steer_lag ...] [--write PAGE]
 

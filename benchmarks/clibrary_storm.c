@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "softsoil.h"
+#include "softsoil_horizon.h"
 
 #define N SOFTSOIL_N_X
 #define FAIL(...)                                          \
@@ -55,10 +56,23 @@ static int covariance_is_good(const softsoil_t *s) {
   return 1;
 }
 
+/* The horizon: everything that the verdict rests on is finite, and the parameters are inside their bounds. */
+static int horizon_is_good(const softsoil_horizon_t *h) {
+  for (int k = 0; k < SOFTSOIL_HORIZON_N; ++k)
+    if (!(h->n[k] > -1e9 && h->n[k] < 1e9) || !(h->std[k] > 0.0) || !isfinite(h->std[k]) || !isfinite(h->information_std[k]) ||
+        !isfinite(h->free_n[k]))
+      return 0;
+  for (int c = 0; c < 2; ++c)
+    if (!isfinite(h->unexplained[c]) || !isfinite(h->unexplained_std[c])) return 0;
+  return isfinite(h->t) && isfinite(h->motion) && isfinite(h->cost) && h->verdict >= 0 && h->verdict < SOFTSOIL_VERDICT_COUNT;
+}
+
 int main(int argc, char **argv) {
   const unsigned long steps = argc > 1 ? strtoul(argv[1], NULL, 10) : 20000;
   seed = 0x9e3779b97f4a7c15ull ^ (argc > 2 ? strtoull(argv[2], NULL, 10) * 0xd1342543de82ef95ull : 0);
   static softsoil_t s;
+  static softsoil_horizon_t horizon;
+  unsigned long windows = 0, corrected = 0, verdicts[SOFTSOIL_VERDICT_COUNT] = {0};
   softsoil_options_t o;
   double x[N], m[SOFTSOIL_N_M + 1], u[SOFTSOIL_N_U], y[SOFTSOIL_N_Y], lower[N], upper[N];
   unsigned char valid[SOFTSOIL_N_Y];
@@ -71,6 +85,7 @@ int main(int argc, char **argv) {
     upper[i] = i < 6 ? 1e9 : 1.6;
     x[i] = s.x[i];
   }
+  if (softsoil_horizon_init(&horizon, NULL, 0.0)) return 1;
   double t = 0.0, speed = 6.0, turn = 1.0, dropout = 0.0;
   memset(u, 0, sizeof u);
   softsoil_history(o.p, x, u, m);
@@ -151,12 +166,29 @@ int main(int argc, char **argv) {
         if (softsoil_init(&s, &o, NULL, NULL, s.t)) FAIL("a new start was refused");
       }
     }
+    /* The horizon on the same measurements: the last ones that were made, or none. */
+    if (k % 2 == 0)
+      for (int i = 0; i < SOFTSOIL_N_Y; ++i) valid[i] = 0;
+    status = softsoil_horizon_push(&horizon, u, y, valid, uniform() < 1e-3 ? absurd() : t);
+    if (status < 0 || status >= SOFTSOIL_STATUS_COUNT) FAIL("horizon: status %d", status);
+    status = softsoil_horizon_update(&horizon);
+    if (status < 0 || status >= SOFTSOIL_STATUS_COUNT) FAIL("horizon: status %d", status);
+    if (!horizon_is_good(&horizon)) FAIL("the horizon is not finite");
+    if (horizon.updated) {
+      ++windows;
+      ++verdicts[horizon.verdict];
+      corrected += (unsigned long)softsoil_horizon_correct(&horizon, &s);
+    }
+    /* A time far ahead was believed: everything later is late until the drive begins anew. */
+    if (horizon.clock > t + 10.0 && softsoil_horizon_init(&horizon, NULL, t)) FAIL("the horizon refused a new start");
     for (int i = 0; i < N; ++i)
       if (!(s.x[i] >= lower[i] && s.x[i] <= upper[i]) || !(s.std[i] > 0.0) || !(s.std[i] <= 1.0001 * o.max_std[i]))
         FAIL("state %d is %g with std %g", i, s.x[i], s.std[i]);
     if (fabs(s.x[SOFTSOIL_X_psi]) > 3.1416) FAIL("psi is %g", s.x[SOFTSOIL_X_psi]);
     if (!covariance_is_good(&s)) FAIL("the covariance is not positive");
   }
+  printf("horizon: %lu windows, %lu corrections of the filter, %lu times identified\n", windows, corrected,
+         verdicts[SOFTSOIL_VERDICT_IDENTIFIED]);
   printf("%lu steps, %lu starts, nothing broke; what was met, and counted:\n", steps, starts);
   for (int i = 0; i < SOFTSOIL_STATUS_COUNT; ++i) {
     total[i] += s.counts[i];

@@ -40,7 +40,7 @@ def constants() -> Effect:
 
     return Effect(
         name="constants",
-        doc="a constant rear gain and a yaw moment that goes with the lateral acceleration",
+        doc="a constant rear gain and a yaw moment proportional to the lateral acceleration",
         reference="none: two numbers in the place of causes",
         parameters=Layout.of(
             Signal("rear_gain", "", "factor of the rear lateral force", 1.0, 0.3, 4.0),

@@ -4,7 +4,7 @@ Sensor channels of the multi-sine and step drives; `paper_*` drives are not in i
 the front axle is, by the motion of its own point. Then the four numbers that nothing else says: the cost over wheel radius and
 yaw inertia, kappa and the vehicle's pull (a constant yaw moment) fitted with every drive's n, and where a paraboloid through
 the costs has its least. Then, by soil and for several yaw inertias, where the drives put the parameters of load_transfer and
-multipass, and with them those of the front wheels' lean. Last, and apart from it, what the simulator's own wheel loads
+multipass, and with them those of the front wheels' lean. Last, and separately, what the simulator's own wheel loads
 (`true_fz_*`, a weighing of the wheels that no sensor of the vehicle gives) say of transfer_height.
 
 `python -m benchmarks.declared_parameters plant` does the same for vehicles/plant.toml, whose radius is known, on the clean
@@ -58,7 +58,7 @@ START_UP = 2.0
 
 
 def front_axle_ahead(recording: Recording) -> float:
-    """l_f (m) by which the front axle's point moves sideways as v + l_f omega_z says; the roll's part goes with d(omega_z)/dt."""
+    """l_f (m) by which the front axle's point moves sideways as v + l_f omega_z says; the roll's part follows d(omega_z)/dt."""
     log = recording.between(recording.t[0] + START_UP, np.inf)
 
     def rate(values: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ Nothing is fitted on these drives; the true_* columns judge, and in the first tw
 - "own load, lean": the same, and the wheels lean with the true roll as the vehicle's `wheel_lean` declares;
 - "model load": velocities from u, v, omega_z, angles from the steering, loads static + longitudinal + lateral transfer.
 Printed: rms error over the peak force, rms over rms, and the gain of measured on predicted force. Then by how much the front
-wheels sink more than turn_slip says under their own loads (mm), and how that goes with their spin (mm per rad/s).
+wheels sink more than turn_slip says under their own loads (mm), and how that depends on their spin (mm per rad/s).
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ radius as a tape says it. What it prints is what the file holds; its suspension'
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,7 @@ from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.window_fit import WindowFit, fit_windows
+from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows
 from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
@@ -37,7 +37,7 @@ from softsoil.recording.read import read_drive
 from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.identify_rules import RULES
 from softsoil.refinement.known_vehicle import Known, load_known
-from softsoil.refinement.vehicle_numbers import by_name, expected, free_layout
+from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, free_layout
 from softsoil.symbolic.catalogue import declared_model
 from softsoil.symbolic.soil import SOIL_SIGNALS, load_soil
 from softsoil.symbolic.vehicle import load_vehicle
@@ -92,12 +92,31 @@ def print_declared(folder: Path) -> None:
     print(f"cost {found.cost:.4f} on {', '.join(DECLARED_FITTED)}")
     for name, (value, _) in found.named().items():
         print(f"  {name:18s} {value:10.4f} ± {RULES.model_error * std[name]:.4f}")
+    print("[uncertainty]: with all other numbers as they are")
+    for name, alone in declared_uncertainty(folder, found).items():
+        print(f"{name} = {alone:.4g}")
 
 
-def declared_fit(folder: Path) -> WindowFit:
-    """The seen numbers of the reference file's structure, and each drive's n, fitted jointly to windows of the drives.
+def declared_uncertainty(folder: Path, found: WindowFit) -> dict[str, float]:
+    """Standard deviation of each number that identify frees, with all others as they are, as identify writes it: every number
+    free at the values `found` of the seen ones.
 
     folder: of the reference drives.
+    """
+    vehicle = load_vehicle("reference")
+    table = {k: v for values in vehicle.effects.values() for k, v in values.items()}
+    names = [n.name for n in NUMBERS if n.free and n.name not in vehicle.simulator and (not n.effect or n.name in table)]
+    every = declared_fit(folder, names, {name: value for name, (value, _) in found.named().items()})
+    errors = errors_of(every)
+    std = {f.name: min(RULES.model_error * errors.std[f.name], f.known[1]) for f in every.free if f.known is not None}
+    return {name: std[name] * float(share) for name, share in zip(errors.names, errors.alone, strict=True) if name in std}
+
+
+def declared_fit(folder: Path, names: Sequence[str] = SEEN, at: Mapping[str, float] | None = None) -> WindowFit:
+    """Numbers of the reference file's structure, and each drive's n, fitted jointly to windows of the drives.
+
+    folder: of the reference drives; names: of the numbers; at: values by name at which derivatives are taken in the place of a
+    fit.
     """
     vehicle, rules, n = load_vehicle("reference"), HorizonRules(), SOIL_SIGNALS["n"]
     known = load_known(REFERENCE_VEHICLE).without(*UNKNOWN).with_numbers(radius=KNOWN["radius"])
@@ -114,12 +133,17 @@ def declared_fit(folder: Path) -> WindowFit:
         p.append(model.p.nominal)
     numbers = by_name()
     free = [
-        Free(name, (name,), before[name][1] / 2, numbers[name].lower, numbers[name].upper, known=before[name]) for name in SEEN
+        Free(name, (name,), before[name][1] / 2, numbers[name].lower, numbers[name].upper, known=before[name]) for name in names
     ]
     free += [Free(f"n_{i}", ("n_f", "n_r"), 0.1, n.lower, n.upper, drive=i) for i in range(len(windows))]
     index = model.p.index
-    start = [before[name][0] for name in SEEN] + [float(row[index("n_f")]) for row in p]
-    return fit_windows(windows, free, np.array(start), np.array(p))
+    given = {f.name: before[f.name][0] if f.drive is None else float(p[f.drive][index("n_f")]) for f in free}
+    start = np.array([(at or {}).get(name, value) for name, value in given.items()])
+    rows = np.array(p)
+    for name, value in (at or {}).items():
+        if name in SEEN:
+            rows[:, index(name)] = value
+    return fit_windows(windows, free, start, rows, iterations=ITERATIONS if at is None else 0)
 
 
 if __name__ == "__main__":

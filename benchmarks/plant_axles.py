@@ -49,7 +49,7 @@ def figures(log: Recording, soil: Soil) -> tuple[float, float, float, float, flo
 def main() -> None:
     """Print both tables."""
     for cast in (False, True):
-        print("wheels found by the ray cast:" if cast else "wheels as cylinders:")
+        print("wheels placed by the ray cast:" if cast else "wheels as cylinders:")
         for soil in SOILS:
             for name, steering in STEERING.items():
                 plant = Plant(soil, start=Start(u=5.0), cast=cast)

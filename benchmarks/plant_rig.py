@@ -2,7 +2,7 @@
 
     python -m benchmarks.plant_rig ../shared/data/chrono_rig [--set val] [--every 1] [--cast]
 
-Nothing is fitted: the rig's facts are in `softsoil.plant.rig`, the soil is what each run was told.
+Nothing is fitted: the rig's facts are in `softsoil.plant.rig`, the soil is that of each run.
 """
 
 from __future__ import annotations

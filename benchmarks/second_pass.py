@@ -2,7 +2,7 @@
 
 `python -m benchmarks.second_pass`: two wheels of the rig's size pass one after the other over the same soil in a straight line,
 each under its own constant load, slip angle and slip; nothing is fitted. Lateral and longitudinal force and sinkage of the second
-are printed three ways: the soil contact model; the law as the model has it, told the first wheel's sinkage and exit path; and the
+are printed three ways: the soil contact model; the law as the model has it, with the first wheel's sinkage and exit path; the
 same equations integrated finely: contact from the rut's floor on, which the elastic soil has raised by sigma/K, a path that the
 first wheel left by the same fine integration, and a slip floor of 0.001 instead of 0.003.
 """
@@ -40,7 +40,7 @@ LEAST_SLIP = 1e-3
 
 @dataclass(frozen=True)
 class Pass:
-    """What a wheel is told: load (N), slip angle (rad)."""
+    """Settings of a wheel: load (N), slip angle (rad)."""
 
     load: float
     angle: float

@@ -68,7 +68,7 @@ def run_study(
 
 
 def calibrated_law(runs: Sequence[WheelRun], found: Calibrated) -> TurnSlipCalibrated:
-    """The calibrated law with the factors just found, and the options that the runs ask for."""
+    """The calibrated law with the factors just fitted, and the options that the runs ask for."""
     base = law_for("turn_slip", runs)
     if not isinstance(base, TurnSlip):
         raise TypeError(f"expected a TurnSlip, found {base!r}")

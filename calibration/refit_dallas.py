@@ -2,7 +2,7 @@
 
 For each soil class, each of the four slip ranges and each branch: (1) g_1, g_2, g_3 are matched to every run alone by
 least squares, on the samples where the wheel steers away from zero slip (lower) or towards it (upper); (2) the
-function families of the paper's appendix are fitted to the factors found: polynomials in n (5, 1, 2) and s (4), linear
+function families of the paper's appendix are fitted to the factors: polynomials in n (5, 1, 2) and s (4), linear
 in F_z, a power of v for g_2, as products, by least squares in turns. Few runs per range make the polynomials ill
 posed; a small ridge holds what the data do not fix.
 """
@@ -53,7 +53,7 @@ class Matched:
 
 
 def refit(runs: Sequence[WheelRun], progress: Callable[[str], None] = lambda text: None) -> dict[str, list[SlipRange]]:
-    """Correction factors by soil class; progress: told one line per soil class. ValueError for too few runs."""
+    """Correction factors by soil class; progress: called with one line per soil class. ValueError for too few runs."""
     tables: dict[str, list[SlipRange]] = {}
     for group in dict.fromkeys(soil_class(run.group) for run in runs):
         mine = [run for run in runs if soil_class(run.group) == group]

@@ -33,7 +33,7 @@ LEAST_SENSITIVITY = 1e-5
 
 @dataclass(frozen=True)
 class Calibrated:
-    """What a fit found.
+    """Result of a fit.
 
     values, std: by parameter (factors as such, soil parameters as multiples of those given), standard errors robust to
     correlation within a run; not_identified: parameters that the runs cannot fix, left as they were; runs: how many;
@@ -49,7 +49,7 @@ class Calibrated:
 
     @property
     def factors(self) -> Factors:
-        """The factors found, neutral where they were not fitted."""
+        """The fitted factors, neutral where they were not fitted."""
         return Factors(**{name: value for name, value in self.values.items() if name in FACTORS})
 
 
@@ -63,7 +63,7 @@ def calibrate(
     """Fit parameters common to all `runs` by least squares on the smoothed lateral force over its peak.
 
     names: of FACTORS or soil parameters; thin: every how many samples count (smoothing makes neighbours alike);
-    iterations: most evaluations; progress: told one line per evaluation. Raises ValueError for an unknown name or no runs.
+    iterations: most evaluations; progress: called with one line per evaluation. Raises ValueError for an unknown name or no runs.
     """
     if not runs:
         raise ValueError("calibrate: expected single-wheel runs, found none")
@@ -145,7 +145,7 @@ def neutral(name: str) -> float:
 
 
 def with_soil(runs: Sequence[WheelRun], found: Calibrated) -> list[WheelRun]:
-    """The runs with their soil parameters multiplied by what a fit found, held inside their physical bounds."""
+    """The runs with their soil parameters multiplied by the fitted factors, held inside their physical bounds."""
     return [
         replace(run, soil={key: _inside(key, value * found.values.get(key, 1.0)) for key, value in run.soil.items()})
         for run in runs

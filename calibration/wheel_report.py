@@ -49,7 +49,7 @@ def wheel_residual(
     `laws`: law -> median and p95 of the rms lateral force error over the peak force, per run, with the load of the moment;
     `mean_load`: the same with the mean load; `longitudinal`, `sinkage_m`; `cost_us`: of a call in generated C;
     `table`: rows by law, soil and slip range. None where a law does not apply (dallas_refit on a soil not fitted).
-    progress: told one line per law.
+    progress: called with one line per law.
     """
     report: dict[str, Any] = {
         key: {} for key in ("laws", "mean_load", "longitudinal", "sinkage_m", "moment", "cost_us")

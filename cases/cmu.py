@@ -146,7 +146,7 @@ def run_cmu(
     """The case study on a folder with SINKAGE_FILE and WHEEL_FILE.
 
     judge: table of a second wheel, predicted with nothing fitted on it but its penetration tests; grouser: height of its
-    grousers (m); bases: laws below the wheel; candidates: what is tried; progress: told the share done.
+    grousers (m); bases: laws below the wheel; candidates: what is tried; progress: called with the share done.
     Raises ValueError for files that are not there or lack columns.
     """
     tests = read_sinkage_tests(data / SINKAGE_FILE)

@@ -58,7 +58,7 @@ MOST_EFFECTS = 2
 
 @dataclass(frozen=True)
 class DartLog:
-    """What the loop found in one log.
+    """Result of the loop on one log.
 
     name; seconds of driving used; ground: (phi, k) declared and at the end, with standard errors; ranking: first round;
     accepted: in order; groups: each with what explains the held-out windows as well; parameters: name -> (value, std, unit);
@@ -147,7 +147,8 @@ def trace_log(
 ) -> DartLog:
     """The loop on one log: ground fitted, candidates ranked, accepted one after the other while held-out windows support them.
 
-    model: of `candidate_model`; progress: told the share of the first round; names: of the candidates, default all in the model.
+    model: of `candidate_model`; progress: called with the share of the first round; names: of the candidates,
+    default all in the model.
     Raises ValueError as `read_dart` does.
     """
     known = {name: effect for name, effect in catalogue(CAR).items() if name in (names or model.effects)}
@@ -163,7 +164,7 @@ def trace_drives(
 ) -> DartLog:
     """The loop on the drives of one log on hard ground, called `name`; channels that are not measured count nowhere.
 
-    model: of `candidate_model`; known: the candidates; progress: told the share of the first round.
+    model: of `candidate_model`; known: the candidates; progress: called with the share of the first round.
     """
     bench = dart_bench(drives, model)
     first_ground, first_p = fit_ground(bench).named(), bench.absent
@@ -198,7 +199,7 @@ def trace_drives(
 
 
 def transferred(path: Path, model: Model, values: dict[str, float]) -> tuple[float, float, dict[str, dict[str, float]]]:
-    """Share of the held-out cost of a log that effects found elsewhere remove, its standard error, and the held-out rms.
+    """Share of the held-out cost of a log that effects identified on other logs remove, its standard error, and the held-out rms.
 
     path: of the log; model: of `candidate_model`; values: parameters by name, from other logs; here only the ground is fitted,
     on the log's own fit windows.

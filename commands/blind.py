@@ -1,4 +1,4 @@
-"""`softsoil blind-test`: the tracing judged on drives of the plant that it is told nothing about."""
+"""`softsoil blind-test`: the tracing judged blindly on drives of the plant."""
 
 from __future__ import annotations
 
@@ -57,9 +57,9 @@ def _tell(case: Case, result: dict[str, Any] | None, drives: int, told: Callable
 
 
 def result_table(cases: Sequence[Case], results: Sequence[dict[str, Any] | None]) -> Table:
-    """One row per drive: what was in it, what was found, whether that is right."""
+    """One row per drive: what was in it, what was identified, whether that is right."""
     table = Table(title="Blind test", title_justify="left")
-    for heading in ("", "soil", "n", "in it", "found", "n found", "", "why"):
+    for heading in ("", "soil", "n", "in it", "found", "n estimated", "", "why"):
         table.add_column(heading)
     for case, result in zip(cases, results, strict=True):
         held = case["name"] or "nothing"

@@ -1,4 +1,4 @@
-"""softsoil case: the loop closed with measured data, told as case studies."""
+"""softsoil case: case studies of the loop closed with measured data."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def cmu(
     grouser: Annotated[float, typer.Option(help="Height of the second wheel's grousers, m.")] = 0.0,
     out: Annotated[Path | None, typer.Option(help="Folder to write to.")] = None,
 ) -> None:
-    """A wheel in sand: n and modulus from plate tests, side force predicted, what is missing found and added.
+    """A wheel in sand: n and modulus from plate tests, side force predicted, what is missing identified and added.
 
     Example: softsoil case cmu --data ../shared/data/real/cmu_single_wheel_sand
 
@@ -198,7 +198,7 @@ def dart(
 
 
 def _carried_over(paths: Sequence[Path], logs: Sequence[DartLog], model: Model) -> list[dict[str, Any]]:
-    """The effect found in most logs, with its mean parameter from the others, judged on each log without a fit there."""
+    """The effect identified in most logs, with its mean parameter from the others, judged on each log without a fit there."""
     names = [name for log in logs for name in log.parameters]
     if not names:
         return []
@@ -230,7 +230,7 @@ def _say_log(log: DartLog) -> None:
     console.print(f"  accepted: {found or 'none'}")
     for group in log.groups:
         if len(group) > 1:
-            console.print(f"  cannot be told apart here: {', '.join(group)}")
+            console.print(f"  cannot be separated here: {', '.join(group)}")
 
 
 def _pm(value: float, std: float) -> str:

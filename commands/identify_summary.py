@@ -1,4 +1,4 @@
-"""One screen on what an identification found."""
+"""Summary of an identification on the terminal."""
 
 from __future__ import annotations
 

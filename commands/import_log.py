@@ -14,9 +14,13 @@ from softsoil.commands.output import console, output_folder, progress, say_writt
 from softsoil.figures.import_report import write_import_report
 from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources
 from softsoil.importing.draft_map import draft
-from softsoil.importing.import_map import ImportMap, load_map, map_from_table
+from softsoil.importing.import_map import STEER_COMMAND, ImportMap, load_map, map_from_table
+from softsoil.importing.merge import LEAST
 from softsoil.recording.cross_check import refuse_contradictions
 from softsoil.recording.read import write_drive
+
+MOST_NAMED = 12
+"""Fields that the message names where a needed channel is not recognised."""
 
 
 def import_log(
@@ -41,9 +45,9 @@ def import_log(
     Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
     """
     say_vehicle(vehicle)
+    geometry = declared_vehicle(vehicle, None)
     with progress(", ".join(path.name for path in sources)) as told:
         plan = load_map(map_file) if map_file is not None else drafted(sources)
-        geometry = declared_vehicle(vehicle, None)
         plan = steered(plan, geometry)
         series = read_sources(sources, plan, told)
         steering = fitted_map(plan, series)
@@ -66,7 +70,18 @@ def drafted(sources: list[Path]) -> ImportMap:
     """The map that inspect would draft for the sources."""
     import tomllib
 
-    return map_from_table(tomllib.loads(draft(inspect_sources(sources))), "map drafted from the sources")
+    holdings = inspect_sources(sources)
+    entries = tomllib.loads(draft(holdings))
+    named = entries["channels"]
+    lacking = [c for c in LEAST if c not in named and not (c == "steer" and STEER_COMMAND in named)]
+    if lacking:
+        fields = [f"{h.name}:{field}" for h in holdings for field in h.fields]
+        more = f" and {len(fields) - MOST_NAMED} more" if len(fields) > MOST_NAMED else ""
+        raise ValueError(
+            f"{sources[0]}: expected fields recognised as {', '.join(LEAST)}; found none for {', '.join(lacking)} among "
+            f"{', '.join(fields[:MOST_NAMED])}{more}: `softsoil inspect` drafts a map to name them in, for --map"
+        )
+    return map_from_table(entries, "map drafted from the sources")
 
 
 def _name(source: Path) -> str:

@@ -1,4 +1,4 @@
-"""One screen on what a refinement found."""
+"""Summary of a refinement on the terminal."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from softsoil.commands.options_model import (
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.horizons import HORIZONS, START_UP
-from softsoil.figures.terrain import SQUARED, draw_study
+from softsoil.figures.terrain import draw_study
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.study import LATERAL, LogStudy, gains, study_log
 from softsoil.recording.drive import STATE_CHANNELS
@@ -40,6 +40,10 @@ FirstGuessOption = Annotated[
         "--n0", help="First guess (default: true n of the log's name + 0.2, else the soil's).", show_default=False
     ),
 ]
+
+
+SQUARED = ("m²", "m²", "rad²", "m²/s²", "m²/s²", "rad²/s²")
+"""Units of the mean squared errors of STATE_CHANNELS, as in the paper's Table 8."""
 
 
 def study(

@@ -48,8 +48,8 @@ class Driver:
     model: a Declaration (vehicle, soil, effects), or an Ocp with settings of its own; path; speed: m/s; obstacles (K, 5):
     x, y, radius (m) and velocity (m/s), at the time of the first tick 0; n0: first guess of n, default the declared soil's;
     learn: whether n is estimated, else it stays n0 or what `set_n` sets; settings; solver, estimator: used again from
-    drive to drive; judge: verdict on the estimate, "not_judged" without one; start (6,): first state where it is known, else it
-    comes from the first measurements.
+    drive to drive; judge: a second estimate of n with a verdict (`LiveHorizon`), "not_judged" without one; start (6,): first
+    state where it is known, else it comes from the first measurements.
     Raises ValueError for an n0 out of bounds or obstacles of another shape.
     """
 
@@ -79,7 +79,7 @@ class Driver:
         self._waiting: tuple[int, tuple] | None = None
         self._halting, self._still, self.status = 0, 0, Status.BAD_STATE
         self.verdict = NOT_JUDGED
-        """On the estimated n, of the last tick: what `judge` finds, else "not_judged"."""
+        """On the estimated n, of the last tick: that of `judge`, else "not_judged"."""
         self._known = None if start is None else np.asarray(start, dtype=float)
 
     def set_n(self, n: float) -> None:
@@ -95,9 +95,9 @@ class Driver:
         if self._begun is None:
             self._begin(t, measured)
         else:
-            self._estimate(measured)
+            self._estimate(t, measured)
         if self._begun is not None:
-            self.verdict = NOT_JUDGED if self.judge is None else self.judge(self.estimator)
+            self.verdict = NOT_JUDGED if self.judge is None else self.judge.verdict
             if self._ticks % self.settings.plan_every == 0:
                 self._solve(t)
                 solved = True
@@ -123,6 +123,8 @@ class Driver:
             first = np.where(np.isfinite(first), first, 0.0)
         self._begun = t
         self.estimator.start(first, self.n0, self.learn, spread)
+        if self.judge is not None:
+            self.judge.start(t, self.n0)
         self.along, self.left = self.path.project(first[0], first[1])
         n = self.ocp.settings.steps
         z = np.tile(self.ocp.z.nominal, (n + 1, 1))
@@ -134,7 +136,7 @@ class Driver:
         if self._known is None:
             self.steer = self._steering(measured, 0.0)
 
-    def _estimate(self, measured: Measured) -> None:
+    def _estimate(self, t: float, measured: Measured) -> None:
         states = self.estimator.states
         steer = self._steering(measured, self.steer)
         u, v, omega_z = (states[STATE_CHANNELS.index(name)] for name in ("u", "v", "omega_z"))
@@ -151,7 +153,10 @@ class Driver:
             assumed = dict(zip(self.ocp.model.external.names, inputs, strict=True))
             wheels = {name: value if np.isfinite(value) else assumed[name] for name, value in wheels.items()}
             slip = self.slip
-        self.estimator.tick({"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, _states(measured))
+        sample, y = {"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, _states(measured)
+        self.estimator.tick(sample, y)
+        if self.judge is not None:
+            self.judge.tick(t, sample, y)
         self.slip += self.settings.slip_share * (slip - self.slip)
         self.steer = steer
 
@@ -209,12 +214,12 @@ class Driver:
         self._still = self._still + 1 if slow else 0
         drives = self._begun is not None and not lost and not self.follower.halt
         asked = self.a_x + (self.settings.speed_gain * (speed - u) + self.resistance if drives else 0.0)
-        estimate = self.estimator
+        estimate = self._sure or self.estimator
         known = self._begun is not None
         return DriverCommand(
             t, self.steer, self.steer_rate, speed, self.a_x, asked, self.status, lost, self.follower.halt,
             bool(self.along > self.path.s[-1] - END), self._still * self.settings.tick > self.settings.stands,
-            estimate.n if known else self.n0, estimate.n_std if known else estimate.tuning.n_std,
+            estimate.n if known else self.n0, estimate.n_std if known else self.estimator.tuning.n_std,
             self.n_used if known else self.n0, self.verdict, self.slip, self._z0() if known else self.ocp.z.nominal, solved,
             self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,
             math.nan if self.ocp.vehicle.steering is None else float(self.ocp.vehicle.steering.command_of(self.steer)),
@@ -228,10 +233,17 @@ class Driver:
         return _steered(measured, default)
 
     @property
+    def _sure(self) -> Judge | None:
+        """The judge, where its n may be used."""
+        return self.judge if self.learn and self.verdict == IDENTIFIED else None
+
+    @property
     def n_used(self) -> float:
         """The n that the controller drives on: the estimate, on the safe side while it is uncertain; see `DriverSettings`."""
         n = self.estimator.n
-        if not self.learn or self.verdict == IDENTIFIED:
+        if self._sure is not None:
+            return self._sure.n
+        if not self.learn:
             return n
         more = self.settings.caution * (self.estimator.n_std - self.settings.settled)
         return min(n + float(np.clip(more, 0.0, self.settings.most)), SOIL_SIGNALS["n"].upper)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.codegen.sampling import STEP
-from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.nmpc_status import Status
 from softsoil.recording.noise import TABLE5
 
@@ -27,8 +26,6 @@ the nominal slip. a_x_imu: what an accelerometer along the vehicle reads, du/dt 
 commanded acceleration is taken. steer: angle at the road wheels (rad), or steer_command, which the
 vehicle's steering map turns into it; without both the commanded one is taken.
 Other names are passed over."""
-Judge = Callable[[LiveEstimator], str]
-"""A verdict on the estimated n."""
 IDENTIFIED, NOT_JUDGED = "identified", "not_judged"
 
 
@@ -83,10 +80,11 @@ class DriverCommand:
     steer (rad) at the end of the tick, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the plan; a_asked:
     a_x, what the speed's error adds and what the resistance takes away; status: of the last solve; lost: there is no plan,
     the command is the safe one; halt: braking before what cannot be passed; finished: the end of the path; stopped: came to
-    a stand; n, n_std: estimate; n_used: what the controller drives on; verdict: on n, do not use n for anything else unless
-    it is "identified"; slip: of the wheels; state (n_z,): estimate that the driver acts on; solved: whether this tick has a
-    new plan; plan_z (N + 1, n_z), plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it
-    (m); steer_command: what gives `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one.
+    a stand; n, n_std: estimate, the judge's where its verdict is "identified", else the filter's; n_used: what the
+    controller drives on; verdict: on n, do not use n for anything else unless it is "identified"; slip: of the wheels;
+    state (n_z,): estimate that the driver acts on; solved: whether this tick has a new plan; plan_z (N + 1, n_z),
+    plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m); steer_command: what gives
+    `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one.
     """
 
     t: float
@@ -112,6 +110,33 @@ class DriverCommand:
     along: float
     left: float
     steer_command: float = math.nan
+
+
+class Judge(Protocol):
+    """A second estimate of n beside the filter's, with a verdict on it: `LiveHorizon`."""
+
+    @property
+    def verdict(self) -> str:
+        """Whether n may be used: "identified", or why not."""
+        ...
+
+    @property
+    def n(self) -> float:
+        """Estimate of n."""
+        ...
+
+    @property
+    def n_std(self) -> float:
+        """Its standard deviation."""
+        ...
+
+    def start(self, t: float, n0: float) -> None:
+        """Begin a drive at t (s) with the initial guess n0."""
+        ...
+
+    def tick(self, t: float, inputs: Mapping[str, float], y: Array) -> None:
+        """One sample at t (s): inputs by name, measurements y (6,), NaN where none was made."""
+        ...
 
 
 class DrivenVehicle(Protocol):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -12,9 +13,11 @@ from numpy.typing import NDArray
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.library import FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
+from softsoil.codegen.c_library.steering import HEADER, steering_header
 from softsoil.codegen.sampling import STEP
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.c_horizon import horizon_numbers
+from softsoil.estimator.promote import promote_parameters
 from softsoil.estimator.terrain import terrain_model
 from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit
 from softsoil.symbolic.catalogue import declared_model
@@ -22,15 +25,19 @@ from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 
-def c_parts(declared: Declaration) -> Parts:
-    """The declared model taken apart: n_f and n_r as states without effects, one n for both axles with them."""
-    build = partial(_model_with, declared)
+def c_parts(declared: Declaration, promote: Sequence[str] = ()) -> Parts:
+    """The declared model taken apart: n_f and n_r as states without effects, one n for both axles with them.
+
+    promote: further parameters that are estimated too.
+    """
+    build = partial(_model_with, declared, tuple(promote))
     return take_apart(build, declared.force_law())
 
 
-def _model_with(declared: Declaration, law) -> Model:
+def _model_with(declared: Declaration, promote: tuple[str, ...], law) -> Model:
     built = declared_model(declared.vehicle, declared.soil, law)
-    return terrain_model(built, tied=bool(built.effects))
+    model = terrain_model(built, tied=bool(built.effects))
+    return promote_parameters(model, *promote) if promote else model
 
 
 def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
@@ -53,15 +60,21 @@ def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
 
 
-def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) -> dict[str, str]:
-    """Every file of the C library, path -> text, for a declared model with nominal step dt (s); `fmi`: with the FMI unit's.
+def c_library_texts(
+    declared: Declaration, dt: float = STEP, fmi: bool = False, promote: Sequence[str] = ()
+) -> dict[str, str]:
+    """Every file of the C library, path -> text, for a declared model with nominal step dt (s); `fmi`: with the FMI unit's;
+    promote: parameters of effects that filter and horizon estimate beside n, four numbers in all at most.
 
     Raises ValueError for a step that is not positive.
     """
     if not 0 < dt <= 0.1:
         raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
-    parts = c_parts(declared)
-    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in ("effects", "source")}
+    parts = c_parts(declared, promote)
+    steering = declared.vehicle.steering
+    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in ("effects", "source", "steering")}
+    if steering is not None:
+        vehicle["steering"] = {"command": steering.command, "angle": steering.angle}
     about = {
         "vehicle": vehicle,
         "soil": {"name": declared.soil.name, **{s.name: getattr(declared.soil, s.name) for s in SOIL_SIGNALS}},
@@ -69,7 +82,8 @@ def c_library_texts(declared: Declaration, dt: float = STEP, fmi: bool = False) 
         "declared_effects": declared.vehicle.effects,
         "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
-    return library_files(parts, filter_numbers(parts.model), horizon_numbers(), dt, about, fmi)
+    texts = library_files(parts, filter_numbers(parts.model), horizon_numbers(), dt, about, fmi)
+    return texts if steering is None else {**texts, HEADER: steering_header(steering)}
 
 
 def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi: bool = False) -> list[Path]:

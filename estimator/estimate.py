@@ -14,8 +14,8 @@ from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
 from softsoil.estimator.tuning import Tuning
 from softsoil.estimator.ukf import Counts
-from softsoil.estimator.verdict import judge
-from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.estimator.verdict import Verdict, judge
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 
@@ -65,7 +65,16 @@ def estimate(
 
     n = (found.n_front[-1],) if tied else (found.n_front[-1], found.n_rear[-1])
     verdict = judge(drive, model, first, n, tied=tied, start=start, again=again if method == "ukf" else None)
-    return replace(found, verdict=verdict)
+    return replace(found, verdict=_with_wheels(drive, verdict))
+
+
+def _with_wheels(drive: Recording, verdict: Verdict) -> Verdict:
+    """The verdict; no n that rests on derived wheel speeds passes (`benchmarks/absent_channels.py` prints what they cost)."""
+    derived = [name for name in WHEEL_CHANNELS if drive.state_of(name) == "derived"]
+    if not derived or not verdict.usable:
+        return verdict
+    reason = f"{', '.join(derived)} {'is' if len(derived) == 1 else 'are'} derived: n may be too high by up to half; measure them"
+    return replace(verdict, word="inconsistent", reason=reason)
 
 
 def run_method(

@@ -129,7 +129,7 @@ class FreeWindows:
         return sets, steps
 
     def carried(self, sets: Array, memory: Array | None, row: int, to: int) -> Array:
-        """(K, n_m) histories at the row `to` for parameters (K, n_p): from `memory` (K, n_m) at `row`, or straight."""
+        """(K, n_m) histories at the row `to` for parameters sets (K, n_p): from memory (K, n_m) at `row`, or straight."""
         states, inputs = self._along[row : to + 1], self.drive.inputs[row : to + 1]
         if memory is None:
             memory = np.array([self.compiled.start(states[0], inputs[0], p).full()[:, 0] for p in sets])

@@ -150,6 +150,11 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
 
 
 def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    if e.motion < rules.least_motion:
+        return "not_excited", (
+            f"the vehicle hardly turns (lateral specific force {e.motion:.2f} m/s^2 rms, expected at least "
+            f"{rules.least_motion:g}): steer more, at several speeds"
+        )
     share = float(np.max(e.information_std / np.maximum(n, SOIL_SIGNALS["n"].lower)))
     if not share <= rules.excited:
         return "not_excited", (

@@ -10,6 +10,7 @@ import numpy as np
 
 from softsoil.cases.cmu import REFINED, CmuCase
 from softsoil.cases.dart import DartLog
+from softsoil.figures.labels import DEGREE, law_words, plain, quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, TRUE, page
 
 SPEEDS = ((0, "locked wheel", TRUE), (10, "rim as fast as the carriage", ESTIMATED), (100, "ten times as fast", REAR))
@@ -34,40 +35,40 @@ def _mean(case: CmuCase, values: Any, speed: int) -> tuple[Any, Any]:
 
 
 def _forces(axis: Any, case: CmuCase, base: str) -> None:
-    wheel, found = case.wheel, case.judged[base]
+    wheel, result = case.wheel, case.judged[base]
     for speed, label, color in SPEEDS:
         chosen = wheel.rim_speed == speed
         axis.plot(wheel.angle[chosen], wheel.run.f_y[chosen], ".", color=color, ms=5)
-        axis.plot(*_mean(case, found[REFINED].held["angle"], speed), color=color, label=label)
-        axis.plot(*_mean(case, found["as_declared"].fitted, speed), color=color, ls=":", lw=1.1)
+        axis.plot(*_mean(case, result[REFINED].held["angle"], speed), color=color, label=label)
+        axis.plot(*_mean(case, result["as_declared"].fitted, speed), color=color, ls=":", lw=1.1)
     axis.plot([], [], ".", color=SOFT, label="measured")
-    axis.plot([], [], color=SOFT, ls=":", label=f"{base} as declared")
-    axis.set(title="Side force", xlabel="slip angle, °", ylabel="N")
+    axis.plot([], [], color=SOFT, ls=":", label=f"{law_words(base)} as declared")
+    axis.set(title="Side force", xlabel="slip angle, deg", ylabel="N")
     axis.legend(loc="upper left")
 
 
 def _sinkage(axis: Any, case: CmuCase, base: str) -> None:
-    wheel, found = case.wheel, case.judged[base]
+    wheel, result = case.wheel, case.judged[base]
     measured = np.full(len(wheel), np.nan) if wheel.run.sinkage is None else wheel.run.sinkage
     for speed, label, color in SPEEDS:
         chosen = wheel.rim_speed == speed
         axis.plot(wheel.angle[chosen], 1e3 * measured[chosen], ".", color=color, ms=5)
-        axis.plot(*_mean(case, 1e3 * found[REFINED].held_sinkage, speed), color=color, label=label)
-        axis.plot(*_mean(case, 1e3 * found["as_declared"].held_sinkage, speed), color=color, ls=":", lw=1.1)
-    axis.set(title="Sinkage", xlabel="slip angle, °", ylabel="mm")
+        axis.plot(*_mean(case, 1e3 * result[REFINED].held_sinkage, speed), color=color, label=label)
+        axis.plot(*_mean(case, 1e3 * result["as_declared"].held_sinkage, speed), color=color, ls=":", lw=1.1)
+    axis.set(title="Sinkage", xlabel="slip angle, deg", ylabel="mm")
 
 
 def _per_angle(axis: Any, case: CmuCase, base: str) -> None:
     place = np.arange(len(case.angles))
     for shift, name, color, label in (
-        (-0.2, "as_declared", INITIAL, f"{base} as declared"),
+        (-0.2, "as_declared", INITIAL, f"{law_words(base)} as declared"),
         (0.2, REFINED, ESTIMATED, "with side wall and digging"),
     ):
         axis.bar(
             place + shift, [case.error(base, name, "angle", a) for a in case.angles], 0.38, color=color, label=label
         )
     axis.axhline(case.repeat, color=TRUE, ls="--", lw=1, label="scatter of repeats")
-    axis.set(title="Error on the angle left out", xlabel="slip angle, °", ylabel="rms side force, N")
+    axis.set(title="Error on the angle left out", xlabel="slip angle, deg", ylabel="rms side force, N")
     axis.set_xticks(place, case.angles)
     axis.legend(loc="upper left")
 
@@ -75,7 +76,7 @@ def _per_angle(axis: Any, case: CmuCase, base: str) -> None:
 def _candidates(axis: Any, case: CmuCase, base: str) -> None:
     names = list(case.judged[base])
     errors = [case.error(base, name) for name in names]
-    axis.barh(names, errors, color=[ESTIMATED if name == REFINED else SOFT for name in names])
+    axis.barh([plain(name) for name in names], errors, color=[ESTIMATED if name == REFINED else SOFT for name in names])
     axis.axvline(0.5 * errors[0], color=TRUE, ls="--", lw=1)
     axis.invert_yaxis()
     axis.set(title="Candidates, held out by angle", xlabel="rms side force, N (dashed: half of the baseline)")
@@ -100,7 +101,7 @@ def _ranking(axis: Any, log: DartLog) -> None:
     shown = log.ranking[:7]
     accepted = {c.name for c in log.accepted}
     axis.barh(
-        [c.name for c in shown], [100 * c.gain for c in shown], xerr=[100 * c.std for c in shown],
+        [plain(c.name) for c in shown], [100 * c.gain for c in shown], xerr=[100 * c.std for c in shown],
         color=[ESTIMATED if c.name in accepted else SOFT for c in shown], ecolor=TRUE,
     )  # fmt: skip
     axis.invert_yaxis()
@@ -115,8 +116,8 @@ def _yaw_rate(axis: Any, log: DartLog) -> None:
         for values, color, label in (
             (recorded, TRUE, "recorded"), (before, INITIAL, "as declared"), (after, ESTIMATED, "refined"),
         ):  # fmt: skip
-            axis.plot(t[k], values[k], color=color, lw=1.1, label=label if k == 0 else None)
-    axis.set(title="Yaw rate, windows of 1 s, held out", xlabel="time, s", ylabel="rad/s")
+            axis.plot(t[k], DEGREE * values[k], color=color, lw=1.1, label=label if k == 0 else None)
+    axis.set(title="Yaw rate, windows of 1 s, held out", xlabel="time, s", ylabel="deg/s")
     axis.legend(loc="best", ncols=3)
 
 
@@ -126,5 +127,5 @@ def _before_after(axis: Any, log: DartLog) -> None:
     ratio = [log.after["0.5"][name] / log.before["0.5"][name] for name in states]
     axis.bar(place, ratio, 0.6, color=ESTIMATED)
     axis.axhline(1.0, color=INITIAL, ls="--", lw=1)
-    axis.set_xticks(place, states)
+    axis.set_xticks(place, [quantity(name).words for name in states], fontsize=7)
     axis.set(title="rms at 0.5 s, after / before", ylim=(0, 1.2))

@@ -22,7 +22,7 @@ FIGURES = (("tracking_rms", "tracking rms"), ("need", "clearance"))
 
 def rows_of(runs: Sequence[Run]) -> list[tuple[str, str, str, list[float], Worth]]:
     """(case, side of the first guess, figure, means of guess, true and estimate, worth) over the seeds that all three have."""
-    found = []
+    result = []
     for case in dict.fromkeys(run.case for run in runs):
         for side in ("low", "high"):
             three = [_same_seeds(runs, case, side, told) for told in (side, "true", f"est_{side}")]
@@ -33,8 +33,8 @@ def rows_of(runs: Sequence[Run]) -> list[tuple[str, str, str, list[float], Worth
                 if not np.isfinite(guess).all() or (figure == "tracking_rms" and three[0][0].clearance is not None):
                     continue  # no obstacles, or a path that obstacles force it to leave
                 means = [float(np.mean(values)) for values in (guess, true, estimate)]
-                found.append((case, side, words, means, worth_of(guess, true, estimate)))
-    return found
+                result.append((case, side, words, means, worth_of(guess, true, estimate)))
+    return result
 
 
 def _same_seeds(runs: Sequence[Run], case: str, side: str, told: str) -> list[Run]:
@@ -54,15 +54,15 @@ def say_study(runs: Sequence[Run]) -> None:
         "",
         "guess",
         "true",
-        "found",
+        "estimate",
         "worth (its error)",
         "recovered (90 % of resampled seeds)",
     ):
         table.add_column(heading, no_wrap=True)
-    for case, side, words, (guess, true, found), worth in rows_of(runs):
+    for case, side, words, (guess, true, result), worth in rows_of(runs):
         sign, short = (-1.0, "gap") if words == "clearance" else (1.0, "rms")
         table.add_row(
-            short_name(case), side, short, f"{sign * guess:.3f}", f"{sign * true:.3f}", f"{sign * found:.3f}",
+            short_name(case), side, short, f"{sign * guess:.3f}", f"{sign * true:.3f}", f"{sign * result:.3f}",
             f"{worth.worth:+.3f} ({worth.error:.3f})", recovered_words(worth),
         )  # fmt: skip
     console.print(table)
@@ -86,7 +86,7 @@ def recovered_words(worth: Worth) -> str:
 
 
 def _say_loop(runs: Sequence[Run]) -> None:
-    table = _table("Whether the loop held, all controllers (n: what the estimator had found when the manoeuvre began)")
+    table = _table("Whether the loop held, all controllers (n: what the estimator had converged to when the manoeuvre began)")
     headings = ("course", "drives", "ended", "touched", "least gap", "failed", "blocked", "late", "ms", "p99")
     for heading in (*headings, "n from low", "from high"):
         table.add_column(heading, no_wrap=True)

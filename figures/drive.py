@@ -13,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
+from softsoil.figures.labels import quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, RC, SOFT, TRUE, page
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, LoopLog
 from softsoil.mpc_demo.scenarios import Scenario
@@ -31,6 +32,7 @@ def draw_drive(scenario: Scenario, logs: Sequence[LoopLog], path: Path) -> Path:
             axis.remove()
         top = figure.add_subplot(grid[0, :])
         _map(top, scenario)
+        steering = quantity("steer")
         for log in logs:
             first = log is next(other for other in logs if other.controller == log.controller)
             style = {"color": COLORS[log.controller], "label": LABELS[log.controller] if first else None, "lw": 1.2}
@@ -38,7 +40,7 @@ def draw_drive(scenario: Scenario, logs: Sequence[LoopLog], path: Path) -> Path:
             top.plot(truth[:, 0], truth[:, 1], **style)
             axes[1, 0].plot(along, log.column("error"), **style)
             axes[1, 1].plot(t, log.column("n"), **style)
-            axes[2, 0].plot(along, log.column("steer"), **style)
+            axes[2, 0].plot(along, steering.factor * log.column("steer"), **style)
             axes[2, 1].plot(t, log.column("solve_ms"), ".", ms=2, color=COLORS[log.controller])
         top.legend(loc="upper left", ncols=3)
         n_true = [scenario.n_true(row["truth"][0]) for row in logs[-1].rows]
@@ -47,7 +49,7 @@ def draw_drive(scenario: Scenario, logs: Sequence[LoopLog], path: Path) -> Path:
         axes[1, 0].axvspan(0, scenario.warm_up, color=SOFT, alpha=0.15, lw=0)
         axes[1, 0].set(title="Distance left of the path (grey: not judged)", xlabel="along the path, m", ylabel="m")
         axes[1, 1].set(title="Sinkage exponent that the controller uses", xlabel="time, s", ylabel="n")
-        axes[2, 0].set(title="Steering", xlabel="along the path, m", ylabel="rad")
+        axes[2, 0].set(title="Steering", xlabel="along the path, m", ylabel=steering.label)
         axes[2, 1].set(title="Time of a solve", xlabel="time, s", ylabel="ms", yscale="log")
     return path
 
@@ -63,7 +65,7 @@ def _map(axis: Any, scenario: Scenario) -> None:
 
 
 def animate(scenario: Scenario, log: LoopLog, path: Path, frames: int = 110) -> Path:
-    """GIF of one run: vehicle, way so far, predicted horizon, and n."""
+    """GIF of one run: vehicle, way so far, predicted horizon, and n with its band up to now."""
     rows = np.unique(np.linspace(0, len(log.rows) - 1, frames).astype(int))
     truth, n, std, t = log.column("truth"), log.column("n"), log.column("n_std"), log.column("t")
     with matplotlib.rc_context(dict(RC)):
@@ -78,8 +80,8 @@ def animate(scenario: Scenario, log: LoopLog, path: Path, frames: int = 110) -> 
         below.plot(t, [scenario.n_true(place[0]) for place in truth], color=SOFT, ls="--", label="true n")
         (trace,) = below.plot([], [], color=ESTIMATED, label="n in the controller")
         below.set(xlim=(0, t[-1]), ylim=(min(n.min(), 0.4) - 0.1, n.max() + 0.15), xlabel="time, s", ylabel="n")
-        below.fill_between(t, n - 2 * std, n + 2 * std, color=ESTIMATED, alpha=0.12, lw=0)
-        below.legend(loc="upper right", ncols=2)
+        band = below.fill_between([], [], color=ESTIMATED, alpha=0.12, lw=0, label="±2 std")
+        below.legend(loc="upper right", ncols=3)
 
         def frame(i: int) -> tuple:
             x, y, psi = truth[i, :3]
@@ -87,7 +89,9 @@ def animate(scenario: Scenario, log: LoopLog, path: Path, frames: int = 110) -> 
             plan.set_data(*log.plans[i].T)
             body.set_xy(_outline(log, x, y, psi))
             trace.set_data(t[: i + 1], n[: i + 1])
-            return way, plan, body, trace
+            now = slice(0, i + 1)
+            band.set_data(t[now], n[now] - 2 * std[now], n[now] + 2 * std[now])
+            return way, plan, body, trace, band
 
         FuncAnimation(figure, frame, frames=rows, blit=False).save(path, writer=PillowWriter(fps=12))
     return path

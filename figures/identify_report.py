@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
 from softsoil.figures.identify import draw_costs, draw_errors, draw_numbers
+from softsoil.figures.labels import quantity
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, write_page
-from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.identify_result import Identification, in_order
 from softsoil.refinement.identify_words import judged_sentences, state_words, value_words, verdict_sentence
 from softsoil.refinement.vehicle_numbers import by_name
@@ -18,23 +20,23 @@ KINDS = {"identified": "", "needs_data": "unexplained", "contradicts_given": "un
 """Verdict -> style of its box."""
 
 
-def write_report(found: Identification, path: Path, about: Mapping[str, Mapping[str, str]]) -> Path:
+def write_report(result: Identification, path: Path, about: Mapping[str, Mapping[str, str]]) -> Path:
     """Write the report and return its path; about: software and vehicle."""
-    logs = ", ".join(found.n)
-    lines = (verdict_sentence(found), *(f"Drive next: {words}." for words in found.asks))
+    logs = ", ".join(result.n)
+    lines = (verdict_sentence(result), *(f"Drive next: {words}." for words in result.asks))
     inside = "".join(paragraph(line) for line in lines)
     parts = [
-        f'<h1>The numbers of {escape(found.vehicle.name)} from its logs</h1><p class="sub">{escape(logs)}</p>'
-        f'<div class="verdict {KINDS[found.verdict]}">{inside}</div>',
-        section("Numbers", _numbers(found), figure(lambda p: draw_numbers(found, p), NUMBERS_CAPTION)),
-        section("What they cost n", figure(lambda p: draw_costs(found, p), COSTS_CAPTION, "narrow")),
-        section("Sinkage exponents", _soils(found)),
-        section("The log left out", *map(paragraph, judged_sentences(found)), _errors(found), _pictures(found)),
+        f'<h1>The numbers of {escape(result.vehicle.name)} from its logs</h1><p class="sub">{escape(logs)}</p>'
+        f'<div class="verdict {KINDS[result.verdict]}">{inside}</div>',
+        section("Numbers", _numbers(result), figure(lambda p: draw_numbers(result, p), NUMBERS_CAPTION)),
+        section("What they cost n", figure(lambda p: draw_costs(result, p), COSTS_CAPTION, "narrow")),
+        section("Sinkage exponents", _soils(result)),
+        section("The log left out", *map(paragraph, judged_sentences(result)), _errors(result), _pictures(result)),
         section("What was done", items(DONE)),
-        section("Notes", items(found.notes)) if found.notes else "",
+        section("Notes", items(result.notes)) if result.notes else "",
         section("Provenance", provenance(about)),
     ]
-    return write_page(path, f"softsoil identify: {found.vehicle.name}", parts)
+    return write_page(path, f"softsoil identify: {result.vehicle.name}", parts)
 
 
 NUMBERS_CAPTION = (
@@ -54,11 +56,11 @@ DONE = (
 )
 
 
-def _numbers(found: Identification) -> str:
+def _numbers(result: Identification) -> str:
     heads = ["number", "value ± std", "state", "n per std", "expected before", "what it is, and why that was expected"]
     rows = [row(heads, " r rr ", "th")]
-    for name in in_order(found.numbers):
-        one, known = found.numbers[name], by_name()[name]
+    for name in in_order(result.numbers):
+        one, known = result.numbers[name], by_name()[name]
         why = known.how if one.given is not None else known.why
         cells = [f"<code>{escape(name)}</code>", escape(value_words(one)), escape(state_words(one))]
         words = f"{known.doc}; {why}".rstrip("; ")
@@ -67,26 +69,28 @@ def _numbers(found: Identification) -> str:
     return f"<table>{''.join(rows)}</table>"
 
 
-def _soils(found: Identification) -> str:
+def _soils(result: Identification) -> str:
     rows = [row(["log", "n ± std", ""], " r ", "th")]
-    for log, (value, std) in found.n.items():
-        rows.append(row([escape(log), with_error(value, std), "judges" if log == found.judged.log else "fitted"], " r "))
+    for log, (value, std) in result.n.items():
+        rows.append(row([escape(log), with_error(value, std), "judges" if log == result.judged.log else "fitted"], " r "))
     return f"<table>{''.join(rows)}</table>"
 
 
-def _errors(found: Identification) -> str:
-    horizons = list(found.judged.before)
+def _errors(result: Identification) -> str:
+    horizons = list(result.judged.before)
     heads = ["state"] + [f"{word}, {h} s" for h in horizons for word in ("before", "after", "ratio")]
     sides = " " + "rrr" * len(horizons)
     rows = [row(heads, sides, "th")]
     for state in STATE_CHANNELS:
-        cells = [f"{state} ({CHANNEL_UNITS[state]})²"]
+        shown = quantity(state)
+        cells = [f"{shown.words} ({shown.unit})"]
         for horizon in horizons:
-            before, after = found.judged.before[horizon][state], found.judged.after[horizon][state]
+            tables = (result.judged.before, result.judged.after)
+            before, after = (shown.factor * math.sqrt(table[horizon][state]) for table in tables)
             cells += [number(before), number(after), ratio(before, after)]
         rows.append(row(cells, sides))
-    return f"<table>{''.join(rows)}</table>"
+    return f'<p>Rms errors.</p><div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
-def _pictures(found: Identification) -> str:
-    return figure(lambda p: draw_errors(found, p), "Windows side by side over the last third of the log, from recorded states.")
+def _pictures(result: Identification) -> str:
+    return figure(lambda p: draw_errors(result, p), "Windows side by side over the last third of the log, from recorded states.")

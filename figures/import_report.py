@@ -2,59 +2,52 @@
 
 from __future__ import annotations
 
-import base64
-import tempfile
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from softsoil.figures.labels import quantity
+from softsoil.figures.page_html import figure, items, paragraph, section, write_page
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, page
 from softsoil.importing.bring_in import Import
 from softsoil.recording.drive import CHANNEL_UNITS
 
-STYLE = """
-body{font:15px/1.5 system-ui,sans-serif;margin:2em auto;max-width:1000px;padding:0 1em;color:#1f2933}
-table{border-collapse:collapse;margin:.5em 0 1.5em;width:100%}
-td,th{border-bottom:1px solid #e4e7eb;padding:.3em .6em;text-align:left;
-vertical-align:top}th{background:#f5f7fa}.good{color:#00798c}.doubt{color:#b7791f}.wrong{color:#d1495b;font-weight:bold}
-.soft{color:#7b8794}img{max-width:100%}
-"""
 SHOWN = ("u", "v", "omega_z", "steer", "a_y_imu", "omega_fl")
 COLORS = {"measured": ESTIMATED, "derived": REAR, "absent": SOFT}
 
 
-def write_import_report(found: Import, path: Path) -> Path:
+def write_import_report(result: Import, path: Path) -> Path:
     """Write the page to `path`; returns it."""
-    failed = [check for check in found.checks if not check.passed]
+    failed = [check for check in result.checks if not check.passed]
     verdict = (
-        f"All {len(found.checks)} checks passed."
+        f"All {len(result.checks)} checks passed."
         if not failed
-        else f"{len(failed)} of {len(found.checks)} checks failed: {', '.join(check.name for check in failed)}."
+        else f"{len(failed)} of {len(result.checks)} checks failed: {', '.join(check.name for check in failed)}."
     )
+    kind = "unexplained" if failed else "none"
+    head = f"{len(result.drive)} rows at {1 / result.drive.dt:.4g} Hz, {np.ptp(result.drive.t):.1f} s"
     parts = [
-        f"<h1>{escape(found.drive.name)}</h1>",
-        f"<p>{len(found.drive)} rows at {1 / found.drive.dt:.4g} Hz, {np.ptp(found.drive.t):.1f} s. {escape(verdict)}</p>",
-        _figure(found),
-        "<h2>Channels</h2>", _channels(found),
-        "<h2>Clocks</h2>", _offsets(found),
-        "<h2>Checks of channels against each other</h2>", _checks(found),
-        "<h2>Notes</h2><ul>", *(f"<li>{escape(note)}</li>" for note in found.drive.notes), "</ul>",
-    ]  # fmt: skip
-    head = f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(found.drive.name)}</title>'
-    path.write_text(f"{head}<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n", encoding="utf-8")
-    return path
+        f'<h1>{escape(result.drive.name)}</h1><p class="sub">{escape(head)}</p>'
+        f'<div class="verdict {kind}">{paragraph(verdict)}</div>',
+        section("Path and channels", figure(lambda picture: _draw(result, picture), CAPTION)),
+        section("Channels", _channels(result)),
+        section("Clocks", _offsets(result)),
+        section("Checks of channels against each other", _checks(result)),
+        section("Notes", items(result.drive.notes)),
+    ]
+    return write_page(path, f"softsoil import: {result.drive.name}", parts)
 
 
 def _row(cells: list[str], tag: str = "td") -> str:
     return "<tr>" + "".join(f"<{tag}>{cell}</{tag}>" for cell in cells) + "</tr>"
 
 
-def _channels(found: Import) -> str:
+def _channels(result: Import) -> str:
     rows = [_row(["channel", "unit", "state", "source", "rate, Hz", "gaps", "shifted, s", "filled"], "th")]
-    for name, entry in found.as_json()["channels"].items():
-        share = np.isfinite(found.drive[name]).mean() if name in found.drive else 0.0
+    for name, entry in result.as_json()["channels"].items():
+        share = np.isfinite(result.drive[name]).mean() if name in result.drive else 0.0
         css = {"measured": "good", "derived": "doubt"}.get(entry["state"], "soft")
         rate = "" if entry["rate_hz"] is None else f"{entry['rate_hz']:.4g}"
         gaps = "" if entry["gaps"] is None else str(entry["gaps"])
@@ -62,24 +55,24 @@ def _channels(found: Import) -> str:
         shifted = f"{entry['offset_s']:+.3f}" if entry["offset_s"] else ""
         source, filled = escape(entry["source"]), f"{100 * share:.0f} %"
         rows.append(_row([name, CHANNEL_UNITS[name], state, source, rate, gaps, shifted, filled]))
-    return f"<table>{''.join(rows)}</table>"
+    return f'<div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
-def _offsets(found: Import) -> str:
-    if not found.offsets:
+def _offsets(result: Import) -> str:
+    if not result.offsets:
         return "<p>No pair of channels says anything of the clocks.</p>"
     rows = [_row(["channels", "against", "late, s", "standard error, s", "correlation before", "after"], "th")]
-    for o in found.offsets:
+    for o in result.offsets:
         rows.append(
             _row([o.group, escape(o.against), f"{o.late_s:+.3f}", f"{o.std:.3f}", f"{o.before:.4f}", f"{o.after:.4f}"])
         )
-    shifted = ", ".join(f"{escape(source)} by {value:+.3f} s" for source, value in found.shifts.items() if value)
+    shifted = ", ".join(f"{escape(source)} by {value:+.3f} s" for source, value in result.shifts.items() if value)
     return f"<table>{''.join(rows)}</table><p>{'Shifted: ' + shifted if shifted else 'No clock was shifted.'}</p>"
 
 
-def _checks(found: Import) -> str:
+def _checks(result: Import) -> str:
     rows = [_row(["check", "result", "found", "expected", "cure"], "th")]
-    for check in sorted(found.checks, key=lambda c: (c.passed, not c.beyond_doubt)):
+    for check in sorted(result.checks, key=lambda c: (c.passed, not c.beyond_doubt)):
         css, word = (
             ("good", "passed")
             if check.passed
@@ -96,38 +89,49 @@ def _checks(found: Import) -> str:
                 ]
             )
         )
-    return f"<table>{''.join(rows)}</table>"
+    return f'<div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
-def _figure(found: Import) -> str:
-    """Path and channels as an embedded picture."""
-    drive = found.drive
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "drive.png"
-        with page(file, "Path and channels (derived ones in yellow)", 10, 8, 4, 2) as axes:
-            flat = axes.ravel()
-            flat[0].plot(drive["x"], drive["y"], ".", ms=1.5, color=COLORS[drive.state_of("x")])
-            flat[0].set(title="path of the front axle", xlabel="x, m", ylabel="y, m", aspect="equal")
-            for axis, name in zip(flat[1:], SHOWN, strict=False):
-                if name in drive:
-                    axis.plot(drive.t, drive[name], ".", ms=1.0, color=COLORS[drive.state_of(name)])
-                axis.set(title=name, ylabel=CHANNEL_UNITS[name])
-            _timing(flat[7], found)
-        picture = base64.b64encode(file.read_bytes()).decode("ascii")
-    return f'<p><img alt="path and channels" src="data:image/png;base64,{picture}"></p>'
+CAPTION = (
+    "Path of the front axle, the channels over time, and the steps between samples of each source: rates and gaps. Derived "
+    "channels are yellow."
+)
 
 
-def _timing(axis: Any, found: Import) -> None:
+def _draw(result: Import, path: Path) -> Path:
+    """Path and channels as a picture."""
+    drive = result.drive
+    with page(path, "Path and channels (derived ones in yellow)", 10, 8, 4, 2) as axes:
+        flat = axes.ravel()
+        flat[0].plot(drive["x"], drive["y"], ".", ms=1.5, color=COLORS[drive.state_of("x")])
+        flat[0].set(title="path of the front axle", xlabel="x, m", ylabel="y, m", aspect="equal")
+        for axis, name in zip(flat[1:], SHOWN, strict=False):
+            shown = quantity(name)
+            if drive.state_of(name) == "absent":
+                axis.text(0.5, 0.5, "absent", ha="center", va="center", transform=axis.transAxes)
+                axis.set(title=shown.words, xticks=[], yticks=[])
+                continue
+            axis.plot(drive.t, shown.factor * drive[name], ".", ms=1.0, color=COLORS[drive.state_of(name)])
+            axis.set(title=shown.words, ylabel=shown.unit)
+        _timing(flat[7], result)
+        for axis in flat[-2:]:
+            axis.set_xlabel("time, s")
+    return path
+
+
+def _timing(axis: Any, result: Import) -> None:
     """Steps between the samples of each source: rates and gaps at a glance."""
-    for i, (name, one) in enumerate(found.series.items()):
+    for i, (name, one) in enumerate(result.series.items()):
         steps = np.diff(one.t)
         axis.semilogy(
-            one.t[1:] - found.merged.start_s,
+            one.t[1:] - result.merged.start_s,
             steps,
             ".",
             ms=2,
             label=name,
             color=(ESTIMATED, INITIAL, REAR, SOFT)[i % 4],
         )
-    axis.set(title="steps between samples", xlabel="s", ylabel="s")
+    steps = np.concatenate([np.diff(one.t) for one in result.series.values()])
+    decades = 10.0 ** np.floor(np.log10(steps.min())), 10.0 ** (np.floor(np.log10(steps.max())) + 1.0)
+    axis.set(title="steps between samples", xlabel="s", ylabel="s", ylim=decades)
     axis.legend(loc="upper right", fontsize=6)

@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 
 STYLE = """
-:root { color-scheme: light; }
+:root { color-scheme: light dark; }
 body { margin: 0; background: #f7f9fb; color: #1f2933; font: 16px/1.55 system-ui, "Segoe UI", Roboto, sans-serif; }
 main { max-width: 62rem; margin: 0 auto; padding: 2.5rem 2rem 4rem; background: #fff; }
 h1 { font-size: 1.7rem; line-height: 1.25; margin: 0 0 .3rem; }
@@ -27,7 +27,18 @@ td.r, th.r { text-align: right; }
 td.better { color: #00798c; font-weight: 600; } td.worse { color: #d1495b; font-weight: 600; }
 figure { margin: 1rem 0 1.4rem; } img { width: 100%; height: auto; } figure.narrow img { max-width: 44rem; }
 ul { padding-left: 1.2rem; max-width: 46rem; } code { font-size: .92em; }
+.scroll { overflow-x: auto; }
+.good { color: #00798c; } .doubt { color: #9a6412; } .wrong { color: #d1495b; font-weight: bold; } .soft { color: #7b8794; }
+@media (prefers-color-scheme: dark) {
+  body { background: #12181f; color: #e4e7eb; } main { background: #1b232c; }
+  h2, td { border-color: #3e4c59; } th { border-color: #52606d; } p.sub, figcaption, td.unit, .soft { color: #9aa5b1; }
+  .verdict { background: #17313a; } .verdict.none { background: #242d37; } .verdict.unexplained { background: #38301f; }
+  td.better, .good { color: #4fc3d4; } td.worse, .wrong { color: #ff8b98; } .doubt { color: #edae49; }
+  img { background: #fff; border-radius: 6px; } a { color: #4fc3d4; }
+}
+@media print { body, main { background: #fff; color: #000; } }
 """
+
 
 def write_page(path: Path, title: str, parts: Sequence[str]) -> Path:
     """Write the page of `parts`, HTML each, and return its path."""
@@ -73,11 +84,12 @@ def row(cells: Sequence[str], sides: str, tag: str = "td") -> str:
     return f"<tr>{''.join(made)}</tr>"
 
 
-def figure(draw: Callable[[Path], Path], caption: str, kind: str = "wide") -> str:
-    """A picture inside the page; draw: writes it as PNG to a path; kind: "wide" or "narrow"."""
+def figure(draw: Callable[[Path], Path], caption: str, kind: str = "wide", alt: str = "") -> str:
+    """A picture inside the page; draw: writes it as PNG to a path; kind: "wide" or "narrow"; alt: what it shows, for those
+    who do not see it, default the caption."""
     with tempfile.TemporaryDirectory() as folder:
         data = base64.b64encode(draw(Path(folder) / "figure.png").read_bytes()).decode("ascii")
     return (
-        f'<figure class="{kind}"><img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
+        f'<figure class="{kind}"><img alt="{escape(alt or caption)}" src="data:image/png;base64,{data}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )

@@ -7,23 +7,20 @@ from typing import Any
 
 import numpy as np
 
+from softsoil.figures.labels import plain, quantity
 from softsoil.figures.refine_views import DriveView
 from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 from softsoil.refinement.residual import WINDOW
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.words import bound_words, effect_name
+from softsoil.refinement.words import bound_words
 
-UNITS = {
-    "steer": "rad", "steer_rate": "rad/s", "u": "m/s", "a_y": "m/s²", "omega_z": "rad/s", "side_slip": "rad",
-    "a_x": "m/s²", "cos_heading": "", "sin_heading": "", "time": "s",
-}  # fmt: skip
 PLAIN = "time"
 """What a residual that is merely constant is drawn against."""
 
 
 def draw_axles(view: DriveView, path: Path) -> Path:
-    """Unexplained lateral force of each axle over time, and against what it goes with most before."""
+    """Unexplained lateral force of each axle over time, and against the signal that it correlates with most before."""
     title = f"{view.name}: unexplained lateral force, windows of {WINDOW:g} s"
     with page(path, title, 10, 5.6, 2, 2, width_ratios=(2, 1), sharey="row") as axes:
         for row, axle in zip(axes, ("front", "rear"), strict=True):
@@ -31,7 +28,7 @@ def draw_axles(view: DriveView, path: Path) -> Path:
             after = view.after.force_f if axle == "front" else view.after.force_r
             _over_time(row[0], view, axle, before, after)
             _against(row[1], view, axle, before, after)
-        axes[0, 0].legend(loc="best", ncols=3)
+        axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, ncols=3)
         axes[1, 0].set_xlabel("time, s")
     return path
 
@@ -39,14 +36,15 @@ def draw_axles(view: DriveView, path: Path) -> Path:
 def _over_time(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> None:
     axis.axvspan(view.held_from, view.before.t[-1] + WINDOW / 2, color="#f0f4f8", zorder=0, label="judged, not fitted")
     axis.plot(view.before.t, before, color=INITIAL, lw=1.2, label="declared model")
-    axis.plot(view.after.t, after, color=ESTIMATED, lw=1.2, label="refined model")
+    if view.refined:
+        axis.plot(view.after.t, after, color=ESTIMATED, lw=1.2, label="refined model")
     axis.axhline(0, color=TRUE, lw=0.8)
     shares = [100 * s.share[axle] for s in (view.structure_before, view.structure_after)]
     said = [f"{share:.0f} %" for share in shares]
     words = f"{said[0]} of its force" + (f", then {said[1]}" if said[1] != said[0] else "")
     if not np.isfinite(shares).all():
         words = "not judged: v or yaw rate is not measured"
-    axis.set(title=f"{axle.capitalize()} axle: {words}", ylabel="N per axle")
+    axis.set(title=f"{axle.capitalize()} axle: {words}", ylabel="unexplained force, N")
 
 
 def _against(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> None:
@@ -54,19 +52,19 @@ def _against(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> 
     name = next(iter(correlations), PLAIN)
     signal = PLAIN if name == "constant" else name
     value = correlations.get(name, 0.0)
-    axis.plot(view.signals[signal], before, ".", color=INITIAL, ms=4)
-    axis.plot(view.signals[signal], after, ".", color=ESTIMATED, ms=4)
+    shown = quantity(signal)
+    axis.plot(shown.factor * view.signals[signal], before, ".", color=INITIAL, ms=4)
+    if view.refined:
+        axis.plot(shown.factor * view.signals[signal], after, ".", color=ESTIMATED, ms=4)
     axis.axhline(0, color=TRUE, lw=0.8)
-    words = "constant" if name == "constant" else f"against {effect_name(signal)}"
-    axis.set(
-        title=f"{words} ({value:+.2f} before)", xlabel=", ".join(filter(None, (effect_name(signal), UNITS[signal])))
-    )
+    words = "a constant" if name == "constant" else f"correlation {value:+.2f}"
+    axis.set(title=f"Declared model: {words}", xlabel=shown.label)
 
 
-def draw_ranking(found: Refinement, path: Path) -> Path:
+def draw_ranking(result: Refinement, path: Path) -> Path:
     """All candidates of the first round by the share of the held-out cost that each removes, with standard errors."""
-    ranking = found.ranking[::-1]
-    accepted = {effect.name for effect in found.effects} | {number.name for number in found.contradicted}
+    ranking = result.ranking[::-1]
+    accepted = {effect.name for effect in result.effects} | {number.name for number in result.contradicted}
     colors = [ESTIMATED if c.name in accepted else SOFT for c in ranking]
     with page(path, "Share of the held-out cost that each effect removes", 8, 0.24 * len(ranking) + 1.2) as axis:
         places = np.arange(len(ranking))
@@ -80,7 +78,7 @@ def draw_ranking(found: Refinement, path: Path) -> Path:
             f"least gain {100 * RULES.least_gain:.0f} %", (100 * RULES.least_gain, -0.4), (4, 0), textcoords="offset points",
             color=INITIAL, fontsize=8, va="center",
         )  # fmt: skip
-        labels = [c.name + (f" ({bound_words(c)})" if c.fit.at_bound else "") for c in ranking]
+        labels = [plain(c.name) + (f" ({plain(bound_words(c))})" if c.fit.at_bound else "") for c in ranking]
         axis.set_yticks(places, labels)
         axis.set(xlabel="held-out gain ± standard error over windows, %", ylim=(-0.8, len(ranking) - 0.3))
         axis.set_xlim(max(min([*shares, 0.0]) - 5, -40), 115)
@@ -94,6 +92,8 @@ def draw_paths(view: DriveView, path: Path) -> Path:
     with page(path, title, 10, 4.2, 1, 2, width_ratios=(1.3, 1)) as axes:
         for label, paths, color in (("record", view.recorded, TRUE), ("declared", view.path_before, INITIAL),
                                     ("refined", view.path_after, ESTIMATED)):  # fmt: skip
+            if label == "refined" and not view.refined:
+                continue
             for k, one in enumerate(paths):
                 width = 2.4 if label == "record" else 1.2
                 axes[0].plot(one[:, 0], one[:, 1], color=color, lw=width, alpha=0.9, label=None if k else label)
@@ -102,6 +102,8 @@ def draw_paths(view: DriveView, path: Path) -> Path:
         axes[0].set_aspect("equal", adjustable="datalim")
         axes[0].legend(loc="best")
         for label, paths, color in (("declared", view.path_before, INITIAL), ("refined", view.path_after, ESTIMATED)):
+            if label == "refined" and not view.refined:
+                continue
             side = aside(paths, view.recorded)
             axes[1].plot(view.clock, side.T, color=color, lw=0.7, alpha=0.6)
             seen = np.isfinite(side)

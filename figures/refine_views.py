@@ -42,18 +42,23 @@ class DriveView:
     path_before: Array
     path_after: Array
 
+    @property
+    def refined(self) -> bool:
+        """Whether the refined model differs from the declared one; equal lines are not drawn twice."""
+        return not np.array_equal(self.path_before, self.path_after, equal_nan=True)
 
-def drive_views(found: Refinement, start: float) -> list[DriveView]:
+
+def drive_views(result: Refinement, start: float) -> list[DriveView]:
     """A view of each drive that was refined on.
 
-    found: what refine returned; start: seconds left out at the beginning, as given to it.
+    result: what came of refine; start: seconds left out at the beginning, as given to it.
     """
-    return [_view(recording, found, i, start) for i, recording in enumerate(found.recordings)]
+    return [_view(recording, result, i, start) for i, recording in enumerate(result.recordings)]
 
 
-def _view(recording: Recording, found: Refinement, i: int, start: float) -> DriveView:
-    before, after = found.bench, found.selection.bench
-    vehicle = found.declaration.vehicle
+def _view(recording: Recording, result: Refinement, i: int, start: float) -> DriveView:
+    before, after = result.bench, result.selection.bench
+    vehicle = result.declaration.vehicle
     first, second = before.absent[i], after.absent[i]
     residual = drive_residual(recording, before.model, vehicle, first, start)
     _, _, signals = axle_windows(recording, before.model, vehicle, residual.t)
@@ -67,7 +72,7 @@ def _view(recording: Recording, found: Refinement, i: int, start: float) -> Driv
         before=residual,
         after=drive_residual(recording, after.model, vehicle, second, start),
         structure_before=structure(recording, before.model, vehicle, first, start),
-        structure_after=found.structure[i],
+        structure_after=result.structure[i],
         signals=signals,
         horizon=horizon,
         clock=shooting.drive.dt * np.arange(1, recorded.shape[1] + 1),

@@ -11,6 +11,7 @@ import numpy as np
 
 from softsoil.calibration.single_wheel import law_for, predict
 from softsoil.calibration.wheel_report import applies
+from softsoil.figures.labels import law_words, plain
 from softsoil.figures.style import page
 from softsoil.recording.rig import WheelRun
 from softsoil.symbolic.wheel import ForceLaw
@@ -47,11 +48,11 @@ def draw_force_against_slip(
             axis.plot(alpha, run.smooth(run.lateral(run.f_x, run.f_y)), "k" + style, lw=2, ms=4, label="measured")
             for name, out in outs.items():
                 force = run.smooth(run.lateral(out[k][0], out[k][1]))
-                axis.plot(alpha, force, style, color=COLOURS[name], lw=1, ms=4, label=name)
-            title = f"{run.group}, n {run.soil['n']:.2f}, s {run.slip:.2f}, load {run.load.mean():.0f} N"
+                axis.plot(alpha, force, style, color=COLOURS[name], lw=1, ms=4, label=law_words(name))
+            title = f"{plain(run.group)}, n {run.soil['n']:.2f}, s {run.slip:.2f}, load {run.load.mean():.0f} N"
             axis.set_title(title, fontsize=9)
-            axis.set_xlabel("slip angle (deg)")
-            axis.set_ylabel("lateral force (N)")
+            axis.set_xlabel("slip angle, deg")
+            axis.set_ylabel("lateral force, N")
         for axis in list(axes.flat)[len(chosen) :]:
             axis.set_axis_off()
         axes.flat[0].legend(fontsize=7)
@@ -68,9 +69,9 @@ def draw_errors(report: dict[str, Any], path: Path) -> Path:
             left.plot([k, k], [100 * values["median"], 100 * values["p95"]], "k-")
             left.plot(k, 100 * values["p95"], "k_", ms=12)
             right.bar(k, report["cost_us"][name], color=COLOURS[name])
-        for axis, label in ((left, "lateral force error over peak (%)"), (right, "cost of a call in C (us)")):
+        for axis, label in ((left, "lateral force error over peak, %"), (right, "cost of a call in C, µs")):
             axis.set_yscale("log")
-            axis.set_xticks(range(len(names)), names, rotation=20, fontsize=8)
+            axis.set_xticks(range(len(names)), [law_words(name) for name in names], rotation=20, fontsize=8)
             axis.set_ylabel(label)
         left.set_title("median, and 95th percentile over the runs", fontsize=9)
     return path

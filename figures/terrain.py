@@ -11,6 +11,7 @@ from scipy.special import chdtri
 
 from softsoil.estimator.horizons import Windows
 from softsoil.estimator.terrain import TerrainEstimate
+from softsoil.figures.labels import quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, TRUE, page, second_scale
 from softsoil.mpc_demo.study import LogStudy
 from softsoil.recording.drive import STATE_CHANNELS, Recording
@@ -18,7 +19,6 @@ from softsoil.recording.drive import STATE_CHANNELS, Recording
 PORTION_S = 12.0
 """s: stretch of the drive whose paths are drawn."""
 SYMBOLS = ("$x$", "$y$", r"$\psi$", "$u$", "$v$", r"$\omega_z$")
-SQUARED = ("m²", "m²", "rad²", "m²/s²", "m²/s²", "rad²/s²")
 
 
 def draw_study(study: LogStudy, path: Path) -> Path:
@@ -29,7 +29,7 @@ def draw_study(study: LogStudy, path: Path) -> Path:
         _paths(axes[0, 2], study)
         for axis, horizon in zip(axes[1], study.initial, strict=True):
             _errors(axis, study.initial[horizon], study.estimated[horizon])
-        axes[1, 0].set_ylabel("mean squared error, squared units")
+        axes[1, 0].set_ylabel("rms error, units as named")
         axes[1, 0].legend(loc="upper left")
     return path
 
@@ -121,10 +121,10 @@ def _errors(axis: Any, initial: Windows, estimated: Windows) -> None:
         (-0.2, initial, INITIAL, "first guess"),
         (0.2, estimated, ESTIMATED, "estimate"),
     ):
-        values = np.array(list(windows.mse.values()))
+        values = np.array([quantity(name).factor * np.sqrt(value) for name, value in windows.mse.items()])
         axis.bar(places + offset, np.where(values > 0, values, np.nan), 0.38, color=color, label=label)
     axis.set_yscale("log")
-    axis.set_xticks(places, [f"{s}\n{unit}" for s, unit in zip(SYMBOLS, SQUARED, strict=True)])
+    axis.set_xticks(places, [f"{s}\n{quantity(name).unit}" for s, name in zip(SYMBOLS, STATE_CHANNELS, strict=True)])
     axis.grid(axis="x", visible=False)
     axis.set_title(f"Predicted {initial.horizon:g} s ahead ({len(initial.rows)} windows)")
 

@@ -19,7 +19,7 @@ COMMENTS = ("#", "%", "//")
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))
 """A time beyond the first number is counted in units of the second (s)."""
 TIME = re.compile(
-    r"(t|time|timestamp|stamp|time_?stamp|zeit|sec|secs|seconds|utc|rosbagtimestamp|header\.?_?stamp)\Z", re.I
+    r"(t|time|timestamp|stamp|time_?stamp|zeit|sec|secs|seconds|utc|rosbagtimestamp|header\.?_?stamp)(_(s|sec|ms|us|ns))?\Z", re.I
 )
 UNIT_IN_NAME = re.compile(r"\s*[\[(]([^\])]+)[\])]\s*\Z")
 FEWEST_NUMBERS = 0.5
@@ -63,8 +63,10 @@ def open_table(path: Path, time: str = "") -> LooseTable:
 def _text(path: Path) -> pd.DataFrame:
     opener = gzip.open if path.name.endswith(".gz") else open
     try:
-        with opener(path, "rt", encoding="utf-8-sig") as file:
-            lines = [line for _, line in zip(range(200), file, strict=False)]
+        with opener(path, "rb") as file:
+            raw = b"".join(line for _, line in zip(range(200), file, strict=False))
+        encoding = _encoding(raw)
+        lines = raw.decode(encoding, errors="replace").splitlines(keepends=True)
     except (OSError, EOFError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: expected a table of text, found one that cannot be read: {error}") from None
     skipped = [i for i, line in enumerate(lines) if not line.strip() or line.lstrip().startswith(COMMENTS)]
@@ -79,12 +81,23 @@ def _text(path: Path) -> pd.DataFrame:
     decimal = "," if separator != "," and re.search(r"\d,\d", body[-1]) and not re.search(r"\d\.\d", body[-1]) else "."
     try:
         return pd.read_csv(
-            path, sep=separator, skiprows=skipped, decimal=decimal, low_memory=False, encoding="utf-8-sig"
+            path, sep=separator, skiprows=skipped, decimal=decimal, low_memory=False, encoding=encoding
         )
     except (ValueError, pd.errors.ParserError) as error:
         raise ValueError(
             f"{path}: expected a table, found one that cannot be read: {str(error).splitlines()[0]}"
         ) from None
+
+
+def _encoding(raw: bytes) -> str:
+    """UTF-8, or those that programs under Windows write: UTF-16 with its mark, or a code page for degree signs and umlauts."""
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "utf-16"
+    try:
+        raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8-sig"
 
 
 def _is_units_row(frame: pd.DataFrame) -> bool:
@@ -113,7 +126,8 @@ def seconds(table: LooseTable, where: str) -> Array:
             )
         zero = pd.Timestamp(0, tz="UTC")
         return ((stamps - zero) / pd.Timedelta(seconds=1)).to_numpy(dtype=float)
-    unit = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}.get(table.units.get(table.time, ""), 0.0)
+    named = table.units.get(table.time) or table.time.lower().rpartition("_")[2]
+    unit = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}.get(named, 0.0)
     typical = float(np.nanmedian(np.abs(values)))
     return values * (unit or next((factor for least, factor in EPOCHS if typical > least), 1.0))
 

@@ -77,9 +77,17 @@ class Series:
         return int(np.sum(steps > GAP * np.median(steps))) if len(steps) else 0
 
 
+RESTART, RESTART_SAMPLES = 0.25, 5
+"""s, samples: a clock that stays so far behind where it was, for so many samples, has been set back."""
+
+
 def ordered(name: str, t: Array, values: Mapping[str, Array], notes: tuple[str, ...] = ()) -> Series:
-    """A series called `name`, its samples values (N,) in order of t (N,); one sample per time, none without."""
+    """A series called `name`, its samples values (N,) in order of t (N,); one sample per time, none without.
+
+    Single samples that come late are put in their place. Raises ValueError for a clock that was set back.
+    """
     good = np.isfinite(t)
+    _refuse_restart(name, t[good])
     order = np.argsort(np.where(good, t, np.inf), kind="stable")[: int(good.sum())]
     keep = np.ones(len(order), dtype=bool)
     keep[1:] = np.diff(t[order]) > 0
@@ -90,6 +98,20 @@ def ordered(name: str, t: Array, values: Mapping[str, Array], notes: tuple[str, 
         notes = (*notes, f"{name}: {unordered} samples out of order sorted by their time")
     order = order[keep]
     return Series(name, t[order], {key: v[order] for key, v in values.items()}, notes)
+
+
+def _refuse_restart(name: str, t: Array) -> None:
+    if len(t) < 2 * RESTART_SAMPLES or np.mean(np.diff(t) < 0) > 0.01:  # rows in another order than that of time are sorted
+        return
+    ahead = np.maximum.accumulate(t)
+    count = np.cumsum(np.r_[0, ahead - t > RESTART])
+    run = np.flatnonzero(count[RESTART_SAMPLES:] - count[:-RESTART_SAMPLES] == RESTART_SAMPLES)
+    if len(run):
+        first = int(run[0])
+        raise ValueError(
+            f"{name}: sample {first + 1}: expected a clock that runs forward, found {t[first]:.6g} s after {ahead[first]:.6g} s: "
+            "it was set back or restarted; import each part as a recording of its own"
+        )
 
 
 def is_bag(path: Path) -> bool:

@@ -15,6 +15,7 @@ from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.estimator.c_library import c_library_texts
 from softsoil.estimator.terrain import terrain_model
 from softsoil.mpc_demo.bench_filter import DT, Q, R, U, Y, filterpy_filter
+from softsoil.mpc_demo.bench_horizon import horizon_rows
 from softsoil.mpc_demo.bench_rows import Row, microseconds
 
 PAPER = "7.5-10.5 ms"
@@ -36,6 +37,7 @@ def c_library_rows(declared: Declaration) -> Iterator[Row]:
         if declared.vehicle.effects:
             write_library(folder, _texts(declared))
             yield from _effect_rows(CLibrary(folder), library)
+            yield from horizon_rows(declared, CLibrary(folder))
 
 
 def _texts(declared: Declaration) -> dict[str, str]:

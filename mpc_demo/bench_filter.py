@@ -65,7 +65,7 @@ def filter_rows(declared: Declaration, drive: Recording) -> Iterator[Row]:
 
 
 def _replay(declared: Declaration, drive: Recording, filterpy_us: float) -> Row:
-    """A whole log, reading apart: per 12 ms row, one prediction and half an update."""
+    """A whole log without reading it: per 12 ms row, one prediction and half an update."""
     model = declared.plain()
     n0 = float(declared.soil.n)
     short = drive.between(drive.t[0], drive.t[0] + 1.0)

@@ -1,4 +1,4 @@
-"""Drives of the blind test: drawn from a seed on the plant's own physics, none of it told to the tracing."""
+"""Drives of the blind test: drawn from a seed on the plant's own physics, unknown to the tracing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The blind test: drives of the plant with an effect that the tracing is not told, and the score."""
+"""The blind test: drives of the plant with an effect unknown to the tracing, and the score."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def run_blind(
 ) -> tuple[list[dict[str, Any] | None], dict[int, str]]:
     """Results of all cases, and the reasons of those that failed; written as they come, resumed where it stopped.
 
-    out: folder of the results; workers: drives at a time; progress: told each case's place and result.
+    out: folder of the results; workers: drives at a time; progress: called with each case's place and result.
     """
     results: list[dict[str, Any] | None] = []
     failures: dict[int, str] = {}

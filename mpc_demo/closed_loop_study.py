@@ -1,4 +1,4 @@
-"""Many drives of the closed loop, told apart by what they were told: what knowing n is worth, and how much of it is recovered.
+"""Many drives of the closed loop by their first knowledge of n: what knowing n is worth, and how much of it is recovered.
 
 Drives with the same seed see the same sensor noise, so that controllers are compared pair by pair.
 """

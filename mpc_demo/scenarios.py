@@ -27,7 +27,7 @@ class Scenario:
     """One course.
 
     name; soil: under the course, as the plant has it; believed: class that the controllers know (all but n);
-    n_true: what the controller with the true n is told, by place along x (m); n_guess: the wrong first guess;
+    n_true: the n of the controller with the true n, by place along x (m); n_guess: the wrong first guess;
     path; speed: m/s; obstacles: (K, 5) x, y, radius (m) and velocity (m/s); why: what it is for;
     warm_up: length at the beginning on which nothing is judged (m).
     """

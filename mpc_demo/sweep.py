@@ -49,7 +49,7 @@ def run_sweep(
     """Run `task` on each point (a mapping of JSON values) and keep the results in `out`.
 
     task: a module-level function of a point that returns JSON values; workers: processes here (-1: one per core);
-    scheduler: address of a Dask scheduler (tcp://host:port), which then has the workers; progress: told (done, total).
+    scheduler: address of a Dask scheduler (tcp://host:port), which then has the workers; progress: called with (done, total).
     A task that raises is a failure with its reason, is not kept, and is tried again by the next run.
     Raises ValueError for points that are not JSON, an address that is none, or a results file that is damaged.
     """

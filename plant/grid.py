@@ -2,7 +2,7 @@
 
 A tile is 8 x 8 nodes. An open-addressing hash finds it from (layer, tile row, tile column); memory grows with the rut
 and the cost of finding a node does not depend on how long the rut is. A layer is one memory of the soil: all wheels
-share layer 0 unless the passes are kept apart.
+share layer 0 unless the passes are kept separate.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Suspension kinematics from hardpoints: where a wheel goes with travel and steering, as smooth polynomials.
 
-A carrier has one degree of freedom left by its links. Its pose is found by solving the link lengths (and the tie
+A carrier has one degree of freedom left by its links. Its pose follows from solving the link lengths (and the tie
 rod's, whose inner end the steering link moves) at a grid of travels q and pitman angles theta; polynomials through the
 results give the wheel centre, its axle, the carrier's turning per travel and per steering, and the strut's length, all
 in the chassis frame.

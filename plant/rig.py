@@ -53,7 +53,7 @@ class Rig:
 
 @dataclass(frozen=True)
 class RigRun:
-    """What one run is told.
+    """Settings of one run.
 
     soil; load (N); slip: s of the paper at zero yaw; speed: m/s; amplitude: of the yaw angle (rad); frequency: Hz.
     Raises ValueError for a load, speed or frequency that is not positive, or a slip outside (-1, 1).

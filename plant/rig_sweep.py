@@ -29,7 +29,7 @@ CONDITIONS = np.dtype(
         for name in ("k_phi", "k_c", "n", "c", "phi", "k", "load", "slip", "speed", "amplitude_deg", "frequency")
     ]
 )
-"""What a run was told, as in the shared runs."""
+"""Settings of a run, as in the shared runs."""
 TABLE_4 = {"load": (1000.0, 4000.0), "slip": (-0.9, 0.9), "speed": (2.5, 8.5), "n": (0.4, 1.3)}
 """Table 4 of the paper: N, 1, m/s, 1."""
 AMPLITUDES, FREQUENCIES = (12.0, 22.0), (0.35, 1.5)

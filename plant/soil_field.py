@@ -1,4 +1,4 @@
-"""Soil that varies in space: parameter sets on a regular map, the same for all wheels or apart for left and right."""
+"""Soil that varies in space: parameter sets on a regular map, the same for all wheels or one each for left and right."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def soil_vector(soil: Soil) -> NDArray[np.float64]:
 class SoilField:
     """Soil parameters over the ground.
 
-    values: (S, I, J, 8) parameter sets, S = 1 for all wheels, or S = 2 for left and right wheels apart;
+    values: (S, I, J, 8) parameter sets, S = 1 for all wheels, or S = 2 for left and right wheels separately;
     origin: (x, y) of the map's first cell centre (m); spacing: of the cells (m); blend: bilinear between cell centres,
     or the nearest cell (a sharp border half-way between two centres). Outside the map the nearest cell counts.
     Raises ValueError for another shape or spacing <= 0.

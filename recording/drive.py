@@ -1,4 +1,4 @@
-"""A recorded drive: named channels on one clock, with the evaluation-only truth kept apart."""
+"""A recorded drive: named channels on one clock, with the evaluation-only truth beside them."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ HUBER = 2.5
 """Robust standard deviations beyond which a window counts linearly."""
 
 COLLINEAR = 1e-3
-"""Least eigenvalue of the features' correlation matrix, below which they are not told from each other."""
+"""Least eigenvalue of the features' correlation matrix, below which they cannot be separated."""
 
 
 @dataclass(frozen=True)

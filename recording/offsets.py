@@ -32,6 +32,9 @@ LEAD = {"wheels": 0.28, "steer": -0.01}
 """s: by how much a channel leads what it is compared with on one clock: slip follows the acceleration, so that on soft soil the
 rim speed leads the speed by 0.19 to 0.47 s (26 drives of two vehicles); the steering lags the force balance by 0.007 to 0.011 s
 (4 multi-sine drives of the reference vehicle; a yaw inertia that is 10 % too large adds 0.008 s)."""
+WITHOUT_V = {True: (0.025, 0.04), False: (0.11, 0.1)}
+"""Whether there is an accelerometer -> (s that the steering leads further, s of further standard error), where v is not measured
+and the rear axle's slip angle is put for it: 0.00 to 0.07 and 0.04 to 0.19 s on 11 drives of the reference vehicle."""
 MOST_ROWS = 60_000
 """Rows of a long drive that are compared: its middle 20 minutes."""
 LEAST_R2 = 0.5
@@ -187,7 +190,9 @@ def _steering(c: _Clocked, geometry: Geometry) -> Offset | None:
     a_y = c["a_y_imu"] if c.has("a_y_imu") else c["u"] * c["omega_z"]
     front, rear = a_y + gyration / geometry.l_r * turning, a_y - gyration / geometry.l_f * turning
     course = (geometry.l_f + geometry.l_r) * c["omega_z"] / u
-    return best_offset("steer", "front axle's motion", c["steer"], course, [front, front**3, rear], c.dt)
+    found = best_offset("steer", "front axle's motion", c["steer"], course, [front, front**3, rear], c.dt)
+    lead, std = WITHOUT_V[c.has("a_y_imu")]
+    return found and replace(found, late_s=found.late_s + lead, std=float(np.hypot(found.std, std)))
 
 
 def best_offset(

@@ -225,9 +225,11 @@ def _refined(
     tables = {e.name: {k: v for k, (v, _, _) in e.parameters.items() if k in known[e.name].parameters} for e in effects}
     stds = {number.name: number.std for number in contradicted}
     stds |= {k: s for e in effects for k, (_, s, _) in e.parameters.items() if k in known[e.name].parameters}
-    vehicle = _moved(declaration.vehicle, final)
-    stated = {**vehicle.uncertainty, **{k: s for k, s in stds.items() if np.isfinite(s) and s > 0}}
-    return Declaration(vehicle.with_(uncertainty=stated), declaration.soil, declaration.law).with_effects(tables).with_n(n)
+    refined = Declaration(_moved(declaration.vehicle, final), declaration.soil, declaration.law).with_effects(tables).with_n(n)
+    vehicle = refined.vehicle
+    there = {*(number.name for number in NUMBERS), *(key for values in vehicle.effects.values() for key in values)}
+    stated = {k: s for k, s in {**vehicle.uncertainty, **stds}.items() if k in there and np.isfinite(s) and s > 0}
+    return Declaration(vehicle.with_(uncertainty=stated), refined.soil, refined.law)
 
 
 def _possible(

@@ -92,7 +92,7 @@ def falls(found: Refinement) -> float | None:
 def falls_sentence(found: Refinement) -> str:
     """The change of the held-out error in one sentence; empty where there is none to tell."""
     ratio = falls(found)
-    if ratio is None or not found.effects:
+    if ratio is None or not (found.effects or found.contradicted):
         return ""
     return (
         f"Held-out mean squared error at {JUDGED_HORIZON} s: {ratio:.1f} times smaller with the refined model "
@@ -115,7 +115,7 @@ def split_sentence(found: Refinement) -> str:
     more = (
         "" if len(found.bench.shootings) == 1 else f" (first drive; all {len(found.bench.shootings)} are split alike)"
     )
-    last = " The parameters are from a fit to all of it, after that." if found.effects else ""
+    last = " The parameters are from a fit to all of it, after that." if found.effects or found.contradicted else ""
     return (
         f"Fitted on {begin:.1f} to {start:.1f} s, judged on {start:.1f} to {stop:.1f} s, which that fit has not seen{more}."
         f"{last}"

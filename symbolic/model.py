@@ -1,6 +1,6 @@
 """A model: named states, inputs, parameters and outputs, and the equations between them, as CasADi functions.
 
-The equations are a chain of named stages. Each stage reads the quantities found so far and adds its own; an effect
+The equations are a chain of named stages. Each stage reads the quantities computed so far and adds its own; an effect
 (`softsoil.symbolic.effect`) corrects the quantities of a stage and never edits it. The chain ends with the rate `d_<state>` of
 every state and the value `y_<output>` of every output.
 """

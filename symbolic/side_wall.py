@@ -23,7 +23,7 @@ from softsoil.symbolic.wheel import Contact
 WALL_FRICTION = 2.0 / 3.0
 """Friction angle of soil on the wall over phi: the usual value for steel on sand."""
 HEAP = 0.7
-"""Height of the heap over the sinkage: as found on the sand of `softsoil case cmu`, where held-out angles give 0.6 to 0.75."""
+"""Height of the heap over the sinkage: as fitted on the sand of `softsoil case cmu`, where held-out angles give 0.6 to 0.75."""
 STANDSTILL = 0.05
 """m/s below which the wall of a vehicle's wheel stops pushing, smoothly."""
 

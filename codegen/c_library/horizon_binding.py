@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softsoil.codegen.c_library.binding import CLibrary
+from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.statuses import STATUSES
 
 Array = NDArray[np.float64]
@@ -53,6 +53,14 @@ class CHorizon:
         self.c.softsoil_horizon_update(self._self)
         return bool(self.head.updated)
 
+    def saved(self) -> bytes:
+        """The whole structure, for `restore`."""
+        return bytes(self._memory)
+
+    def restore(self, saved: bytes) -> None:
+        """Go on from where it was `saved`."""
+        self._memory[:] = saved
+
     @property
     def n(self) -> Array:
         """(A,) estimate."""
@@ -62,6 +70,10 @@ class CHorizon:
     def std(self) -> Array:
         """(A,) its standard deviation."""
         return np.array(self.head.std)
+
+    def correct(self, own: CFilter) -> bool:
+        """Put the estimate in the place of a filter's where the verdict allows it and they differ; returns whether they did."""
+        return bool(self.c.softsoil_horizon_correct(self._self, ctypes.byref(own.state)))
 
     @property
     def verdict(self) -> str:

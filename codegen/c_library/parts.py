@@ -1,4 +1,4 @@
-"""A model taken apart for C: what leads to the wheels, the force law once for all wheels, and what follows from forces.
+"""A model split for C: what leads to the wheels, the force law once for all wheels, and what follows from forces.
 
 The model is built a second time with a force law that writes down what it is asked and answers with symbols; no equation
 is repeated. The law, nine tenths of the work, then stands in the C code once for all wheels that ask it alike and runs over all
@@ -24,7 +24,7 @@ SOIL = SOIL_SIGNALS.names
 CONTACT = tuple(f.name for f in fields(Contact))
 FORCE = tuple(f.name for f in fields(WheelForce))
 TOLD = tuple(name for name in CONTACT if name not in ("rut_depth", "sweep"))
-"""What the C function of one wheel is told; there a rut has no depth and the wheel stands upright."""
+"""Arguments of the C function of one wheel; there a rut has no depth and the wheel stands upright."""
 SAID = tuple(name for name in FORCE if not name.startswith("exit_") or name == "exit_path")
 """What it answers."""
 

@@ -73,7 +73,7 @@ typedef struct {
   double std[SOFTSOIL_HORIZON_N];         /* its standard deviation */
   double information_std[SOFTSOIL_HORIZON_N]; /* the same by noise and model error alone, without the initial guess */
   double free_n[SOFTSOIL_HORIZON_N];      /* estimate without the initial guess */
-  double unexplained[2];                  /* share of the motion of v and omega_z that the model leaves beyond noise */
+  double unexplained[2];                  /* share of the variance of v and omega_z that the model leaves beyond noise */
   double unexplained_std[2];
   double motion;                          /* m/s^2, root mean square of u omega_z */
   double cost;                            /* of the newest window */

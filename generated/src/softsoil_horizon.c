@@ -12,7 +12,7 @@
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
 #define LONGEST_WINDOW 105 /* samples */
-#define MAGIC 0x08d78b31u
+#define MAGIC 0x1da15625u
 
 typedef softsoil_horizon_window_t window_t;
 
@@ -42,6 +42,7 @@ static const int32_t y_wraps[SOFTSOIL_N_Y] = {0, 0, 1, 0, 0, 0};
 /* Limits of the verdict, as VerdictRules. */
 static const double most_std = 0.08, same = 0.1, bound = 0.02, axles = 0.25, axles_sigmas = 4.0;
 static const double most_unexplained[2] = {0.1, 0.022}, least_motion = 0.2;
+static const double unexplained_sigmas = 2.0;
 /* v and omega_z: by which a model is judged. */
 static const int judged[2] = {SOFTSOIL_Y_v, SOFTSOIL_Y_omega_z};
 
@@ -685,7 +686,7 @@ static void deviations(softsoil_horizon_t *h) {
   }
 }
 
-/* Share of the motion of v or omega_z that the windows of this soil leave beyond sensor noise, and its standard error. */
+/* Share of the variance of v or omega_z that the windows of this soil leave beyond sensor noise, and its standard error. */
 static void unexplained(softsoil_horizon_t *h, int c) {
   double sorted[WINDOWS], sum = 0.0, square = 0.0;
   int many = 0;
@@ -708,14 +709,14 @@ static void unexplained(softsoil_horizon_t *h, int c) {
   const double noise_error = h->noise[c] * sqrt(4.6 / larger(samples, 1.0)), of_mean = 1.25 * spread / sqrt((double)many);
   const double error = larger(sqrt(of_mean * of_mean + noise_error * noise_error), 1e-15);
   const double motion = larger(h->square[c] - h->noise[c], 0.0) + 1e-12;
-  h->unexplained[c] = sqrt(larger(left - h->noise[c], 0.0) / motion);
-  h->unexplained_std[c] = error / motion / larger(2.0 * h->unexplained[c], sqrt(error / motion));
+  h->unexplained[c] = (left - h->noise[c]) / motion;
+  h->unexplained_std[c] = error / motion;
 }
 
 static int decide(const softsoil_horizon_t *h) {
-  if (h->windows < 2 * recents[0]) return SOFTSOIL_VERDICT_NOT_EXCITED;
+  if (h->windows < 2 * recents[0] || !(h->motion >= least_motion)) return SOFTSOIL_VERDICT_NOT_EXCITED;
   for (int c = 0; c < 2; ++c)
-    if (!(h->motion < least_motion) && h->unexplained[c] - h->unexplained_std[c] > most_unexplained[c])
+    if (h->unexplained[c] - unexplained_sigmas * h->unexplained_std[c] > most_unexplained[c] * most_unexplained[c])
       return SOFTSOIL_VERDICT_INCONSISTENT;
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k])) return SOFTSOIL_VERDICT_NOT_EXCITED;
@@ -793,7 +794,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
 
 int softsoil_horizon_correct(const softsoil_horizon_t *h, softsoil_t *s) {
   int moved = 0;
-  if (!h || !s || h->magic != MAGIC || s->magic != 0xa513f140u || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
+  if (!h || !s || h->magic != MAGIC || s->magic != 0xc17c1542u || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
   for (int k = 0; k < K; ++k) {
     const int at = at_state[k];
     const double away = h->n[k] - s->x[at];

@@ -85,7 +85,7 @@ def _swept(q: Quantities, corner: Corner) -> Corner:
 
 def _two_tracks(q: Quantities) -> Quantities:
     """Left and right wheels in the place of each axle's pair; delta_left - delta_right = ackermann delta^2 + toe in front, at the
-    rear the toe that goes with the load."""
+    rear the toe that depends on the load."""
     two = fade_in(q["transfer_height"], LEAST_HEIGHT * q["track"])
     toe_rear = q["toe_rear"] + q["toe_rear_load"] * (q["load_r"] - q["rest_load_r"])
     spread = (q["ackermann"] * q["delta"] ** 2 + q["toe"]) / 2

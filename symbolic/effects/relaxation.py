@@ -33,7 +33,7 @@ def effect(vehicle: Vehicle) -> Effect:
         },
         states=STATES,
         signatures=("late steering",),
-        separates="the same steering at several speeds: this lag goes with 1/u and is there at the rear too",
+        separates="the same steering at several speeds: this lag is proportional to 1/u and is there at the rear too",
         rests_on=("u", "v", "omega_z"),
     )
 

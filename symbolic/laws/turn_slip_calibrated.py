@@ -1,6 +1,6 @@
-"""The turn-slip law with the factors that a calibration on single-wheel runs found, the same for all soils and loads.
+"""The turn-slip law with the factors of a calibration on single-wheel runs, the same for all soils and loads.
 
-The factors are kept apart by what they belong to. [soil] would hold what the soil contact model does and the law does
+The factors are kept separate by what they belong to. [soil] would hold what the soil contact model does and the law does
 not; it is empty: against a soil contact model whose grid and step are refined, nothing is left to fit. [rig] belongs to
 the numerics of the reference rig (grid of 0.025 m, step of 1 ms, the wheel beside its yaw axis). On the vehicle, whose
 grid and step differ, [rig] factors make the front-wheel force worse, so they are used on that rig's runs only.

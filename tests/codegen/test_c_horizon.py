@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from c_folders import SCALAR, declared, library
+from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.build import FLAGS
+from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
+from softsoil.estimator.c_library import c_library_texts, c_parts
 from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
+from softsoil.estimator.parameters import Free
+from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.files.package_data import example_logs
 from softsoil.recording.drive import STATE_CHANNELS
@@ -33,15 +38,14 @@ def spoiled(recording, seed=1):
     return replace(recording, channels=channels)
 
 
-def both(recording, name, flags):
-    """Estimates of Python and C after every window: n and its standard deviation (K, A), and the C horizon."""
-    model = declared(name).build()
+def both(recording, model, free, c):
+    """Estimates of Python and C after every window: n and its standard deviation (K, A), and both horizons."""
     windows = drive_windows(recording, model, START, HorizonRules())
-    python = MovingHorizon(windows, exponents(bool(model.effects)), N_0, HorizonRules())
-    c, drive, rows = CHorizon(library(name, flags)), windows.drive, []
+    python, drive, rows = MovingHorizon(windows, free, N_0, HorizonRules()), windows.drive, []
     c.options.dt, c.options.start_up = drive.dt, START
     c.options.r_std[:] = sensor_std(recording, LEAST_NOISE)
-    c.options.guess[:] = [N_0] * len(c.names)
+    for k, name in enumerate(c.names):
+        c.options.guess[k] = N_0 if name in ("n", "n_f", "n_r") else c.options.guess[k]
     c.start(drive.t[0])
     for t, u, y in zip(drive.t, drive.inputs, drive.measured, strict=True):
         c.push(u, y, t)
@@ -56,7 +60,8 @@ def both(recording, name, flags):
 @pytest.mark.parametrize("damage", (None, spoiled), ids=("whole", "spoiled"))
 def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
     recording = add_noise(read_drive(log), "table5", 2)
-    (n, std, c_n, c_std), c, python = both(recording if damage is None else damage(recording), "tracks", FLAGS)
+    model, c = declared("tracks").build(), CHorizon(library("tracks", FLAGS))
+    (n, std, c_n, c_std), c, python = both(recording if damage is None else damage(recording), model, exponents(True), c)
     assert np.abs(n - c_n).max() < 1e-7
     assert np.abs(std - c_std).max() < 1e-7
     assert c.head.changes == len(python.changes)
@@ -65,10 +70,44 @@ def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
 @pytest.mark.parametrize("flags", (SCALAR, FLAGS), ids=("scalar", "lanes"))
 def test_the_same_numbers_with_one_n_for_each_axle(flags):
     recording = add_noise(read_drive(example_logs()[0]), "table5", 2)
-    (n, std, c_n, c_std), c, _ = both(recording.between(0.0, 15.0), "plain", flags)
+    c = CHorizon(library("plain", flags))
+    (n, std, c_n, c_std), c, _ = both(recording.between(0.0, 15.0), declared("plain").build(), exponents(False), c)
     assert len(c.names) == 2
     assert np.abs(n - c_n).max() < 2e-6  # two numbers, one of them hardly determined
     assert np.abs(std - c_std).max() < 2e-6
+
+
+@pytest.mark.slow
+def test_the_same_numbers_with_four_parameters(tmp_path):
+    """n and three parameters of effects, each with its own prior."""
+    more = tuple(declared("tracks").build().p.names[-3:])
+    write_library(tmp_path, c_library_texts(declared("tracks"), promote=more))
+    c, states = CHorizon(CLibrary(tmp_path)), c_parts(declared("tracks"), more).model.x
+    assert c.names == ["n", *more]
+    free = [*exponents(True)]
+    for k, name in enumerate(more, start=1):
+        s, known = states[name], (c.options.guess[k], c.options.guess_std[k])
+        free.append(Free(name, (name,), (s.upper - s.lower) / 10, s.lower, s.upper, known=known))
+    recording = add_noise(read_drive(example_logs()[0]), "table5", 2).between(0.0, 20.0)
+    (n, std, c_n, c_std), _, _ = both(recording, declared("tracks").build(), free, c)
+    scale = np.array([f.scale for f in free])
+    assert np.abs((n - c_n) / scale).max() < 1e-5
+    assert np.abs((std - c_std) / scale).max() < 1e-5
+
+
+def test_a_filter_far_off_is_corrected(drive):
+    c = ran(drive)
+    own = CFilter(library("tracks", FLAGS))
+    own.state.x[6], before = 1.2, np.array(own.P)
+    assert c.correct(own)
+    assert own.x[6] == c.n[0] and own.std[6] == c.std[0]
+    after = own.P
+    assert np.allclose(after, after.T) and np.linalg.eigvalsh(after).min() > 0
+    assert np.allclose(after[:6, :6], before[:6, :6])
+    assert not c.correct(own)  # agreement corrects nothing
+    c.head.verdict = c.words.index("not_excited")
+    own.state.x[6] = 1.2
+    assert not c.correct(own)
 
 
 def driven(seconds=20.0, **more):
@@ -79,8 +118,6 @@ def driven(seconds=20.0, **more):
 
 def ran(recording, change=None):
     """A C horizon after a drive; change(k, u, y, t) -> (u, y, t) or None for a sample that never came."""
-    from softsoil.estimator.shooting import shooting_drive
-
     drive = shooting_drive(recording, declared("tracks").build(), 1.0)
     c = CHorizon(library("tracks", FLAGS))
     c.options.dt, c.options.start_up = drive.dt, 1.0

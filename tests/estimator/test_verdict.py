@@ -12,6 +12,7 @@ from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
 from softsoil.estimator.verdict import WORDS, decide
+from softsoil.recording.derive import mark
 from softsoil.recording.noise import add_noise
 from softsoil.recording.usable import mark_checked
 from softsoil.symbolic.bicycle import bicycle
@@ -91,6 +92,13 @@ def test_a_wrong_soil_is_no_road(noisy):
 def test_a_flipped_sign_is_never_identified(noisy, channel):
     flipped = mark_checked(noisy.with_channels(**{channel: -noisy[channel]}))  # the verdict alone, without the check of channels
     assert not estimate(flipped, clay_bicycle(), 0.7, start=1.0).verdict.usable
+
+
+def test_no_n_that_rests_on_derived_wheel_speeds_is_identified(noisy):
+    """On a drive of the model itself, on which all else is right: the judge alone would pass it."""
+    derived = mark_checked(mark(noisy, "derived", "omega_fl"))
+    found = estimate(derived, clay_bicycle(), 0.7, method="horizon", start=1.0)
+    assert found.verdict.word == "inconsistent" and found.verdict.reason.startswith("omega_fl is derived: n may be too high")
 
 
 def test_a_straight_drive_excites_nothing():

@@ -1,11 +1,16 @@
 """Tutorials and README from top to bottom: every block is carried out, and what is printed is compared with the page."""
 
+import json
+
 import pytest
 
 from benchmarks.guide.blocks import blocks, last_digit, matched, run_page, same
+from benchmarks.guide.json_page import PAGE, keys, undescribed
 from drives import PROJECT
 
 TUTORIALS = sorted(PROJECT.glob("docs/tutorials/*.md"))
+BUILT = ("build", "library", "data")
+"""Folders of C and of the example data."""
 ELSEWHERE = {"add-an-effect"}
 """Followed in a copy of the project by test_add_an_effect.py."""
 
@@ -17,6 +22,8 @@ def test_a_tutorial_runs_and_prints_what_it_says(page, tmp_path):
     steps = list(run_page(page.read_text(encoding="utf-8"), tmp_path))
     assert any(step.expected for step in steps), "expected a block with output"
     assert [fault for step in steps for fault in step.faults()] == []
+    for path in (path for folder in tmp_path.iterdir() if folder.name not in BUILT for path in folder.rglob("*.json")):
+        assert undescribed(path.name, json.loads(path.read_text(encoding="utf-8"))) == [], f"{path.name}: {PAGE.name} lacks keys"
 
 
 @pytest.mark.slow
@@ -53,3 +60,8 @@ def test_a_page_that_prints_something_else_is_reported(tmp_path):
     page = "```python\nprint('n', 0.5)\n```\n\n```text\nn 0.7\n```\n"
     (step,) = run_page(page, tmp_path)
     assert step.faults() and "'n 0.7' is not printed" in step.faults()[0]
+
+
+def test_keys_that_the_json_page_lacks_are_named():
+    assert list(keys({"a": {"b": [{"c": 1}]}, "d": []})) == ["a.b[].c", "d[]"]
+    assert undescribed("estimate.json", {"verdict": "identified", "software": {"version": "1"}, "speed": 1.0}) == ["speed"]

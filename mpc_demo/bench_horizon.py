@@ -1,0 +1,88 @@
+"""Speed of the moving horizon in C: one update, with one parameter and with four, against the filter's step."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from softsoil.codegen.c_library.binding import CFilter, CLibrary
+from softsoil.codegen.c_library.folder import write_library
+from softsoil.codegen.c_library.horizon_binding import CHorizon
+from softsoil.codegen.text_cache import asked_for, texts_from_cache
+from softsoil.declaration.model_file import Declaration, declaration_toml
+from softsoil.estimator.c_library import c_library_texts
+from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.bench_rows import Row, seconds
+from softsoil.recording.noise import add_noise
+
+DT = 0.012
+MORE = ("lean_steer", "steer_rear", "yaw_moment")
+"""Parameters of the reference vehicle's effects that are estimated beside n."""
+CALLS = 400
+UPDATES = 8
+"""Updates before the one that is timed: n still moves, so that a second window is linearised anew too."""
+
+
+def horizon_rows(declared: Declaration, library: CLibrary) -> Iterator[Row]:
+    """The rows for a declaration with effects; library: its own, with n alone."""
+    one, step = _least(horizon_update(declared, library), filter_step(library))
+    against = "prediction and update of the filter, in the same library"
+    yield Row("horizon_update_1", one, "us", against, step)
+    more = tuple(name for name in MORE if name in library.names["parameters"])
+    if len(more) < len(MORE):
+        return
+    asked = asked_for("horizon", declaration_toml(declared), DT, *more)
+    texts = texts_from_cache(asked, lambda: c_library_texts(declared, DT, promote=more))
+    with tempfile.TemporaryDirectory() as folder:
+        write_library(folder, texts)
+        four = CLibrary(folder)
+    update, step = _least(horizon_update(declared, four), filter_step(four))
+    yield Row("horizon_update_4", update, "us", against, step)
+
+
+def _least(*calls: Callable[[], object]) -> list[float]:
+    """Least time of one call of each function (us): an update is long enough to be timed alone."""
+    return [1e6 * min(seconds(call) for _ in range(CALLS)) for call in calls]
+
+
+def horizon_update(declared: Declaration, library: CLibrary) -> Callable[[], object]:
+    """An update that takes in a window and linearises another one anew, from the same state each time."""
+    model = declared.build()
+    drive = add_noise(synthetic_drive(model, declared.vehicle.radius, seconds=12.0), "good", 1)
+    inputs, states = measured_inputs(drive, model.external)[0], measured_states(drive)
+    horizon = CHorizon(library)
+    horizon.options.dt = DT
+    horizon.options.guess[0] += 0.2
+    horizon.start(float(drive.t[0]))
+    saved, updates = horizon.saved(), 0
+    for t, u, y in zip(drive.t, inputs, states, strict=True):
+        horizon.push(u, y, t)
+        saved = horizon.saved()
+        if horizon.update():
+            updates += 1
+            if updates > UPDATES:
+                break
+
+    def update() -> None:
+        horizon.restore(saved)
+        horizon.update()
+
+    return update
+
+
+def filter_step(library: CLibrary) -> Callable[[], object]:
+    """A prediction and an update of the filter, called from Python."""
+    own = CFilter(library)
+    u, y = np.zeros(library.sizes["u"]), np.zeros(library.sizes["y"])
+    u[library.names["inputs"].index("steer")] = 0.1
+    y[library.names["measurements"].index("u")] = 6.0
+    own.restart(y, 0.0)
+
+    def step() -> None:
+        own.predict(u, DT)
+        own.update(y, own.state.t)
+
+    return step

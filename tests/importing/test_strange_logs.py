@@ -1,0 +1,103 @@
+"""Logs as newcomers bring them: read right, or refused with the place and the cure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from drives import MULTI_LOG, reference_vehicle
+from softsoil.commands.cli import app
+from softsoil.importing.loose_table import read_columns
+from softsoil.importing.sources import ordered
+from softsoil.recording.offsets import time_offsets
+from softsoil.recording.read import read_drive
+
+HEADINGS = {
+    "german": ("Zeit [s]", "Geschwindigkeit [km/h]", "Gierrate [°/s]", "Lenkwinkel [°]", "Gierwinkel [°]"),
+    "rover": ("time", "speed_kmh", "yaw_rate_dps", "steer_deg", "heading_deg"),
+}
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return read_drive(MULTI_LOG)
+
+
+def imported(path, tmp_path):
+    return CliRunner().invoke(app, ["import", str(path), "--out", str(tmp_path / "out")])
+
+
+def table(clean, words, every=8):
+    """Speed in km/h, angles in degrees, the heading from 0 to 360, at about 10 Hz."""
+    t, u, r, steer, psi = (clean[name][::every] for name in ("t", "u", "omega_z", "steer", "psi"))
+    values = (t - t[0], 3.6 * u, np.rad2deg(r), np.rad2deg(steer), np.rad2deg(psi) % 360)
+    return pd.DataFrame(dict(zip(words, values, strict=True)))
+
+
+@pytest.mark.parametrize(
+    ("words", "options"),
+    [
+        ("german", {"sep": ";", "decimal": ",", "encoding": "utf-8"}),
+        ("german", {"sep": ";", "decimal": ",", "encoding": "cp1252"}),
+        ("german", {"sep": "\t", "decimal": ",", "encoding": "utf-16"}),
+        ("rover", {"sep": ",", "decimal": "."}),
+    ],
+    ids=("german", "windows", "utf-16", "rover"),
+)
+def test_a_slow_table_in_degrees_and_kilometres_per_hour_needs_no_map(words, options, clean, tmp_path):
+    path = tmp_path / "log.csv"
+    table(clean, HEADINGS[words]).to_csv(path, index=False, **options)
+    done = imported(path, tmp_path)
+    assert done.exit_code == 0, done.output
+    drive = read_drive(tmp_path / "out" / "drive.parquet")
+    t = drive.t + clean.t[0]
+    for name in ("u", "omega_z", "steer"):
+        assert np.allclose(drive[name], np.interp(t, clean.t, clean[name]), atol=0.02), name
+    assert drive.measured("psi") and drive.state_of("v") == "derived" and "vehicle: reference" in done.output
+
+
+@pytest.mark.parametrize(("name", "scale"), [("timestamp_ns", 1e9), ("time_us", 1e6), ("t_ms", 1e3), ("stamp_s", 1.0)])
+def test_a_time_columns_unit_is_read_from_its_name(name, scale, clean, tmp_path):
+    path = tmp_path / "log.parquet"
+    epoch = 1_760_000_000 if name == "timestamp_ns" else 0
+    ticks = np.round((epoch + clean.t) * scale) if scale > 1 else clean.t
+    pd.DataFrame({name: ticks, "u": clean["u"]}).to_parquet(path)
+    assert np.allclose(read_columns(path, ["u"]).t - epoch, clean.t, atol=1e-3)
+
+
+@pytest.mark.parametrize("back", [0.5, 3600.0])
+def test_a_clock_that_is_set_back_is_refused_with_its_sample_and_cure(back, clean, tmp_path):
+    channels = {name: values.copy() for name, values in clean.channels.items()}
+    channels["t"][2000:] -= back
+    path = tmp_path / "log.csv"
+    pd.DataFrame(channels).to_csv(path, index=False)
+    done = imported(path, tmp_path)
+    assert done.exit_code == 2 and not (tmp_path / "out").exists()
+    said = done.output + done.stderr
+    assert "sample 2001: expected a clock that runs forward" in said and "import each part" in said
+
+
+def test_late_repeated_and_shuffled_samples_are_put_in_order(clean):
+    t, u = clean.t.copy(), clean["u"]
+    late = np.r_[t[:100], t[101:200], t[100], t[200:]]  # one packet 1.2 s late
+    for times in (late, np.repeat(t, 2), np.random.default_rng(0).permutation(t)):
+        series = ordered("/odom", times, {"u": np.interp(times, t, u)})
+        assert np.array_equal(series.t, t) and np.allclose(series.values["u"], u) and series.notes
+
+
+def test_columns_of_unknown_names_are_listed_with_the_way_out(clean, tmp_path):
+    path = tmp_path / "log.csv"
+    pd.DataFrame({"t": clean.t, "alpha": clean["u"], "beta": clean["omega_z"], "speed": clean["u"]}).to_csv(path, index=False)
+    done = imported(path, tmp_path)
+    said = done.output + done.stderr
+    assert done.exit_code == 2 and "found none for omega_z, steer among log.csv:alpha, log.csv:beta" in said and "inspect" in said
+
+
+@pytest.mark.parametrize("kept", [(), ("a_x_imu", "a_y_imu")])
+def test_without_lateral_velocity_one_clock_is_not_shifted(kept, clean):
+    """The rear axle's slip angle is guessed then: the offset's error says so."""
+    bare = replace(clean, channels={k: v for k, v in clean.channels.items() if k in ("t", "u", "omega_z", "steer", *kept)})
+    (steer,) = [o for o in time_offsets(bare, reference_vehicle()) if o.group == "steer"]
+    assert abs(steer.late_s) < 1.5 * steer.std
