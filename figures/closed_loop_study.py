@@ -102,14 +102,14 @@ def _say_loop(runs: Sequence[Run]) -> None:
         )  # fmt: skip
     console.print(table)
     gaps = [run.clearance for run in runs if run.clearance is not None]
-    mine = [run.clearance for run in runs if run.clearance is not None and run.told.startswith("est_")]
+    estimated = [run.clearance for run in runs if run.clearance is not None and run.told.startswith("est_")]
     seeds, solve = len({run.seed for run in runs}), np.concatenate([run.solve_ms for run in runs])
-    least = f", least gap {min(mine):.2f} m" if mine else ""
+    least = f", least gap {min(estimated):.2f} m" if estimated else ""
     console.print(
         f"{len(runs)} drives with {seeds} seeds, {len(solve)} solves (median {np.median(solve):.2f}, p99 "
         f"{np.percentile(solve, 99):.1f} ms): {sum(run.finished for run in runs)} drives to the end, "
         f"{sum(run.failures for run in runs)} solves failed, {sum(run.late for run in runs)} late\n"
-        f"obstacles touched: {sum(gap <= 0 for gap in mine)} of {len(mine)} drives with the estimate{least}; "
+        f"obstacles touched: {sum(gap <= 0 for gap in estimated)} of {len(estimated)} drives with the estimate{least}; "
         f"{sum(gap <= 0 for gap in gaps)} of {len(gaps)} in all\n{recovery_words(runs)}",
         highlight=False,
     )
