@@ -16,7 +16,7 @@ from softsoil.codegen.c_library.kernels import DIGITS, number, write_kernel
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control.c_statuses import status_cases, status_enum
 from softsoil.control.nmpc_settings import SETTINGS
-from softsoil.control.ocp import CIRCLES, Ocp
+from softsoil.control.ocp import CIRCLES, Ocp, half_width
 from softsoil.control.ocp_kernels import Whole, curvature, force_use, model_inputs, rates, roll, stage_terms
 from softsoil.estimator.tuning import Tuning, by_unit
 from softsoil.symbolic.signals import Layout
@@ -166,7 +166,8 @@ def _numbers(ocp: Ocp) -> dict[str, str]:
     limits = [*ocp.state_box.values(), *((signal.lower, signal.upper) for signal in ocp.w)]
     reals = {
         "ocp_dt": settings.dt, "reserve": settings.reserve, "terminal": weights.terminal, "slack": weights.slack,
-        "slack_squared": weights.slack_squared, "wheelbase": ocp.vehicle.wheelbase, "body": ocp.body - settings.margin,
+        "slack_squared": weights.slack_squared, "wheelbase": ocp.vehicle.wheelbase,
+        "half_width": half_width(ocp.vehicle), "body": ocp.body - settings.margin,
         **{name: value for name, value in vars(SETTINGS).items() if isinstance(value, float)},
     }  # fmt: skip
     pairs = [f"{{{number(low, 17)}, {number(high, 17)}}}" for low, high in limits]

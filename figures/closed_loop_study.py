@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
-from softsoil.mpc_demo.closed_loop_study import Run, Worth, paired, worth_of
+from softsoil.mpc_demo.closed_loop_study import LEAST_WORTH, Run, Worth, paired, pooled_share, worth_of
 
 console = Console(width=None if sys.stdout.isatty() else 136)
 """Wider than elsewhere: a row of these tables is read in one go."""
@@ -102,12 +102,33 @@ def _say_loop(runs: Sequence[Run]) -> None:
         )  # fmt: skip
     console.print(table)
     gaps = [run.clearance for run in runs if run.clearance is not None]
-    seeds = len({run.seed for run in runs})
+    estimated = [run.clearance for run in runs if run.clearance is not None and run.told.startswith("est_")]
+    seeds, solve = len({run.seed for run in runs}), np.concatenate([run.solve_ms for run in runs])
+    least = f", least gap {min(estimated):.2f} m" if estimated else ""
     console.print(
-        f"{len(runs)} drives with {seeds} seeds, {sum(len(run.solve_ms) for run in runs)} solves: "
-        f"{sum(run.finished for run in runs)} drives to the end, {sum(gap <= 0 for gap in gaps)} touched an obstacle, "
-        f"{sum(run.failures for run in runs)} solves failed, {sum(run.late for run in runs)} late",
+        f"{len(runs)} drives with {seeds} seeds, {len(solve)} solves (median {np.median(solve):.2f}, p99 "
+        f"{np.percentile(solve, 99):.1f} ms): {sum(run.finished for run in runs)} drives to the end, "
+        f"{sum(run.failures for run in runs)} solves failed, {sum(run.late for run in runs)} late\n"
+        f"obstacles touched: {sum(gap <= 0 for gap in estimated)} of {len(estimated)} drives with the estimate{least}; "
+        f"{sum(gap <= 0 for gap in gaps)} of {len(gaps)} in all\n{recovery_words(runs)}",
         highlight=False,
+    )
+
+
+def recovery_words(runs: Sequence[Run]) -> str:
+    """What the estimate recovers over every course where knowing n is worth more than LEAST_WORTH in the mean, with its error."""
+    triples = []
+    for case, side, words, _, worth in rows_of(runs):
+        if worth.worth > LEAST_WORTH:
+            figure = "need" if words == "clearance" else "tracking_rms"
+            three = [paired(_same_seeds(runs, case, side, told), case, told, figure) for told in (side, "true", f"est_{side}")]
+            triples.append(np.array(three))
+    if not triples:
+        return f"knowing n is worth {100 * LEAST_WORTH:.0f} cm on no course"
+    share, error = pooled_share(*np.concatenate(triples, axis=1))
+    return (
+        f"recovered of what knowing n is worth, over {len(triples)} courses where that is more than {100 * LEAST_WORTH:.0f} cm: "
+        f"{100 * share:.1f} % (standard error {100 * error:.1f})"
     )
 
 

@@ -145,6 +145,20 @@ def worth_of(guess: Array, true: Array, found: Array, least: float = LEAST_WORTH
     return Worth(mean, error, float((guess - found).mean() / mean), float(low), float(high))
 
 
+def pooled_share(guess: Array, true: Array, found: Array) -> tuple[float, float]:
+    """(share recovered, its standard error) over drives of different courses, (P,) of a figure that is better when smaller.
+
+    Ratio estimator sum(guess - found)/sum(guess - true), its error from the residuals of the pairs. ValueError for fewer than
+    2 drives, or where knowing n is worth nothing.
+    """
+    gain, worth = guess - found, guess - true
+    if len(gain) < 2 or not worth.sum() > 0.0:
+        raise ValueError(f"share: expected 2 drives or more and a positive worth, found {len(gain)} and {worth.sum():.3g} m")
+    share = float(gain.sum() / worth.sum())
+    scatter = np.sum((gain - share * worth) ** 2) * len(gain) / (len(gain) - 1)
+    return share, float(np.sqrt(scatter) / worth.sum())
+
+
 def paired(runs: Sequence[Run], case: str, told: str, figure: str) -> Array:
     """(S,) the figure of one controller, by seed: tracking_rms, or need, how far short of the best clearance (-clearance)."""
     mine = sorted((run for run in runs if run.case == case and run.told == told), key=lambda run: run.seed)

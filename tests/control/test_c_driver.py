@@ -137,6 +137,34 @@ def test_every_command_is_pythons(learn, start):
     assert ours.solved == 0 and ours.started == 1 and ours.n_used <= ours.n + SENSORS.most
 
 
+class Sure:
+    """A judge that is sure of its n after a second and a half."""
+
+    n, n_std, verdict = 0.55, 0.02, "not_excited"
+
+    def start(self, t, n0) -> None:
+        self.verdict = "not_excited"
+
+    def tick(self, t, inputs, y) -> None:
+        self.verdict = "identified" if t > 1.5 else "not_excited"
+
+
+def test_an_identified_n_is_driven_on_by_both():
+    one, other, judge = in_python(judge=Sure()), started(), Sure()
+    with strangers_vehicle() as vehicle:
+        for k in range(300):
+            measured = vehicle.measure()
+            judge.tick(k * TICK, {}, None)
+            other.judge(judge.verdict == "identified", judge.n, judge.n_std)
+            ours, theirs = other.tick(k * TICK, measured), one.tick(k * TICK, measured)
+            for name in COMPARED:
+                assert getattr(ours, name) == pytest.approx(float(getattr(theirs, name)), abs=1e-6), (k, name)
+            vehicle.apply(theirs, TICK)
+    assert ours.n == ours.n_used == 0.55 and ours.n_std == 0.02
+    with pytest.raises(ValueError, match="out of its range"):
+        other.judge(True, 5.0)
+
+
 def test_it_stops_before_what_it_cannot_pass_and_without_measurements():
     wall = [[86.0, 0.2, 25.0, 0.0, 0.0]]
     driver, stood = started(obstacles=wall), None

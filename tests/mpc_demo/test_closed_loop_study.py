@@ -1,12 +1,13 @@
 """What knowing n is worth, and how much of it is recovered, told from drives with the same seeds."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from softsoil.figures.closed_loop_study import draw_study, recovered_words, rows_of, say_study
-from softsoil.mpc_demo.closed_loop_study import LEAST_WORTH, STUDY, Run, paired, worth_of
+from softsoil.figures.closed_loop_study import draw_study, recovered_words, recovery_words, rows_of, say_study
+from softsoil.mpc_demo.closed_loop_study import LEAST_WORTH, STUDY, Run, paired, pooled_share, worth_of
 
 RUN = Run("lane 6 m/s", "true", 0, 0.2, 0.4, None, 0, 0, 0, 0, True, 0.5, 0.5, [1.0, 1.2])
 SEEDS = 10
@@ -77,6 +78,20 @@ def test_a_larger_vehicle_has_larger_courses_speeds_and_times():
     assert case.speed == pytest.approx(1.2 * STUDY[-1].speed) and case.scenario("low").speed == case.speed
     assert case.faults.dropout == pytest.approx(tuple(1.2 * t for t in STUDY[-1].faults.dropout))
     assert case.faults.burst == pytest.approx(tuple(1.2 * t for t in STUDY[-1].faults.burst))
+
+
+def test_the_share_over_courses_comes_with_its_error():
+    rng = np.random.default_rng(3)
+    worth = rng.uniform(0.01, 0.1, 400)
+    guess, true = 0.3 + worth, np.full(400, 0.3)
+    share, error = pooled_share(guess, true, guess - 0.9 * worth + 0.01 * rng.standard_normal(400))
+    assert error == pytest.approx(0.01 / (np.sqrt(400) * worth.mean()), rel=0.1)
+    assert abs(share - 0.9) < 4 * error
+    with pytest.raises(ValueError, match="positive worth"):
+        pooled_share(true, guess, true)
+    said = re.search(r": (\S+) % \(standard error (\S+)\)", recovery_words(runs(0.30, 0.20, 0.21)))
+    assert abs(float(said.group(1)) - 90.0) < 4 * float(said.group(2)) + 0.1
+    assert "no course" in recovery_words(runs(0.2, 0.2, 0.2))
 
 
 def test_report_and_figure_are_made(tmp_path, capsys):
