@@ -148,7 +148,7 @@ def worth_of(guess: Array, true: Array, found: Array, least: float = LEAST_WORTH
 def pooled_share(guess: Array, true: Array, found: Array) -> tuple[float, float]:
     """(share recovered, its standard error) over drives of different courses, (P,) of a figure that is better when smaller.
 
-    Ratio estimator sum(guess - found)/sum(guess - true), its error from the residuals of the pairs. ValueError for fewer than
+    Ratio estimator sum(guess - estimate)/sum(guess - true), its error from the residuals of the pairs. ValueError for fewer than
     2 drives, or where knowing n is worth nothing.
     """
     gain, worth = guess - found, guess - true
