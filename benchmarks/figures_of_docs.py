@@ -29,7 +29,7 @@ from typing import Any
 import matplotlib.image
 import numpy as np
 
-from benchmarks.guide.blocks import NUMBER, PROJECT, environment, matched, run_page
+from benchmarks.guide.blocks import NUMBER, PROJECT, environment, plain, run_page
 
 TABLE = PROJECT / "docs" / "figures.toml"
 PICTURES = PROJECT / "docs" / "pictures"
@@ -175,11 +175,26 @@ def updated(text: str, steps: list[Any]) -> str:
     for step in reversed(steps):
         begin, end = step.block.span
         body = text[begin:end]
-        for line, found in matched(step.expected, step.actual, scatter=float("inf")):
-            if found is not None and found != line:
-                body = body.replace(line, found.rstrip(), 1)
+        for line in step.expected:
+            now = nearest(line, step.actual)
+            if now is not None and now != line:
+                body = body.replace(line, now.rstrip(), 1)
         text = text[:begin] + body + text[end:]
     return text
+
+
+def nearest(line: str, actual: tuple[str, ...]) -> str | None:
+    """The printed line with the same words whose numbers are nearest to those of `line`; None without one, or for `...`."""
+    if line.strip().endswith("..."):
+        return None
+
+    def far(other: str) -> float:
+        pairs = zip(NUMBER.findall(plain(line)), NUMBER.findall(plain(other)), strict=True)
+        values = [(float(a.replace("−", "-")), float(b.replace("−", "-"))) for a, b in pairs]
+        return sum(abs(a - b) / max(abs(a), abs(b), 1e-12) for a, b in values)
+
+    like = [other for other in actual if NUMBER.sub("#", plain(other)) == NUMBER.sub("#", plain(line))]
+    return min(like, key=far, default=None)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ measured with its errors. Fitted: one lock and one multi-sine drive with the noi
 beside one that the identification leaves out. Judged, on three other drives on other n with Table-5 noise: n by windows and
 by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the plant's bodies; with
 --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on one without. True
-values are read to judge only. Seeds 0 to 5 were looked at while the method was made; from 100 on none was.
+values are read to judge only. Seeds 0 to 2 were looked at while this command was made; from 100 on none was.
 """
 
 from __future__ import annotations

@@ -43,7 +43,12 @@ def main() -> None:
             for name, drive, vehicle, declared in cases(clean, load_vehicle(options.vehicle), soil):
                 noisy = add_noise(drive, options.noise, seed)
                 n0 = float(np.clip(soil.n + GUESSES[seed % 2], 0.25, 1.5))
-                found = estimate(noisy, declared_model(vehicle, declared), n0, method=options.method)
+                try:
+                    found = estimate(noisy, declared_model(vehicle, declared), n0, method=options.method)
+                except ValueError as error:  # channels that contradict each other
+                    counts.setdefault(name, Counter())["refused, wrong"] += 1
+                    print(f"{drive_name(log):24s} {name:22s} refused: {error}", flush=True)
+                    continue
                 right = abs(found.n_front[-1] / soil.n - 1) <= RIGHT
                 word = "unjudged" if found.verdict is None else found.verdict.word
                 counts.setdefault(name, Counter())[f"{word}, {'right' if right else 'wrong'}"] += 1

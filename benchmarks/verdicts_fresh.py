@@ -4,7 +4,8 @@ Every drive is new: soil, n, speed, steering, heading, sensor noise ("good" or t
 Kinds in turns: right declaration, straight, standing, crawling, hard ground, yaw inertia 40 % wrong, another soil class, a
 flipped sign, an undeclared effect, a change of soil, the first five seconds. A verdict is right where "identified" is said of an
 n within 10 % of the truth, and another word of an n that is not. On hard ground, standing and straight there is no n to know:
-whatever number comes out is counted as wrong. Nothing is fitted here; no limit was set on these drives.
+whatever number comes out is counted as wrong; a refused log is no estimate within 10 %. Nothing is fitted here; no limit was set
+on these drives.
 """
 
 import argparse
@@ -20,6 +21,7 @@ import numpy as np
 
 from softsoil.estimator.estimate import METHODS, estimate
 from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.files.json_file import plain
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.mpc_demo.blind_cases import INSIDE, N_RANGES
 from softsoil.plant.effects import Effects
@@ -80,7 +82,7 @@ def main() -> None:
     with kept.open("a", encoding="utf-8") as file:
         for index in range(len(done), options.drives):
             done.append(judged(index, options.seed, options.method))
-            file.write(json.dumps(done[-1]) + "\n")
+            file.write(json.dumps(plain(done[-1])) + "\n")
             file.flush()
             print("{index:3d} {kind:15s} {about:40s} n {n:.3f} (true {true:.2f}) {word}".format(**done[-1]), flush=True)
     report(done[: options.drives])
@@ -90,13 +92,15 @@ def judged(index: int, seed: int, method: str) -> dict[str, Any]:
     """Drive case `index` of a seed, estimate, and keep what was said."""
     kind = KINDS[index % len(KINDS)]
     case = draw(kind, np.random.default_rng([seed, index]), 1000 * seed + index)
-    found = estimate(case.drive, declared_model(case.vehicle, case.soil), case.n0, method=method)
+    one = {"index": index, "kind": kind, "about": case.about, "true": case.n, "n": float("nan"), "right": False}
+    try:
+        found = estimate(case.drive, declared_model(case.vehicle, case.soil), case.n0, method=method)
+    except ValueError as error:  # channels that contradict each other
+        return {**one, "word": "refused", "reason": str(error)}
     n = float(found.n_front[-1])
     right = kind not in NO_N and abs(n / case.n - 1) <= RIGHT
     word, reason = ("unjudged", "") if found.verdict is None else (found.verdict.word, found.verdict.reason)
-    return {
-        "index": index, "kind": kind, "about": case.about, "n": n, "true": case.n, "right": right, "word": word, "reason": reason,
-    }  # fmt: skip
+    return {**one, "n": n, "right": right, "word": word, "reason": reason}
 
 
 def report(done: list[Mapping[str, Any]]) -> None:

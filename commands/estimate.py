@@ -79,10 +79,17 @@ def as_json(found: TerrainEstimate) -> dict:
         "n_rear_std": found.n_rear_std[-1],
         "converged_s": found.converged_s,
         "nis_inside_95": found.nis_inside_95 if len(found.nis) and not found.noise_free else None,
+        "windows": _windows(found),
         "changes_s": found.changes,
         "step_us": {"median": np.median(found.step_us), "p99": np.percentile(found.step_us, 99)},
         "trace": {"t": found.t, "n_front": found.n_front, "n_rear": found.n_rear},
     }
+
+
+def _windows(found: TerrainEstimate) -> dict | None:
+    """n by windows with free initial states, which the verdict rests on: per axle or one for both; None without windows."""
+    evidence = None if found.verdict is None else found.verdict.evidence
+    return None if evidence is None else {"n": evidence.n, "std": evidence.std}
 
 
 def verdict_line(verdict: Verdict) -> str:
@@ -99,6 +106,10 @@ def _say(found: TerrainEstimate, drive: Recording) -> None:
         f"{found.n_rear_std[-1]:.3f}; within 10 % of its end after {found.converged_s:.1f} s",
         f"{np.median(found.step_us):.0f} us per update with its predictions",
     ]
+    windows = _windows(found)
+    if windows is not None and len(found.nis):
+        both = ", ".join(f"{n:.3f} ± {std:.3f}" for n, std in zip(windows["n"], windows["std"], strict=True))
+        lines.insert(1, f"windows with free initial states, for comparison: {both}")
     if len(found.nis):
         lines.append(
             "NIS says nothing here: the log carries far less noise than the filter assumes"

@@ -26,7 +26,7 @@ from softsoil.symbolic.soil import SOIL_SIGNALS
 
 
 def c_parts(declared: Declaration, promote: Sequence[str] = ()) -> Parts:
-    """The declared model taken apart: n_f and n_r as states without effects, one n for both axles with them.
+    """The declared model split: n_f and n_r as states without effects, one n for both axles with them.
 
     promote: further parameters that are estimated too.
     """

@@ -47,12 +47,12 @@ class HorizonRules:
     miss of each channel within a window (m, m, rad, m/s, m/s, rad/s), added to the sensor's noise; common_error: share of n that
     an error common to all windows makes, which no number of windows removes; forgetting: time constant of old windows (s);
     longest: age beyond which a window counts no more (s); prior: standard deviation of the initial guess; stale: at every
-    update the window linearised farthest from the estimate, and farther than this (shares of a number's scale, 0.1 of n), is
-    linearised again, of those that started within `again` (s); recent: numbers of newest windows of which each is tested
-    against the older ones for a change of soil, few for a large change, many for a small one or noisy sensors; change:
-    standard deviations of their difference that are one, and least_change: least share of n that is; fastest: steering rate of
-    the road wheels (rad/s) beyond which no window runs, since no steering follows; slowest: measured speed (m/s) below which
-    none does, since the force laws divide by it.
+    update one window of those that started within `again` (s) and were linearised farther than this from the estimate (shares
+    of a number's scale, 0.1 of n) is linearised again, the one whose quadratic the distance touches most; recent: numbers of
+    newest windows of which each is tested against the older ones for a change of soil, few for a large change, many for a
+    small one or noisy sensors; change: standard deviations of their difference that are one, and least_change: least share of
+    n that is; fastest: steering rate of the road wheels (rad/s) beyond which no window runs, since no steering follows;
+    slowest: measured speed (m/s) below which none does, since the force laws divide by it.
     """
 
     length: float = 1.0
@@ -190,12 +190,11 @@ class MovingHorizon:
 
     def update(self, k: int) -> tuple[Array, Array]:
         """Take in window k; returns the estimate (A,) and its standard deviation (A,)."""
-        rules = self.rules
         memory = self._carry(k)
         self.take(np.array([k]), [self.windows.first[k]], memory[:, None])
         self._minimise(k)
-        i, away = self._farthest(k)
-        if away > rules.stale:
+        i = self._stale(k)
+        if i is not None:
             self._linearise(np.array([i]), self._recalled(i)[:, None])
             self._minimise(k)
         if self._changed(k):
@@ -203,12 +202,18 @@ class MovingHorizon:
             self._minimise(k)
         return self.n.copy(), self.std(k)
 
-    def _farthest(self, k: int) -> tuple[int, float]:
-        """The window linearised farthest from the estimate, of those that started lately, and how far (scales)."""
-        rows, lately = self.windows.rows, round(self.rules.again / self.windows.drive.dt)
-        which = [i for i in range(self._since, k + 1) if rows[k] - rows[i] <= lately]
-        away = [float((np.abs(self.summary.at[i] - self.n) / self._scale).max()) for i in which]
-        return which[int(np.argmax(away))], max(away)
+    def _stale(self, k: int) -> int | None:
+        """Of windows that started lately and were linearised far from the estimate, the one whose quadratic that touches most."""
+        summary, rows, lately = self.summary, self.windows.rows, round(self.rules.again / self.windows.drive.dt)
+        found, most = None, -1.0
+        for i in range(self._since, k + 1):
+            away = summary.at[i] - self.n
+            if rows[k] - rows[i] > lately or not np.any(np.abs(away) / self._scale > self.rules.stale):
+                continue
+            weight = float(away @ summary.hessian[i] @ away)
+            if weight > most:
+                found, most = i, weight
+        return found
 
     def _carry(self, k: int) -> Array:
         """(1 + A, n_m) histories at the start of window k, continued from the window before it."""

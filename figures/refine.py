@@ -13,6 +13,7 @@ from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 from softsoil.refinement.residual import WINDOW
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
+from softsoil.refinement.trace import Candidate
 from softsoil.refinement.words import bound_words
 
 PLAIN = "time"
@@ -28,7 +29,7 @@ def draw_axles(view: DriveView, path: Path) -> Path:
             after = view.after.force_f if axle == "front" else view.after.force_r
             _over_time(row[0], view, axle, before, after)
             _against(row[1], view, axle, before, after)
-        axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, ncols=3)
+        axes[0, 0].figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower left", ncols=3)
         axes[1, 0].set_xlabel("time, s")
     return path
 
@@ -78,12 +79,18 @@ def draw_ranking(result: Refinement, path: Path) -> Path:
             f"least gain {100 * RULES.least_gain:.0f} %", (100 * RULES.least_gain, -0.4), (4, 0), textcoords="offset points",
             color=INITIAL, fontsize=8, va="center",
         )  # fmt: skip
-        labels = [plain(c.name) + (f" ({plain(bound_words(c))})" if c.fit.at_bound else "") for c in ranking]
+        labels = [_label(c) for c in ranking]
         axis.set_yticks(places, labels)
         axis.set(xlabel="held-out gain ± standard error over windows, %", ylim=(-0.8, len(ranking) - 0.3))
         axis.set_xlim(max(min([*shares, 0.0]) - 5, -40), 115)
         axis.grid(axis="y", visible=False)
     return path
+
+
+def _label(c: Candidate) -> str:
+    """A candidate's name, and which of its parameters ended on a bound where that is not its name once more."""
+    words = plain(bound_words(c)).removeprefix(f"{plain(c.name)} ")
+    return f"{plain(c.name)} ({words})" if c.fit.at_bound else plain(c.name)
 
 
 def draw_paths(view: DriveView, path: Path) -> Path:

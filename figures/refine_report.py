@@ -25,6 +25,7 @@ from softsoil.refinement.words import (
     with_error,
 )
 from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.vehicle import NUMBERS
 
 
 def write_report(
@@ -108,11 +109,16 @@ def _ranking(declared: Declaration, result: Refinement) -> str:
         f"doubt) and not at a bound; a change at a place also if it stands {RULES.place_sigmas:g} of them from absence in a fit "
         "to the whole drive."
     )
-    known = catalogue(declared.vehicle)
+    known, numbers = catalogue(declared.vehicle), {n.name: n for n in NUMBERS}
     rows = [row(["candidate", "held-out gain ± std", "what it is", "what separates it from its like"], " r  ", "th")]
     for c in result.ranking:
         gain = f"{100 * c.gain:.0f} ± {100 * c.std:.0f} %" if c.gain > -1.0 else "below -100 %"
-        rows.append(row([escape(plain(c.name)), gain, escape(known[c.name].doc), escape(known[c.name].separates)], " r  "))
+        if c.name in known:
+            words = (known[c.name].doc, known[c.name].separates)
+        else:  # a number of the vehicle that may be declared wrong
+            doc = numbers[c.name].doc if c.name in numbers else plain(c.name)
+            words = (f"number of the vehicle: {doc}", "measure it")
+        rows.append(row([escape(plain(c.name)), gain, *map(escape, words)], " r  "))
     picture = figure(lambda path: draw_ranking(result, path), caption, "narrow", "Held-out gain of each candidate as bars")
     return f'{picture}<div class="scroll"><table>{"".join(rows)}</table></div>'
 

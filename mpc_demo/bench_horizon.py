@@ -19,8 +19,8 @@ from softsoil.mpc_demo.bench_rows import Row, seconds
 from softsoil.recording.noise import add_noise
 
 DT = 0.012
-MORE = ("lean_steer", "steer_rear", "yaw_moment")
-"""Parameters of the reference vehicle's effects that are estimated beside n."""
+MORE = 3
+"""Parameters of the declared effects that are estimated beside n: the last ones."""
 CALLS = 400
 UPDATES = 8
 """Updates before the one that is timed: n still moves, so that a second window is linearised anew too."""
@@ -31,9 +31,7 @@ def horizon_rows(declared: Declaration, library: CLibrary) -> Iterator[Row]:
     one, step = _least(horizon_update(declared, library), filter_step(library))
     against = "prediction and update of the filter, in the same library"
     yield Row("horizon_update_1", one, "us", against, step)
-    more = tuple(name for name in MORE if name in library.names["parameters"])
-    if len(more) < len(MORE):
-        return
+    more = tuple(library.names["parameters"][-MORE:])
     asked = asked_for("horizon", declaration_toml(declared), DT, *more)
     texts = texts_from_cache(asked, lambda: c_library_texts(declared, DT, promote=more))
     with tempfile.TemporaryDirectory() as folder:

@@ -135,13 +135,17 @@ def plain(line: str) -> str:
 
 
 def same(expected: str, actual: str, scatter: float) -> bool:
-    """Whether two lines have the same words and numbers within `scatter` (share), or one unit of the last digit."""
+    """Whether two lines have the same words and numbers within `scatter` (share), or one unit of the last digit.
+
+    A whole number is a count, which must agree, but for a percentage.
+    """
     a, b = plain(expected), plain(actual)
     if NUMBER.sub("#", a) != NUMBER.sub("#", b):
         return False
-    for x, y in zip(NUMBER.findall(a), NUMBER.findall(b), strict=True):
-        one, two = (float(text.replace("−", "-")) for text in (x, y))
-        if abs(one - two) > scatter * max(abs(one), abs(two)) + 1.5 * last_digit(x):
+    for x, y in zip(NUMBER.finditer(a), NUMBER.finditer(b), strict=True):
+        one, two = (float(match[0].replace("−", "-")) for match in (x, y))
+        unit = last_digit(x[0]) or float(a[x.end() :].startswith(" %"))
+        if abs(one - two) > scatter * max(abs(one), abs(two)) + 1.5 * unit:
             return False
     return True
 

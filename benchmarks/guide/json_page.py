@@ -12,8 +12,11 @@ EVERY = "Every file"
 
 
 def keys(content: Any, key: str = "") -> Iterator[str]:
-    """Dotted keys of a JSON's content; [] stands for the entries of a list, of which the first shows the keys."""
-    if isinstance(content, dict) and content:
+    """Dotted keys of a JSON's content; [] stands for the entries of a list, of which the first shows the keys.
+
+    An empty table has none.
+    """
+    if isinstance(content, dict):
         for name, value in content.items():
             yield from keys(value, f"{key}.{name}" if key else name)
     elif isinstance(content, list):
@@ -32,11 +35,16 @@ def patterns(file: str) -> list[re.Pattern[str]]:
     if file not in sections:
         raise ValueError(f"{PAGE.name}: expected a section {file!r}, found {', '.join(sections)}")
     rows = re.findall(r"^\| (.*?) \|", sections[EVERY] + sections[file], re.M)
-    described = ["vehicle", *(key for row in rows for key in re.findall(r"`([^`]+)`", row))]
+    described = [key for row in rows for key in re.findall(r"`([^`]+)`", row)]
     return [re.compile(r".+".join(re.escape(part) for part in re.split(r"<\w+>", key))) for key in described]
 
 
 def undescribed(file: str, content: Any) -> list[str]:
-    """Keys of a file's content that the page does not describe."""
+    """Keys of a file's content that the page does not describe; a table that is null needs its entries described."""
     known = patterns(file)
-    return [key for key in keys(content) if not any(p.fullmatch(key) or p.fullmatch(key.removesuffix("[]")) for p in known)]
+
+    def described(key: str) -> bool:
+        tables = (p.pattern.startswith(re.escape(f"{key}.")) for p in known)
+        return any(p.fullmatch(key) or p.fullmatch(key.removesuffix("[]")) for p in known) or any(tables)
+
+    return [key for key in keys(content) if not described(key)]

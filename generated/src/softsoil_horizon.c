@@ -732,20 +732,24 @@ static int decide(const softsoil_horizon_t *h) {
   return SOFTSOIL_VERDICT_IDENTIFIED;
 }
 
-/* The window linearised farthest from the estimate of those that may be linearised again, or -1. */
-static int64_t farthest(softsoil_horizon_t *h) {
+/* Of the windows that started lately and were linearised far from the estimate, the one whose quadratic that touches most,
+ * or -1. */
+static int64_t stale_window(softsoil_horizon_t *h) {
   const int64_t newest = window_at(h, h->taken - 1)->row;
-  double most = stale;
   int64_t found = -1, i = h->taken - KEPT > h->since ? h->taken - KEPT : h->since;
+  double most = -1.0;
   for (; i < h->taken; ++i) {
     const window_t *w = window_at(h, i);
+    double weight = 0.0;
+    int far = 0;
     if (w->row < newest - h->again || w->row <= h->rows - ROWS) continue;
     for (int k = 0; k < K; ++k) {
-      const double away = fabs(w->at[k] - h->n[k]) / scale[k];
-      if (away > most) {
-        most = away;
-        found = i;
-      }
+      far = far || fabs(w->at[k] - h->n[k]) / scale[k] > stale;
+      for (int l = 0; l < K; ++l) weight += (w->at[k] - h->n[k]) * w->hessian[k][l] * (w->at[l] - h->n[l]);
+    }
+    if (far && weight > most) {
+      most = weight;
+      found = i;
     }
   }
   return found;
@@ -769,7 +773,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
   ++h->taken;
   status = graver(status, linearise(h, i, (const double (*)[SOFTSOIL_CELLS])h->m[slot]));
   estimate(h);
-  const int64_t again = farthest(h);
+  const int64_t again = stale_window(h);
   if (again >= 0) {
     recall(h, again, start);
     status = graver(status, linearise(h, again, (const double (*)[SOFTSOIL_CELLS])start));

@@ -128,15 +128,26 @@ def test_a_vehicle_with_a_steering_map_is_commanded_in_its_unit_and_measured_in_
     assert math.isnan(plain.tick(0.2, {}).steer_command)
 
 
+class Sure:
+    """A judge that is sure of an n from the first tick on."""
+
+    verdict, n, n_std = "identified", 0.6, 0.02
+
+    def start(self, t, n0):
+        """A drive begins."""
+
+    def tick(self, t, inputs, y):
+        """A sample comes."""
+
+
 def test_without_wheel_speeds_and_accelerometer_n_is_still_learnt_and_the_uncertain_n_is_on_the_safe_side():
     _, log = driven(ModelVehicle())
     first, last = log.commands[0], log.commands[-1]
     assert first.n == 0.7 and first.n_used == pytest.approx(0.95) and first.verdict == "not_judged"
     assert last.n_std < first.n_std and last.n_used <= last.n + SENSORS.most
-    _, judged = driven(ModelVehicle(), 2.0, judge=lambda estimator: "identified")
-    assert (
-        all(command.n_used == command.n for command in judged.commands) and judged.commands[0].verdict == "identified"
-    )
+    _, judged = driven(ModelVehicle(), 2.0, judge=Sure())
+    assert all(command.n_used == command.n == Sure.n for command in judged.commands)
+    assert judged.commands[0].verdict == "identified" and judged.commands[0].n_std == Sure.n_std
 
 
 class HeldBack(ModelVehicle):

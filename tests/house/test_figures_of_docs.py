@@ -6,7 +6,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from benchmarks.figures_of_docs import PICTURES, TABLE, difference, figure, number, picture, value_at
+from benchmarks.figures_of_docs import PICTURES, TABLE, difference, figure, nearest, number, picture, value_at
 from drives import PROJECT
 
 ENTRIES = tomllib.loads(TABLE.read_text(encoding="utf-8"))
@@ -47,3 +47,9 @@ def test_a_picture_that_changed_is_named(tmp_path):
     matplotlib.image.imsave(tmp_path / "conventions.png", np.clip(image, 0.0, 1.0))
     assert figure({"picture": "conventions.png"}, tmp_path, "", False).startswith("changed")
     assert difference(tmp_path / "absent.png", picture(stored, 0)) == 1.0
+
+
+def test_the_nearest_line_takes_the_place_of_an_old_one():
+    printed = ("0.5 s: ratio 5.9", "2.5 s: ratio 6.1", "other 2.5 s")
+    assert nearest("2.5 s: ratio 5.4", printed) == "2.5 s: ratio 6.1"
+    assert nearest("...", printed) is None and nearest("nothing like it", printed) is None

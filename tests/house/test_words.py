@@ -16,10 +16,18 @@ MARKS = re.compile(r"\b(?:told|apart|what is told|(?:go|goes|going|went) with)\b
 MESSAGE = re.compile(r"expected|; found|, found|found \{|found none|>>>")
 MOST = {
     "files": 0, "recording": 6, "importing": 1, "symbolic": 4, "declaration": 0, "codegen": 1,
-    "estimator": 4, "plant": 3, "control": 1, "calibration": 1, "refinement": 20, "cases": 0, "mpc_demo": 2,
-    "figures": 1, "commands": 6, "benchmarks": 7, "docs": 0,
+    "estimator": 4, "plant": 3, "control": 1, "calibration": 0, "refinement": 18, "cases": 0, "mpc_demo": 2,
+    "figures": 1, "commands": 1, "benchmarks": 2, "docs": 0,
 }  # fmt: skip
 """Marks that a room still has: lower the number where some are replaced, never raise it."""
+
+
+CODE = re.compile(r"`[^`]*`|\{[^{}]*\}")
+
+
+def holds(line: str) -> bool:
+    """Whether a line of prose has a mark; code in it, and the form of a message, do not count."""
+    return bool(MARKS.search(CODE.sub("", line))) and not MESSAGE.search(line)
 
 
 def marked(text: str) -> list[str]:
@@ -27,7 +35,7 @@ def marked(text: str) -> list[str]:
     lines = []
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type in (tokenize.STRING, tokenize.COMMENT):
-            lines += [line.strip() for line in token.string.splitlines() if MARKS.search(line) and not MESSAGE.search(line)]
+            lines += [line.strip() for line in token.string.splitlines() if holds(line)]
     return lines
 
 
@@ -36,7 +44,7 @@ def marks_of(room: str) -> list[str]:
     if room == "docs":
         pages = [p for p in sorted((PROJECT / "docs").rglob("*.md")) if "findings" not in p.parts]
         lines = [(p, line) for p in pages for line in p.read_text(encoding="utf-8").splitlines()]
-        return [f"{p.name}: {line}" for p, line in lines if MARKS.search(line) and not MESSAGE.search(line)]
+        return [f"{p.name}: {line}" for p, line in lines if holds(line)]
     files = sorted((PROJECT / room).rglob("*.py"))
     return [f"{path.name}: {line}" for path in files for line in marked(path.read_text(encoding="utf-8"))]
 
