@@ -99,7 +99,7 @@ class CDriver:
         return self.tick_held(t)
 
     def judge(self, identified: bool, n: float = 0.0, n_std: float = 0.0) -> None:
-        """Hand over a judge's verdict, its n and n_std; ValueError for an n out of bounds."""
+        """Hand over a judge's verdict, whether n is identified, its n and n_std; ValueError for an n out of bounds."""
         self._check("judge", self.c.softsoil_driver_judge(self.self, int(identified), _REAL(n), _REAL(n_std)))
 
     def take(self, measured: Measured) -> None:

@@ -81,7 +81,7 @@ def short_name(case: str) -> str:
 def recovered_words(worth: Worth) -> str:
     """Share recovered with its spread, or that knowing n makes no difference."""
     if worth.share is None or worth.share_low is None or worth.share_high is None:
-        return "knowing the soil does not matter here"
+        return "knowing the soil does not matter here" if worth.worth < LEAST_WORTH else "not beyond its scatter: more seeds"
     return f"{100 * worth.share:.0f} % ({100 * worth.share_low:.0f} to {100 * worth.share_high:.0f})"
 
 

@@ -145,13 +145,13 @@ def worth_of(guess: Array, true: Array, found: Array, least: float = LEAST_WORTH
     return Worth(mean, error, float((guess - found).mean() / mean), float(low), float(high))
 
 
-def pooled_share(guess: Array, true: Array, found: Array) -> tuple[float, float]:
+def pooled_share(guess: Array, true: Array, estimate: Array) -> tuple[float, float]:
     """(share recovered, its standard error) over drives of different courses, (P,) of a figure that is better when smaller.
 
     Ratio estimator sum(guess - estimate)/sum(guess - true), its error from the residuals of the pairs. ValueError for fewer than
     2 drives, or where knowing n is worth nothing.
     """
-    gain, worth = guess - found, guess - true
+    gain, worth = guess - estimate, guess - true
     if len(gain) < 2 or not worth.sum() > 0.0:
         raise ValueError(f"share: expected 2 drives or more and a positive worth, found {len(gain)} and {worth.sum():.3g} m")
     share = float(gain.sum() / worth.sum())

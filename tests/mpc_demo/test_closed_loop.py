@@ -81,6 +81,16 @@ def test_before_what_it_cannot_pass_the_vehicle_stops(where, radius):
     assert np.abs(run.column("truth")[:, 5]).max() < 1.5, "no wild turn"
 
 
+@pytest.mark.slow
+def test_a_change_of_soil_in_mid_course_is_followed():
+    """Clay whose n goes from 0.5 to 0.75: the estimate moves the same way, and no solve fails on the way."""
+    run = loop().run(scenarios()["two_soils"], "n_estimated", 3)
+    x, n = run.column("truth")[:, 0], run.column("n")
+    before, after = n[(x > 60.0) & (x < 74.0)].mean(), n[x > x[-1] - 25.0].mean()
+    assert run.finished and run.failures == 0
+    assert after - before > 0.1 and np.abs(run.column("error")).max() < 1.0
+
+
 def test_sensors_are_the_papers_and_faults_are_where_they_should_be():
     plant = Plant(CLAY, start=Start(u=5.0))
     sample = plant.step((0.0, 0.2, 0.0), TICK)
