@@ -37,6 +37,7 @@ static void promise(const softsoil_t *s, int status) {
   if (status < 0 || status >= SOFTSOIL_STATUS_COUNT || !softsoil_status_text(status)) abort();
   for (int i = 0; i < SOFTSOIL_N_X; ++i)
     if (!isfinite(s->x[i]) || !isfinite(s->std[i]) || s->std[i] < 0.0 || fabs(s->x[i]) > 1.000001e9) abort();
+  if (!(s->drift >= 0.0) || s->drift_channel < 0 || s->drift_channel >= SOFTSOIL_N_DRIFT || s->flags > 31) abort();
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -70,6 +71,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         o.gate = number(&b, 10.0);
         o.standstill_speed = number(&b, 1.0);
         o.gate_patience = (int32_t)byte(&b) - 8;
+        o.gate_patience_rates = (int32_t)byte(&b) % 8 - 1;
+        for (int i = 0; i < SOFTSOIL_N_X; ++i) o.force_std[i] = number(&b, 1.0);
+        o.change_after = number(&b, 1.0);
+        o.change_sigmas = number(&b, 2.0);
+        o.change_std = number(&b, 1.0);
       }
       for (int i = 0; i < SOFTSOIL_N_X; ++i) {
         x[i] = number(&b, 10.0);

@@ -185,6 +185,7 @@ int main(int argc, char **argv) {
       if (!(s.x[i] >= lower[i] && s.x[i] <= upper[i]) || !(s.std[i] > 0.0) || !(s.std[i] <= 1.0001 * o.max_std[i]))
         FAIL("state %d is %g with std %g", i, s.x[i], s.std[i]);
     if (fabs(s.x[SOFTSOIL_X_psi]) > 3.1416) FAIL("psi is %g", s.x[SOFTSOIL_X_psi]);
+    if (!(s.drift >= 0.0) || s.drift_channel < 0 || s.drift_channel >= SOFTSOIL_N_DRIFT) FAIL("drift is %g", s.drift);
     if (!covariance_is_good(&s)) FAIL("the covariance is not positive");
   }
   printf("horizon: %lu windows, %lu corrections of the filter, %lu times identified\n", windows, corrected,

@@ -81,6 +81,7 @@ def as_json(found: TerrainEstimate) -> dict:
         "nis_inside_95": found.nis_inside_95 if len(found.nis) and not found.noise_free else None,
         "windows": _windows(found),
         "changes_s": found.changes,
+        "drift": None if found.drift is None else vars(found.drift),
         "step_us": {"median": np.median(found.step_us), "p99": np.percentile(found.step_us, 99)},
         "trace": {"t": found.t, "n_front": found.n_front, "n_rear": found.n_rear},
     }
@@ -117,6 +118,9 @@ def _say(found: TerrainEstimate, drive: Recording) -> None:
             else f"NIS inside its 95 % band {100 * found.nis_inside_95:.1f} % of the time"
         )
     lines += [f"soil taken to have changed at {t:.1f} s" for t in found.changes]
+    if found.drift is not None:
+        classes = ", or ".join((found.drift.likely, *found.drift.also))
+        lines.append(f"drift at {found.drift.t:.1f} s ({found.drift.channel} is corrected to one side): likely {classes}")
     for reason, counts in (("not finite", found.counts.invalid), ("outside the gate", found.counts.gated)):
         lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items() if drive.measured(name)]
     lines += [f"input held: {name} {count} times" for name, count in found.counts.held_inputs.items()]

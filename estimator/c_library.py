@@ -11,18 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.codegen.c_library.folder import write_library
-from softsoil.codegen.c_library.library import FilterNumbers, library_files
+from softsoil.codegen.c_library.library import DriftNumbers, DriftSum, FilterNumbers, library_files
 from softsoil.codegen.c_library.parts import Parts, take_apart
 from softsoil.codegen.c_library.steering import HEADER, steering_header
 from softsoil.codegen.sampling import STEP
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.c_horizon import horizon_numbers
+from softsoil.estimator.drift import DriftRules, likely_classes
 from softsoil.estimator.promote import promote_parameters
 from softsoil.estimator.terrain import terrain_model
 from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import catalogue, declared_model
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.symbolic.vehicle import load_vehicle
 
 
 def c_parts(declared: Declaration, promote: Sequence[str] = ()) -> Parts:
@@ -53,7 +55,23 @@ def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
         change_samples=CHANGE_SAMPLES, standstill=tuning.standstill, fade=tuning.fade, fading=FADING, leap=LEAP,
         wheels_turn=WHEELS_TURN, u_limit=_floats(by_unit(model.external, tuning.input_limit, 1e9)),
         y_limit=_floats(by_unit(model.y, tuning.output_limit, 1e9)),
+        drift=_drift_numbers(model),
     )  # fmt: skip
+
+
+def _drift_numbers(model: Model) -> DriftNumbers:
+    rules, effects = DriftRules(), catalogue(load_vehicle("reference")).values()
+    channels = (
+        DriftSum(
+            channel.name,
+            channel.allowance,
+            channel.limit,
+            model.y.index(channel.state) if channel.state else -1,
+            ", or ".join(likely_classes(channel, effects)),
+        )
+        for channel in rules.channels
+    )
+    return DriftNumbers(rules.after, rules.turning, rules.steering, rules.most, tuple(channels))
 
 
 def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.consistency import inside_band
+from softsoil.estimator.drift import Drift
 from softsoil.estimator.inputs import known_states, measured_inputs, measured_states, sensor_std
 from softsoil.estimator.promote import promote_parameters, tie_parameters
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
@@ -17,8 +18,10 @@ from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.symbolic.vehicle import load_vehicle
 
 Array = NDArray[np.float64]
 
@@ -37,9 +40,9 @@ class TerrainEstimate:
     t (N,): times of the updates (s); n_front, n_rear, n_front_std, n_rear_std (N,); states (N, 6): estimates;
     nis (N,), dof (N,): consistency of each update, empty for a method without innovations; counts: measurements left out;
     step_us (K,): time of each predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the
-    final estimate; changes: times at which the soil was taken to have changed (s); noise_free: whether the log carries far less
-    noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be used, None where
-    nobody judged.
+    final estimate; drift: first alarm of the drift monitor, None without one; changes: times at which the soil was taken to have
+    changed (s); noise_free: whether the log carries far less noise than the filter assumes, so that its innovations say nothing;
+    verdict: whether the final n may be used, None where nobody judged.
     """
 
     t: Array
@@ -54,6 +57,7 @@ class TerrainEstimate:
     step_us: Array
     parameters: dict[str, float] = field(default_factory=dict)
     changes: tuple[float, ...] = ()
+    drift: Drift | None = None
     noise_free: bool = False
     verdict: Verdict | None = None
 
@@ -124,6 +128,7 @@ def estimate_terrain(
         t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
         states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=own.ukf.counts, step_us=np.array(step_us),
         parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])}, changes=tuple(own.changes),
+        drift=own.drift.first_alarm(catalogue(load_vehicle("reference")).values()),
         noise_free=bool(np.all(sensor_std(log, np.zeros(len(STATE_CHANNELS))) < NOISE_FREE * np.array(tuning.sensor_floor))),
     )  # fmt: skip
 

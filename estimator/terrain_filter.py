@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.factor_order import factor_order
 from softsoil.codegen.sampling import LONGEST_STEP
+from softsoil.estimator.drift import CHANNELS, DriftMonitor
 from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit
 from softsoil.estimator.ukf import Innovation, UnscentedKalmanFilter
-from softsoil.recording.drive import WHEEL_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
@@ -34,7 +35,8 @@ class FilterStatus:
 
     standing: the vehicle stands, crawls or reverses, its soil is held; gated: measurements left out by the gate; jumped:
     measurements believed against the gate, whose states were put there; soil_changed: n was opened; refused: the model had no
-    usable answer, the last estimate was kept.
+    usable answer, the last estimate was kept; drift: largest sum of the drift monitor over its limit; drifting: name of its
+    channel while that is above 1, else empty.
     """
 
     standing: bool = False
@@ -42,6 +44,8 @@ class FilterStatus:
     jumped: tuple[str, ...] = ()
     soil_changed: bool = False
     refused: bool = False
+    drift: float = 0.0
+    drifting: str = ""
 
 
 class TerrainFilter:
@@ -61,7 +65,8 @@ class TerrainFilter:
         self._ceiling = by_unit(states, tuning.ceiling, 1e5)
         self._soil = [i for i, name in enumerate(states.names) if name in N_NAMES]
         self._fades = [i for i, name in enumerate(states.names) if name in FADING]
-        self._u, self._turn = states.index("u"), states.index("omega_z")
+        self._u, self._turn, self._heading = states.index("u"), states.index("omega_z"), states.index("psi")
+        self._motion = [states.index(name) for name in STATE_CHANNELS]
         self._u_limit = by_unit(model.external, tuning.input_limit, 1e9)
         self._y_limit = by_unit(model.y, tuning.output_limit, 1e9)
         self._speed = model.y.names.index("u") if "u" in model.y.names else -1
@@ -69,6 +74,8 @@ class TerrainFilter:
         self._patience = tuning.patiences(model.y)
         self._opens = [states.names.index(name) if name in states.names else -1 for name in model.y.names]
         self._r = np.asarray(r_std, dtype=float) ** 2
+        self._steer_rate = model.external.names.index("steer_rate") if "steer_rate" in model.external.names else -1
+        self.drift = DriftMonitor(self._noise_scale())
         self.ukf = UnscentedKalmanFilter(
             model, self._step, q=self._q * self._step, r=self._r, x0=states.nominal,
             p0=np.ones(len(states)), gate=tuning.gate, order=factor_order(model),
@@ -88,6 +95,7 @@ class TerrainFilter:
         self.ukf.set_process_variance(range(len(self._q)), self._q * self._step)
         self.status = FilterStatus()
         self.changes: list[float] = []
+        self.drift.start(t)
         self._reversing = False
         self._runs = np.zeros(len(self.model.y), dtype=int)
         self._past: deque[Array] = deque(maxlen=CHANGE_SAMPLES)
@@ -110,7 +118,7 @@ class TerrainFilter:
             self._stay_below_ceilings()
             u = self.ukf.held_inputs
         self.t += self.dt
-        self.status = FilterStatus(standing=standing, refused=refused)
+        self.status = FilterStatus(standing=standing, refused=refused, drift=self.drift.level)
 
     def update(self, y: ArrayLike) -> Innovation:
         """Measurement update with y (n_y,) taken now; NaN where nothing was measured."""
@@ -123,19 +131,19 @@ class TerrainFilter:
                 y = np.where(np.arange(len(y)) == self._speed, np.nan, y)
         hold = self.status.standing or self._reversing
         self.ukf.hold(self._soil if hold else ())
+        before = self.ukf.x
         seen = self.ukf.update(y)
         if not math.isfinite(self.ukf.x.sum() + self.ukf.variance.sum()):
             self.ukf.undo_update()
             self.status = FilterStatus(hold, refused=True)
             return seen
+        drifting = bool(seen.dof) and not hold and self._drifts(before)
         jumped = self._believe_jumps(seen, y) if seen.dof < len(seen.used) or self._runs.any() else ()
         changed = bool(seen.dof) and self.learn and not hold and self._soil_changed()
         self._stay_below_ceilings()
         gated = tuple(n for n, used, v in zip(self.model.y.names, seen.used, y, strict=True) if not used and v == v)
-        if hold or jumped or changed or gated or self.status.refused:
-            self.status = FilterStatus(self.status.standing or hold, gated, jumped, changed, self.status.refused)
-        elif self.status.gated or self.status.jumped or self.status.soil_changed:
-            self.status = FilterStatus(self.status.standing)
+        name = CHANNELS[self.drift.channel].name if drifting else ""
+        self.status = FilterStatus(hold, gated, jumped, changed, self.status.refused, self.drift.level, name)
         return seen
 
     @property
@@ -202,6 +210,19 @@ class TerrainFilter:
                 self.ukf.jump(self._opens[i], float(seen.value[i]), self._r[i])
             self._runs[i] = 0
         return tuple(self.model.y.names[i] for i in due)
+
+    def _noise_scale(self) -> Array:
+        """(9,) factor on the limit of each drift channel, for a sensor that is noisier than the floor."""
+        floor = dict(zip(self.model.y.names, self.tuning.sensor_floor, strict=False))
+        noise = dict(zip(self.model.y.names, np.sqrt(self._r), strict=True))
+        return np.array([max(1.0, noise[c.state] / floor[c.state]) if c.state in floor else 1.0 for c in CHANNELS])
+
+    def _drifts(self, before: Array) -> bool:
+        """Whether corrections have gone to one side for too long; before (n_x,): the estimate before this one."""
+        moved = self.ukf.x - before
+        motion = (float(before[self._heading]), float(before[self._u]), float(before[self._turn]))
+        steer_rate = float(self.ukf.held_inputs[self._steer_rate]) if self._steer_rate >= 0 else 0.0
+        return self.drift.see(self.t, moved[self._motion], float(moved[self._soil].mean()), motion, steer_rate)
 
     def _soil_changed(self) -> bool:
         """Whether n has moved too far to be the same soil's, and was opened; called after each update."""

@@ -219,7 +219,7 @@ class UnscentedKalmanFilter:
         self._at = 1
 
     def hold(self, rows: Sequence[int]) -> None:
-        """States (K,) that updates leave as they are from now on, their variances too; none: all are corrected."""
+        """Have updates leave the states `rows` (K,) as they are from now on, their variances too; none: all are corrected."""
         held = self._update.inputs[8]
         held[:] = 0.0
         held[list(rows)] = 1.0

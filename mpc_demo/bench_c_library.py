@@ -44,19 +44,22 @@ def _texts(declared: Declaration) -> dict[str, str]:
     return texts_from_cache(asked_for(declaration_toml(declared), DT), lambda: c_library_texts(declared, DT))
 
 
-def _filter(library: CLibrary) -> CFilter:
-    """A filter with Table-5 noise on its way."""
+def _filter(library: CLibrary, policy: bool = False) -> CFilter:
+    """A filter with Table-5 noise on its way; policy: with every rule, else prediction and update alone."""
     options = library.defaults()
     options.r_std[:] = np.sqrt(R)
-    options.gate_patience = 0
+    if not policy:
+        options.gate_patience = options.gate_patience_rates = 0
+        options.force_std[:] = [0.0] * library.sizes["x"]
+        options.change_sigmas = np.inf
     extra = library.sizes["x"] - 6
     x0 = np.concatenate([[0.0, 0.0, 0.0, 6.0, 0.1, 0.2], [0.5] * extra])
     return CFilter(library, x0, [0.1, 0.1, 0.01, 0.1, 0.1, 0.01, *[0.05] * extra], options)
 
 
-def c_loop(library: CLibrary, every: int = 1) -> Callable[[], None]:
-    """ROWS predictions, and an update after every `every` of them, in one call of the C library."""
-    own = _filter(library)
+def c_loop(library: CLibrary, every: int = 1, policy: bool = False) -> Callable[[], None]:
+    """ROWS predictions, and an update after every `every` of them, in one call of the C library; policy: with every rule."""
+    own = _filter(library, policy)
     t = DT * np.arange(ROWS + 1)
     u, y = np.tile(U, (ROWS + 1, 1)), np.tile(Y, (ROWS + 1, 1))
     start = bytes(own.state)
@@ -137,11 +140,12 @@ def _more_rows(library: CLibrary) -> Iterator[Row]:
 
 
 def _effect_rows(library: CLibrary, plain: CLibrary) -> Iterator[Row]:
-    with_effects, without, python, rollout, other = microseconds(
-        c_loop(library), c_loop(plain), _python_step(library), _rollout(library), _rollout(plain)
+    with_effects, policy, without, python, rollout, other = microseconds(
+        c_loop(library), c_loop(library, policy=True), c_loop(plain), _python_step(library), _rollout(library), _rollout(plain)
     )
     against = "the same without effects"
     yield Row("clibrary_step_c_effects", with_effects / ROWS, "us", against, without / ROWS)
+    yield Row("clibrary_step_c_policy", policy / ROWS, "us", "the same without the policy", with_effects / ROWS)
     yield Row("clibrary_step_python_effects", python, "us", "the same in a C loop", with_effects / ROWS)
     each = BATCH * HORIZON
     yield Row("rollout_step_effects", rollout / each, "us", against, other / each)

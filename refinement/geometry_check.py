@@ -114,7 +114,7 @@ def rolling_radius(recording: Recording) -> float | None:
     spins = [recording[name] for name in WHEEL_CHANNELS if name in recording]
     if not spins:
         return None
-    u, spin = recording["u"], np.nanmean(spins, axis=0)
+    u, spin = recording["u"], np.ma.masked_invalid(spins).mean(axis=0).filled(np.nan)
     rows = (u > ROLLING) & np.isfinite(spin) & (spin > 0)
     return float(np.median(u[rows] / spin[rows])) if rows.sum() >= FEWEST else None
 

@@ -41,7 +41,9 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
             ("last_dt", real), ("x", real * x), ("std", real * x), ("innovation", real * y), ("innovation_std", real * y),
             ("nis", real), ("consistency", real), ("soil_consistency", real), ("used", whole * y), ("dof", whole),
             ("since", whole), ("root", real * (x * x)), ("m", real * max(m, 1)), ("u", real * u), ("u_full", real * full),
-            ("t_y", real * y), ("settled", real), ("keep_at", real), ("past", real * n * sizes["past"]), ("options", Options),
+            ("t_y", real * y), ("settled", real), ("keep_at", real), ("past", real * n * sizes["past"]),
+            ("drift", real), ("drift_channel", whole), ("unused", whole), ("drift_t", real), ("drift_from", real),
+            ("drift_sum", real * 2 * sizes["drift"]), ("options", Options),
         ]  # fmt: skip
 
     return Options, Filter
@@ -62,6 +64,7 @@ class CLibrary:
         sizes = {short: len(self.names[key]) for key, short in _LISTS.items()}
         sizes["m"] = int(self.formulation["memory_cells"])
         sizes["soil"], sizes["past"] = len(self.formulation["soil_states"]), int(self.formulation["past_values"])
+        sizes["drift"] = len(self.formulation["drift_channels"])
         sizes["u_full"] = sizes["u"] + int(self.formulation["provided_inputs"])
         self.sizes = sizes
         self.Options, self.Filter = _structures(sizes)

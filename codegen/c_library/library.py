@@ -42,6 +42,30 @@ standard deviations above 1."""
 
 
 @dataclass(frozen=True)
+class DriftSum:
+    """One channel of the drift monitor: name, allowance (units of its state per s) and limit, the measurement (index, -1 for
+    none) whose noise raises it, and the likely class of its cause.
+    """
+
+    name: str
+    allowance: float
+    limit: float
+    sensor: int
+    likely: str
+
+
+@dataclass(frozen=True)
+class DriftNumbers:
+    """Rules of the drift monitor: after (s), turning (m/s^2), steering (rad/s), most (limits); channels, as in C."""
+
+    after: float
+    turning: float
+    steering: float
+    most: float
+    channels: tuple[DriftSum, ...]
+
+
+@dataclass(frozen=True)
 class FilterNumbers:
     """The filter's rules for one model; their meaning stands in `softsoil.estimator.tuning`.
 
@@ -49,7 +73,7 @@ class FilterNumbers:
     measurement; std0, ceiling (n_x,): of the first state, and largest; gate: in standard deviations; patience, patience_rates:
     updates outside it; pose (n_y,): which measurements the first is for; soil: states that are n; change_after,
     change_sigmas, change_std, change_samples: of a change of soil; standstill (m/s), fade (s), leap, wheels_turn (rad/s);
-    u_limit (n_u,), y_limit (n_y,): beyond reason. Raises ValueError for numbers that are not positive.
+    u_limit (n_u,), y_limit (n_y,): beyond reason; drift. Raises ValueError for numbers that are not positive.
     """
 
     q_std: tuple[float, ...]
@@ -73,6 +97,7 @@ class FilterNumbers:
     wheels_turn: float
     u_limit: tuple[float, ...]
     y_limit: tuple[float, ...]
+    drift: DriftNumbers
 
     def __post_init__(self) -> None:
         for name in ("q_std", "r_std", "std0"):
@@ -204,6 +229,7 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "root_centre": number(np.sqrt(centre + 1 - ALPHA**2 + ZETA)), "root_other": number(np.sqrt(1 / (2 * spread))),
         "lower": _list(model.x.lower), "upper": _list(model.x.upper),
         "is_soil": _list([int(name in soil_names) for name in model.x.names]),
+        **_drift(numbers.drift),
         "fades": _list([int(name in numbers.fading) for name in model.x.names]), "fade": number(numbers.fade),
         "n_soil": str(len(numbers.soil)), "n_past": str(numbers.change_samples), "leap": number(numbers.leap),
         "soil_indices": ", ".join(str(model.x.index(name)) for name in numbers.soil), "y_pose": _list(list(numbers.pose)),
@@ -244,8 +270,19 @@ def structure_bytes(parts: Parts, numbers: FilterNumbers) -> int:
     head = 4 * (1 + len(STATUSES) + 2 + 3 + 3 + y)
     middle = 4 * (y + 2)
     doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 3 * x + y + 5
-    doubles += 2 + numbers.change_samples * len(numbers.soil)
+    doubles += 2 + numbers.change_samples * len(numbers.soil) + 4 + 2 * len(numbers.drift.channels)
     return -(-head // 8) * 8 + -(-middle // 8) * 8 + 8 * doubles + 8
+
+
+def _drift(drift: DriftNumbers) -> dict[str, str]:
+    channels = drift.channels
+    rows = [f"  SOFTSOIL_DRIFT_{c.name}, /* {c.likely} */" for c in channels]
+    return {
+        "n_drift": str(len(channels)), "drift_enum": "\n".join(rows), "drift_after": number(drift.after),
+        "drift_allowance": _list([c.allowance for c in channels]), "drift_limit": _list([c.limit for c in channels]),
+        "drift_sensor": _list([c.sensor for c in channels]), "drift_turning": number(drift.turning),
+        "drift_steering": number(drift.steering), "drift_most": number(drift.most),
+    }  # fmt: skip
 
 
 def _enum(prefix: str, layout: Layout) -> str:

@@ -24,6 +24,7 @@ def formulation(parts: Parts, numbers: Any, dt: float, declared: Mapping[str, ob
         "measurements": _signals(model.y),
         "soil_states": list(numbers.soil),
         "past_values": numbers.change_samples,
+        "drift_channels": {channel.name: channel.likely for channel in numbers.drift.channels},
         "memory_cells": len(model.cells),
         "provided_inputs": len(model.u) - len(model.external),
         "force": {"soil": list(SOIL), "contact": list(TOLD), "result": list(SAID)},

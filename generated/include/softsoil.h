@@ -21,6 +21,7 @@ extern "C" {
 #define SOFTSOIL_N_M 143 /* memory cells: histories kept beside the states */
 #define SOFTSOIL_N_SOIL 1 /* states that are the sinkage exponent */
 #define SOFTSOIL_PAST 20 /* past values of it that are kept */
+#define SOFTSOIL_N_DRIFT 9 /* channels of the drift monitor */
 #define SOFTSOIL_N_U_FULL 21 /* inputs with those that histories provide */
 #define SOFTSOIL_STEP 0.012 /* s, nominal step */
 #define SOFTSOIL_MAX_STEP 0.018 /* s, longest step of the model */
@@ -46,6 +47,7 @@ enum softsoil_status {
   SOFTSOIL_INPUT_NOT_FINITE, /* an input that is not a finite number was replaced by its last good value */
   SOFTSOIL_GATE_REOPENED, /* a measurement was outside the gate for so long that it is believed: its state was put where it is */
   SOFTSOIL_SOIL_CHANGED, /* n has moved so far that another soil is taken to be there: n was made uncertain */
+  SOFTSOIL_DRIFT, /* corrections go to one side for longer than a right model's do: see drift and drift_channel */
   SOFTSOIL_INCONSISTENT, /* measurements are further from their predictions than noise explains: wrong soil, vehicle or noise */
   SOFTSOIL_NUMERICAL, /* the model had no finite answer: the last estimate was kept */
   SOFTSOIL_MEASUREMENT_LATE, /* the measurement is older than one step and was not used */
@@ -66,7 +68,21 @@ enum softsoil_flag {
   SOFTSOIL_FLAG_STANDING = 1,    /* the vehicle stands, crawls or reverses: the soil is held */
   SOFTSOIL_FLAG_GATED = 2,       /* a measurement was outside the gate and was left out */
   SOFTSOIL_FLAG_JUMPED = 4,      /* one has been outside for so long that its state was put where it is */
-  SOFTSOIL_FLAG_SOIL_CHANGED = 8 /* n has moved so far that another soil is taken to be there, and n was opened */
+  SOFTSOIL_FLAG_SOIL_CHANGED = 8, /* n has moved so far that another soil is taken to be there, and n was opened */
+  SOFTSOIL_FLAG_DRIFT = 16       /* corrections have gone to one side for longer than a right model's do */
+};
+
+/* What drifts, softsoil_t.drift_channel, with the likely cause. */
+enum softsoil_drift {
+  SOFTSOIL_DRIFT_along, /* sensor */
+  SOFTSOIL_DRIFT_side, /* sensor */
+  SOFTSOIL_DRIFT_heading, /* sensor */
+  SOFTSOIL_DRIFT_speed, /* vehicle, or sensor */
+  SOFTSOIL_DRIFT_lateral, /* vehicle, or sensor, or steering */
+  SOFTSOIL_DRIFT_yaw, /* vehicle, or sensor, or steering */
+  SOFTSOIL_DRIFT_yaw_turning, /* vehicle, or soil */
+  SOFTSOIL_DRIFT_yaw_steering, /* steering, or sensor, or vehicle */
+  SOFTSOIL_DRIFT_n, /* soil, or steering, or vehicle, or sensor */
 };
 
 /* Numbers of the filter; softsoil_defaults fills them in. */
@@ -113,6 +129,10 @@ typedef struct {
   double t_y[SOFTSOIL_N_Y];               /* s, time stamp of each measurement's last use */
   double settled, keep_at;                /* s: n is compared with its past from then on; its next past value is due */
   double past[SOFTSOIL_PAST][SOFTSOIL_N_SOIL]; /* ring of past values of n */
+  double drift;                           /* largest sum of corrections to one side over its limit: above 1 is an alarm */
+  int32_t drift_channel, unused;          /* which it is, enum softsoil_drift */
+  double drift_t, drift_from;             /* s: of the last sum; nothing is said before */
+  double drift_sum[SOFTSOIL_N_DRIFT][2];
   softsoil_options_t options;
 } softsoil_t;
 

@@ -14,7 +14,7 @@
 /* Rows of matrices end in zeros, so that whole vectors fit. */
 #define WIDE ((N + 7) / 8 * 8)
 #define WIDE_Y ((NY + 7) / 8 * 8)
-#define MAGIC 0xc17c1542u
+#define MAGIC 0x3331a7b6u
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
@@ -56,6 +56,8 @@ const char *softsoil_status_text(int status) {
       return "a measurement was outside the gate for so long that it is believed: its state was put where it is";
     case SOFTSOIL_SOIL_CHANGED:
       return "n has moved so far that another soil is taken to be there: n was made uncertain";
+    case SOFTSOIL_DRIFT:
+      return "corrections go to one side for longer than a right model's do: see drift and drift_channel";
     case SOFTSOIL_INCONSISTENT:
       return "measurements are further from their predictions than noise explains: wrong soil, vehicle or noise";
     case SOFTSOIL_NUMERICAL:
@@ -235,6 +237,7 @@ int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double
   for (int i = 0; i < NY; ++i) s->t_y[i] = -HUGE_VAL;
   /* Twice the time: the first seconds are convergence from the first guess, not a change. */
   forget_soil(s, 2.0 * s->options.change_after);
+  forget_drift(s);
   settle(s);
   s->magic = MAGIC;
   return SOFTSOIL_OK;
@@ -571,7 +574,7 @@ static int check_time(const softsoil_t *s, double t) {
 int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t) {
   softsoil_prediction_t z;
   int32_t use[NY];
-  double safe[NY], away[N] = {0.0}, more[N] = {0.0};
+  double safe[NY], before[N], away[N] = {0.0}, more[N] = {0.0};
   int32_t some = 0;
   if (!s || !y) return SOFTSOIL_NULL_POINTER;
   if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
@@ -591,7 +594,12 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
   if (!some) return status;
   if (!predict_measurement(s, safe, &z)) return graver(status, count(s, SOFTSOIL_NUMERICAL));
   const int jumped = gate(s, use, away, more, &status);
+  memcpy(before, s->x, sizeof before);
   correct(s, &z, use, hold);
+  if (s->dof > 0 && !hold && drifts(s, before)) {
+    s->flags |= SOFTSOIL_FLAG_DRIFT;
+    status = graver(status, count(s, SOFTSOIL_DRIFT));
+  }
   for (int i = 0; jumped && i < N; ++i) s->x[i] = clipped(s->x[i] + away[i], i);
   stay_finite(s);
   s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
@@ -647,6 +655,7 @@ int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned
   s->started = 0;
   s->since = 0;
   forget_soil(s, s->options.change_after);
+  forget_drift(s);
   s->consistency = s->soil_consistency = 1.0;
   settle(s);
   return status;

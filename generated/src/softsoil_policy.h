@@ -57,4 +57,54 @@ static int soil_has_changed(softsoil_t *s, double more[SOFTSOIL_N_X]) {
   return changed;
 }
 
+/* Corrections summed to both sides (Page's CUSUM, Biometrika 41, 1954), from the estimate `before` to that after an update, with
+ * the allowance of a right model. */
+static int drifts(softsoil_t *s, const double before[SOFTSOIL_N_X]) {
+  static const double allowance[SOFTSOIL_N_DRIFT] = {0.0191, 0.0211, 0.0023, 0.0369, 0.0758, 0.0907, 0.0999, 0.0702, 0.0257};
+  static const double limit[SOFTSOIL_N_DRIFT] = {0.089, 0.094, 0.018, 0.223, 0.433, 0.344, 0.292, 0.346, 0.099};
+  /* The measurement whose noise raises a limit where it is above the floor, or -1. */
+  static const int32_t sensor[SOFTSOIL_N_DRIFT] = {0, 1, 2, 3, 4, 5, 5, 5, -1};
+  static const double floor_std[SOFTSOIL_N_Y] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005};
+  const double step = s->t - s->drift_t;
+  double moved[SOFTSOIL_N_X], n = 0.0;
+  s->drift_t = s->t;
+  if (s->t < s->drift_from) return 0;
+  for (int i = 0; i < SOFTSOIL_N_X; ++i) moved[i] = s->x[i] - before[i];
+  for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) n += moved[softsoil_soil[i]] / SOFTSOIL_N_SOIL;
+  const double psi = before[SOFTSOIL_X_psi], c = cos(psi), d = sin(psi);
+  const double turning = tanh(before[SOFTSOIL_X_u] * before[SOFTSOIL_X_omega_z] / 1.0);
+  const double steering = tanh(s->u[SOFTSOIL_U_steer_rate] / 0.3);
+  const double yaw = moved[SOFTSOIL_X_omega_z];
+  const double sums[SOFTSOIL_N_DRIFT] = {moved[SOFTSOIL_X_x] * c + moved[SOFTSOIL_X_y] * d,
+                                         moved[SOFTSOIL_X_y] * c - moved[SOFTSOIL_X_x] * d,
+                                         moved[SOFTSOIL_X_psi], moved[SOFTSOIL_X_u], moved[SOFTSOIL_X_v],
+                                         yaw, yaw * turning, yaw * steering, n};
+  s->drift = 0.0;
+  for (int i = 0; i < SOFTSOIL_N_DRIFT; ++i) {
+    const int k = sensor[i];
+    const double noise = k < 0 ? 1.0 : s->options.r_std[k] / floor_std[k];
+    const double most = noise > 1.0 ? limit[i] * noise : limit[i];
+    for (int side = 0; side < 2; ++side) {
+      double sum = s->drift_sum[i][side] + (side ? -sums[i] : sums[i]) - allowance[i] * step;
+      sum = sum > 0.0 ? sum : 0.0;
+      sum = sum < 3.0 * most ? sum : 3.0 * most;
+      s->drift_sum[i][side] = sum;
+      if (sum / most > s->drift) {
+        s->drift = sum / most;
+        s->drift_channel = i;
+      }
+    }
+  }
+  return s->drift > 1.0;
+}
+
+/* Nothing is said of drift for a while. */
+static void forget_drift(softsoil_t *s) {
+  memset(s->drift_sum, 0, sizeof s->drift_sum);
+  s->drift = 0.0;
+  s->drift_channel = 0;
+  s->drift_t = s->t;
+  s->drift_from = s->t + 6.0;
+}
+
 #endif

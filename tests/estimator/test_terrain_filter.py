@@ -63,8 +63,9 @@ def both(name: str, path: Path, seed: int, flags=SCALAR):
             python.update(y[k + 1])
             c.update(y[k + 1], c.state.t)
             s = python.status
-            flags = (s.standing, bool(s.gated), bool(s.jumped), s.soil_changed)
-            said.append((c.state.flags, sum(bit for bit, on in zip((1, 2, 4, 8), flags, strict=True) if on)))
+            assert abs(s.drift - c.state.drift) < 1e-6
+            flags = (s.standing, bool(s.gated), bool(s.jumped), s.soil_changed, bool(s.drifting))
+            said.append((c.state.flags, sum(bit for bit, on in zip((1, 2, 4, 8, 16), flags, strict=True) if on)))
             found.append((python.n, c.x[soil].copy(), python.n_std, c.std[soil].copy()))
     return np.array(found), np.array(said)
 

@@ -51,4 +51,4 @@ def test_it_is_declared_and_traced(copy):
     done = run(copy, "traced.py")
     assert done.returncode == 0, done.stderr
     name, value = re.fullmatch(r"(\w+) \{'drag': ([\d.]+)\}\n", done.stdout).groups()
-    assert name == "air_drag" and float(value) == pytest.approx(8.0, rel=0.15)
+    assert name == "air_drag" and float(value) == pytest.approx(5.0, rel=0.15)
