@@ -124,7 +124,7 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
 
 
 def loop_for(
-    declared: Declaration, converged: bool = False, hessian: str = "exact", noisy: str = "states"
+    declared: Declaration, converged: bool = False, hessian: str | None = None, noisy: str = "states"
 ) -> ClosedLoop:  # fmt: skip
     """Loop and solver for a declared model; converged: iterate every solve to convergence; hessian: of `Nmpc`; noisy: of
     `ClosedLoop`. The plant's vehicle is the one of `plant_file`."""

@@ -39,7 +39,7 @@ def generate(
         bool,
         typer.Option("--controller", help="Also the controller: NMPC on the filter's estimate, and a closed loop."),
     ] = False,
-    hessian: Annotated[str, typer.Option("--hessian", help="Of the controller: exact or gauss_newton.")] = "exact",
+    hessian: Annotated[str, typer.Option("--hessian", help="Of the controller: gauss_newton or exact.")] = "gauss_newton",
     fmi: Annotated[bool, typer.Option("--fmi", help="Also FMI 3.0 units: of the model, and of the driver.")] = False,
     out: OutOption = None,
 ) -> None:

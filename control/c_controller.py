@@ -21,7 +21,8 @@ from softsoil.control.ocp_kernels import Whole, curvature, force_use, model_inpu
 from softsoil.estimator.tuning import Tuning, by_unit
 from softsoil.symbolic.signals import Layout
 
-HESSIANS = ("exact", "gauss_newton")
+HESSIANS = ("gauss_newton", "exact")
+"""Of the subproblem: that of the cost alone, the default of real-time iterations, or the Lagrangian's."""
 TEMPLATES = {
     "include/softsoil_nmpc.h": "softsoil_nmpc.h.in",
     "include/softsoil_qp.h": "softsoil_qp.h.in",
@@ -36,7 +37,7 @@ TEMPLATES = {
 _POINTS = (True, False)
 
 
-def controller_files(ocp: Ocp, hessian: str = "exact", digits: int = DIGITS) -> dict[str, str]:
+def controller_files(ocp: Ocp, hessian: str = HESSIANS[0], digits: int = DIGITS) -> dict[str, str]:
     """Path inside the folder -> text of every file of the controller.
 
     hessian: "exact", the Lagrangian's, or "gauss_newton", the cost's alone; digits: significant digits of constants in the

@@ -5,7 +5,7 @@ from __future__ import annotations
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.codegen.sampling import STEP
-from softsoil.control.c_controller import controller_files, controller_values
+from softsoil.control.c_controller import HESSIANS, controller_files, controller_values
 from softsoil.control.c_driver import driver_files
 from softsoil.control.c_fmu import driver_fmi_files
 from softsoil.control.c_statuses import STATUSES
@@ -22,7 +22,7 @@ EXAMPLE_OBSTACLES = ((62.0, 1.6, 1.0, 0.0, 0.0), (90.0, 2.4, 1.0, 0.0, 0.0))
 
 
 def controller_texts(
-    declared: Declaration, dt: float = STEP, fmi: bool = False, settings: OcpSettings | None = None, hessian: str = "exact",
+    declared: Declaration, dt: float = STEP, fmi: bool = False, settings: OcpSettings | None = None, hessian: str = HESSIANS[0],
     driver: DriverSettings | None = None,
 ) -> dict[str, str]:  # fmt: skip
     """Every file of estimator and controller, path -> text, for a declared model.

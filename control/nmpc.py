@@ -15,7 +15,7 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softsoil.control.c_controller import controller_files
+from softsoil.control.c_controller import HESSIANS, controller_files
 from softsoil.control.c_statuses import STATUSES
 from softsoil.control.nmpc_binding import CController
 from softsoil.control.nmpc_clearance import placed
@@ -32,7 +32,8 @@ class Nmpc:
     """Solver of an Ocp, warm-started from its last solution.
 
     mode: "rti" or "converged"; most: greatest number of iterations of the latter; tolerance: largest change of any
-    variable at which it stops; hessian: "exact", the Lagrangian's, or "gauss_newton". z (N + 1, n_z), w (N, n_w): the plan;
+    variable at which it stops; hessian: "gauss_newton", the cost's alone and the default of real-time iterations, or "exact", the
+    Lagrangian's and the default of converged solves. z (N + 1, n_z), w (N, n_w): the plan;
     AB (N, n_z, n_v) and end (N, n_z) are the dynamics along it, at the last linearisation.
     Raises ValueError for another mode or Hessian, or where there is no C compiler.
 
@@ -47,12 +48,12 @@ class Nmpc:
 
     def __init__(
         self, ocp: Ocp, mode: str = "rti", most: int = SETTINGS.most, tolerance: float = SETTINGS.tolerance,
-        hessian: str = "exact",
+        hessian: str | None = None,
     ) -> None:  # fmt: skip
         if mode not in ("rti", "converged"):
             raise ValueError(f"nmpc: expected mode rti or converged, found {mode!r}")
         self.ocp, self.mode = ocp, mode
-        self.controller = CController(ocp, controller_files(ocp, hessian, DIGITS))
+        self.controller = CController(ocp, controller_files(ocp, hessian or HESSIANS[mode == "converged"], DIGITS))
         options = self.controller.Options()
         self.controller.c.softsoil_nmpc_defaults(ctypes.byref(options))
         options.converge, options.most, options.tolerance = int(mode == "converged"), most, tolerance
