@@ -33,7 +33,8 @@ class VerdictRules:
 
     excited: largest standard deviation of n by noise and model error alone, over n (two of them are `same`); same: largest
     difference of the final n between initial guesses, or between the filter and the windows, over n; bound: distance from a
-    bound of n within which it is one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard deviations, from which they disagree;
+    bound of n within which it is one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard
+    deviations, from which they disagree;
     unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right model leaves at most;
     unexplained_sigmas: standard errors beyond that by which it must be exceeded; least_motion: root mean square lateral
     specific force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard
