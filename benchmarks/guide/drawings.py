@@ -38,7 +38,7 @@ GIVEN = {
 
 def draw_conventions(path: Path) -> Path:
     """Write the drawing of axes, wheel and slip to `path`."""
-    with page(path, "", 11, 4.0, 1, 3, width_ratios=(1.5, 1, 1)) as axes:
+    with page(path, "Axes, wheel and slip", 11, 4.8, 1, 3, width_ratios=(1.5, 1, 1)) as axes:
         for axis in axes:
             axis.set_axis_off()
             axis.set_aspect("equal")
