@@ -106,7 +106,7 @@ def test_estimate_writes_what_it_says(home, short_log):
     assert files(home) == ["e/estimate.json", "e/estimate.png"]
     found = json.loads((home / "e/estimate.json").read_text(encoding="utf-8"))
     keys = {"software", "vehicle", "n_front", "n_rear", "n_front_std", "n_rear_std", "converged_s"}
-    keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s", "drift"}
+    keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s", "drift", "windows"}
     missing = {"nis_inside_95", "drift"}  # the log carries no sensor noise, and drifts nowhere
     assert set(found) == keys and finite({key: value for key, value in found.items() if key not in missing})
     assert found["verdict"] in WORDS and found["nis_inside_95"] is None and found["drift"] is None
@@ -116,6 +116,7 @@ def test_estimate_writes_what_it_says(home, short_log):
     )
     assert set(found["step_us"]) == {"median", "p99"} and set(found["trace"]) == {"t", "n_front", "n_rear"}
     assert found["trace"]["n_front"][-1] == found["n_front"]
+    assert set(found["windows"]) == {"n", "std"} and len(found["windows"]["n"]) == len(found["windows"]["std"]) == 1
     assert len({len(series) for series in found["trace"].values()}) == 1
 
 
@@ -137,8 +138,9 @@ def test_residual_writes_what_it_says(home):
 def test_generate_writes_c(home):
     result = softsoil("generate", home / "c", "--soil", "clay")
     assert result.exit_code == 0, result.output
-    sources = [f"src/softsoil_{name}" for name in ("filter.c", "kernels.h", "lanes.h", "model.c", "model.h")]
-    expected = ["CMakeLists.txt", "README.md", "example.c", "formulation.json", "include/softsoil.h", *sources]
+    names = ("filter.c", "horizon.c", "kernels.h", "lanes.h", "model.c", "model.h", "policy.h")
+    expected = ["CMakeLists.txt", "README.md", "example.c", "formulation.json", "include/softsoil.h"]
+    expected += ["include/softsoil_horizon.h", *(f"src/softsoil_{name}" for name in names)]
     assert sorted(files(home / "c")) == sorted(expected)
 
 
