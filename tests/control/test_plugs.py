@@ -159,7 +159,7 @@ def test_the_whole_solver_as_one_c_file_finds_the_same_plan(tmp_path):
 
 
 def test_the_do_mpc_example_of_the_docs_runs_as_printed():
-    text = (PROJECT / "docs" / "plugs.md").read_text(encoding="utf-8")
+    text = (PROJECT / "docs" / "reference" / "plugs.md").read_text(encoding="utf-8")
     blocks = re.findall(r"(?:^    .*\n|^\n)+", text, re.M)
     (printed,) = [block for block in blocks if "mpc.make_step" in block]
     done = subprocess.run(
