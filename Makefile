@@ -4,7 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test docs check lock clean
+# Two halves of about the same length, one per core; a new folder of tests falls into the second.
+FIRST := $(addprefix tests/,codegen control estimator mpc_demo plant)
+
+.PHONY: demo test test-first test-rest docs check lock clean
 
 demo: $(STAMP)
 	$(BIN)/softsoil study --vehicle paper --out runs/study-paper
@@ -13,7 +16,13 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest
+	$(MAKE) --no-print-directory -j2 test-first test-rest
+
+test-first: $(STAMP)
+	$(BIN)/python -m pytest $(FIRST)
+
+test-rest: $(STAMP)
+	$(BIN)/python -m pytest tests $(addprefix --ignore=,$(FIRST))
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
