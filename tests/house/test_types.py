@@ -47,6 +47,11 @@ def test_a_seeded_type_error_fails(copy):
 
 
 def test_make_test_runs_mypy_and_all_tests():
-    recipe = re.search(r"^test:.*\n((?:\t.*\n)+)", (PROJECT / "Makefile").read_text(encoding="utf-8"), re.M)
-    assert recipe is not None
-    assert re.search(r"^\t\$\(BIN\)/mypy$", recipe[1], re.M) and "not slow" not in recipe[1]
+    """Two halves side by side: the folders of FIRST, and all but those."""
+    text = (PROJECT / "Makefile").read_text(encoding="utf-8")
+    recipe = re.search(r"^test:.*\n((?:\t.*\n)+)", text, re.M)
+    first = re.search(r"^FIRST := \$\(addprefix tests/,(.*)\)$", text, re.M)
+    assert recipe is not None and first is not None and "not slow" not in text
+    assert re.search(r"^\t\$\(BIN\)/mypy$", recipe[1], re.M) and re.search(r"-j2 test-first test-rest$", recipe[1], re.M)
+    assert all((PROJECT / "tests" / folder).is_dir() for folder in first[1].split())
+    assert "pytest $(FIRST)\n" in text and "pytest tests $(addprefix --ignore=,$(FIRST))\n" in text
