@@ -60,8 +60,9 @@ def _remove_abandoned(cache: Path) -> None:
 
 def _alive(name: str) -> bool:
     """Whether the process that made the scratch folder `name` may still run: on another machine nobody can say."""
-    node, number = name.removeprefix(SCRATCH).rsplit("_", 2)[:2] if name.count("_") >= 3 else ("", "")
-    if node != platform.node() or not number.isdigit() or os.name == "nt":
+    here = f"{SCRATCH}{platform.node()}_"
+    number = name.removeprefix(here).split("_")[0]  # what follows it is random, underscores included
+    if not name.startswith(here) or not number.isdigit() or os.name == "nt":
         return True
     try:
         os.kill(int(number), 0)

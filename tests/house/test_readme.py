@@ -21,7 +21,8 @@ DOCUMENTS = [
     *sorted(PROJECT.glob("docs/**/*.md")),
 ]
 DOCUMENTS += sorted(PROJECT.glob("data/*.md"))
-ROOMS = tuple(path.name for path in PROJECT.iterdir() if path.is_dir() and not path.name.startswith("."))
+OWN = (".", "runs")  # what commands write is not there before they ran
+ROOMS = tuple(path.name for path in PROJECT.iterdir() if path.is_dir() and not path.name.startswith(OWN))
 GROUPS = ("case",)
 SINGLE = sorted(set(COMMANDS) - set(GROUPS))
 
