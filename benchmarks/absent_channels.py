@@ -22,7 +22,7 @@ from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.refinement.refine import refine
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOILS
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
@@ -81,7 +81,7 @@ def estimates(folder: Path, vehicle: Vehicle) -> Iterator[str]:
             if name.endswith("10 Hz"):
                 drive = replace(drive, channels={k: v[::SLOW] for k, v in drive.channels.items()}, truth={})
             truth = named_n(log.name) or float("nan")
-            found = estimate_terrain(drive, declared_model(vehicle, soil), truth + 0.2, tied=True, start=2.0)
+            found = estimate_terrain(drive, bicycle(vehicle, soil), truth + 0.2, tied=True, start=2.0)
             n, std = found.n_front[-1], found.n_front_std[-1]
             cells.append(f"{n:.3f} ± {std:.3f} ({100 * (n / truth - 1):+.0f} %)")
         yield f"| {name} | " + " | ".join(cells) + " |"

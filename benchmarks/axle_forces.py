@@ -15,7 +15,7 @@ from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.inputs import measured_inputs, measured_states
 from softsoil.estimator.predictor import Predictor
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.vehicle import load_vehicle
 
 VEHICLES = Path(__file__).resolve().parents[1] / "vehicles"
@@ -43,7 +43,7 @@ def main() -> None:
 def axle_errors(log: Path, vehicle, soil) -> tuple[float, float]:
     """Relative rms error of the front and the rear axle's lateral force."""
     recording = read_drive(log)
-    model = declared_model(vehicle, soil)
+    model = bicycle(vehicle, soil)
     states, (inputs, _) = measured_states(recording), measured_inputs(recording, model.external)
     predictor = Predictor(model, recording.dt)
     _, full = predictor.track_memory(states, inputs, model.p.nominal)

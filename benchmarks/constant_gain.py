@@ -17,7 +17,7 @@ from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
 from softsoil.refinement.rules import RULES
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.effect import Effect, add_effect
 from softsoil.symbolic.model import Model, Quantities
 from softsoil.symbolic.signals import Layout, Signal
@@ -78,9 +78,9 @@ def main() -> None:
     for log in nominal_logs(parser.parse_args().folder):
         soil = SOILS[true_soil(drive_name(log)).name]  # n is fitted from several guesses: the class's own is no truth
         guesses = soil.n + np.array([-0.25, -0.1, 0.05, 0.2])
-        plain = add_effect(declared_model(vehicle, soil, effects={}), constants())
+        plain = add_effect(bicycle(vehicle, soil, effects={}), constants())
         shortcut, at = judged(log, plain, both, np.array([[g, 0.2, m] for g in (1.3, 2.0) for m in guesses]))
-        declared, _ = judged(log, declared_model(vehicle, soil), [n], guesses[:, None])
+        declared, _ = judged(log, bicycle(vehicle, soil), [n], guesses[:, None])
         ratios.append(declared / shortcut)
         words = ", ".join(f"{k} {v:.2f}" for k, (v, _) in at.named().items())
         print(f"{log.name:30s} {words}; mse, declared over constants: "

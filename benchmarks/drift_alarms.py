@@ -25,7 +25,7 @@ from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Array, Recording
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
@@ -85,7 +85,7 @@ def run(log: Path, soil: Soil, vehicle: Vehicle, seed: int, fault: Fault | None 
     drive = drive.between(drive.t[0] + START_UP, np.inf)
     if fault is not None:
         drive = spoiled(drive, fault)
-    model, tuning = terrain_model(declared_model(vehicle, soil), True), Tuning()
+    model, tuning = terrain_model(bicycle(vehicle, soil), True), Tuning()
     u, y = measured_inputs(drive, model.external)[0], measured_states(drive)
     std = sensor_std(drive, np.array(tuning.sensor_floor))
     own = TerrainFilter(model, drive.dt, std, tuning)

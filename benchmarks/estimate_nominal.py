@@ -18,7 +18,7 @@ from softsoil.estimator.estimate import METHODS, run_method
 from softsoil.estimator.tuning import Tuning
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
@@ -43,7 +43,7 @@ def main() -> None:
     every: list[np.ndarray] = []
     for log in nominal_logs(options.folder):
         soil = true_soil(drive_name(log))
-        n, model, clean = float(soil.n), declared_model(vehicle, soil), read_drive(log)
+        n, model, clean = float(soil.n), bicycle(vehicle, soil), read_drive(log)
         rows = []
         for guess in GUESSES:
             for seed in range(options.seeds):
@@ -89,7 +89,7 @@ def changed(settings: list[str]) -> Tuning:
 def follow_change(log: Path, vehicle: Vehicle, noise: str, seeds: int, method: str, tuning: Tuning) -> None:
     """How soon after the border (world x = 90 m) the front estimate is within 10 % of the new soil."""
     before, after = (float(n) for n in re.findall(r"[\d.]+\d", log.name.removesuffix(".csv.gz")))
-    model, clean = declared_model(vehicle, CLAY), read_drive(log)
+    model, clean = bicycle(vehicle, CLAY), read_drive(log)
     border = clean.t[np.argmax(clean["x"] > BORDER)]
     delays = []
     for seed in range(seeds):

@@ -22,7 +22,7 @@ from softsoil.recording.forward import forward_part
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.read import read_drive, write_drive
 from softsoil.recording.usable import checked
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOILS
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -42,7 +42,7 @@ def main() -> None:
     arguments = parser.parse_args()
     good = read_drive(arguments.log)
     vehicle, soil = load_vehicle(REFERENCE_VEHICLE), SOILS[named_soil(good.name) or "clay"]
-    model = declared_model(vehicle, soil)
+    model = bicycle(vehicle, soil)
 
     def n_of(drive: Recording) -> tuple[float, str]:
         part, first = forward_part(drive), float(soil.n) + 0.2

@@ -38,7 +38,7 @@ from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.identify_rules import RULES
 from softsoil.refinement.known_vehicle import Known, load_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, free_layout
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOIL_SIGNALS, load_soil
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -125,7 +125,7 @@ def declared_fit(folder: Path, names: Sequence[str] = SEEN, at: Mapping[str, flo
     compiled = None
     for i, name in enumerate(DECLARED_FITTED):
         drive = add_noise(read_drive(folder / f"{name}.csv.gz"), "good", 10 * i)
-        model = declared_model(vehicle, load_soil(str(named_soil(name))), "turn_slip", None, free_layout(known))
+        model = bicycle(vehicle, load_soil(str(named_soil(name))), "turn_slip", None, free_layout(known))
         ready = shooting_drive(drive, model, START_UP)
         compiled = compiled or WindowModel(model, ready.dt, substeps_for(ready.dt))
         sigma = np.hypot(sensor_std(drive, LEAST_NOISE), rules.model_error)

@@ -26,7 +26,7 @@ from softsoil.refinement.identify_bench import FASTEST, HORIZON, MODEL_STD, N_NA
 from softsoil.refinement.identify_errors import n_costs
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import by_name
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil, load_soil
 from softsoil.symbolic.vehicle import NUMBERS, Vehicle, load_vehicle
@@ -76,7 +76,7 @@ def costs(vehicle: Vehicle, path: Path, soil: Soil, noise: str) -> dict[str, flo
     stds = deviations(vehicle)
     own = [n for n in NUMBERS if n.modelled and n.name in stds]
     layout = Layout(tuple(Signal(n.name, n.unit, n.doc, getattr(vehicle, n.name), n.lower, n.upper) for n in own))
-    model = declared_model(vehicle, soil, "turn_slip", None, layout)
+    model = bicycle(vehicle, soil, "turn_slip", None, layout)
     drive = shooting_drive(recording, model, START)
     compiled = WindowModel(model, drive.dt, SUBSTEPS * substeps_for(drive.dt))
     windows = [FreeWindows(compiled, drive, HORIZON, np.hypot(MODEL_STD, sensor_std(recording, NOISE_FLOOR)), FASTEST)]

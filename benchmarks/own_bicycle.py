@@ -8,7 +8,7 @@ from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.estimator.tuning import EXACT_MODEL
 from softsoil.recording.noise import add_noise
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -19,7 +19,7 @@ GUESS_OFF = 0.2
 def main() -> None:
     vehicle = load_vehicle(Path(__file__).resolve().parents[1] / "vehicles" / "reference.toml")
     for soil in (CLAY, SANDY_LOAM):
-        model = bicycle(vehicle, soil)
+        model = nominal_bicycle(vehicle, soil)
         drive = synthetic_drive(model, vehicle.radius)
         found = [
             estimate_terrain(add_noise(drive, "table5", s), model, soil.n + GUESS_OFF, tuning=EXACT_MODEL)

@@ -26,7 +26,7 @@ from softsoil.plant.state import TRAVEL
 from softsoil.plant.suspension import AXLE_X, COUNT, carrier
 from softsoil.plant.world import Plant, Sample
 from softsoil.recording.drive import Recording
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
@@ -70,7 +70,7 @@ def run(soil: Soil, payload: float, ruts: bool, seed: int) -> tuple[Recording, A
 def modelled(drive: Recording, soil: Soil, payload: float, ruts: bool) -> Array:
     """(6, N): force_f, force_r, load_f, load_r and the rear wheels' lateral forces, left and right, of the declared model."""
     vehicle = load_vehicle(PLANT_VEHICLE)
-    model = declared_model(vehicle, soil)
+    model = bicycle(vehicle, soil)
     if payload:
         told = {"payload_mass": payload, "payload_x": PLACE}
         model = add_effect(model, catalogue(vehicle)["payload"], told)

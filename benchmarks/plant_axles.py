@@ -19,7 +19,7 @@ from softsoil.plant.simulate import drive
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -31,7 +31,7 @@ DURATION, START = 20.0, 3.0
 
 def figures(log: Recording, soil: Soil) -> tuple[float, float, float, float, float]:
     """Load error, gain and error of the front axle, gain and error of the rear one."""
-    model = declared_model(load_vehicle(VEHICLES / "plant.toml"), soil)
+    model = bicycle(load_vehicle(VEHICLES / "plant.toml"), soil)
     states, (inputs, _) = measured_states(log), measured_inputs(log, model.external)
     predictor, p = Predictor(model, log.dt), model.p.nominal
     _, full = predictor.track_memory(states, inputs, p)

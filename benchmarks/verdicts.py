@@ -18,7 +18,7 @@ from softsoil.files.package_data import VEHICLES
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOILS, Soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
@@ -44,7 +44,7 @@ def main() -> None:
                 noisy = add_noise(drive, options.noise, seed)
                 n0 = float(np.clip(soil.n + GUESSES[seed % 2], 0.25, 1.5))
                 try:
-                    found = estimate(noisy, declared_model(vehicle, declared), n0, method=options.method)
+                    found = estimate(noisy, bicycle(vehicle, declared), n0, method=options.method)
                 except ValueError as error:  # channels that contradict each other
                     counts.setdefault(name, Counter())["refused, wrong"] += 1
                     print(f"{drive_name(log):24s} {name:22s} refused: {error}", flush=True)

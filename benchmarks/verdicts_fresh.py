@@ -32,7 +32,7 @@ from softsoil.plant.soil_field import SoilField
 from softsoil.plant.start import Start
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOILS, Soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
@@ -94,7 +94,7 @@ def judged(index: int, seed: int, method: str) -> dict[str, Any]:
     case = draw(kind, np.random.default_rng([seed, index]), 1000 * seed + index)
     one = {"index": index, "kind": kind, "about": case.about, "true": case.n, "n": float("nan"), "right": False}
     try:
-        found = estimate(case.drive, declared_model(case.vehicle, case.soil), case.n0, method=method)
+        found = estimate(case.drive, bicycle(case.vehicle, case.soil), case.n0, method=method)
     except ValueError as error:  # channels that contradict each other
         return {**one, "word": "refused", "reason": str(error)}
     n = float(found.n_front[-1])
@@ -167,7 +167,7 @@ def draw(kind: str, rng: np.random.Generator, seed: int) -> Case:
 def on_road(vehicle: Vehicle, rng: np.random.Generator, friction: float, noise: str, seed: int) -> Recording:
     """A drive of the vehicle's own bicycle with rubber on a road."""
     road = Soil("road", k_phi=1e9, k_c=0.0, n=0.5, c=0.0, phi=math.atan(friction), k=float(rng.uniform(0.0008, 0.003)))
-    model = declared_model(vehicle, road, "hard_ground")
+    model = bicycle(vehicle, road, "hard_ground")
     t = 0.012 * np.arange(round(SECONDS / 0.012) + 1)
     drive = synthetic_drive(
         model, vehicle.radius, seconds=SECONDS, speed=float(rng.uniform(4.5, 6.5)), swing=1.0, slip=0.005,

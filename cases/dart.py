@@ -23,7 +23,7 @@ from softsoil.refinement.ranking import rank
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import like, supported
 from softsoil.refinement.trace import Bench, Candidate, gain_of, held_cost
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect, neutral
 from softsoil.symbolic.model import Model
@@ -99,7 +99,7 @@ def candidate_names(vehicle: Vehicle = CAR, measured: frozenset[str] = MEASURED)
 
 def candidate_model(names: Sequence[str] | None = None, vehicle: Vehicle = CAR) -> Model:
     """The bicycle of a vehicle on hard ground with the candidates called `names` added, absent; default `candidate_names`."""
-    model = bicycle(vehicle, FLOOR, "hard_ground")
+    model = nominal_bicycle(vehicle, FLOOR, "hard_ground")
     known = catalogue(vehicle)
     for name in candidate_names() if names is None else names:
         model = neutral(model, known[name])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.vehicle import NUMBERS
 
@@ -17,7 +17,7 @@ def idle_numbers(declared: Declaration) -> tuple[str, ...]:
     vehicle = declared.vehicle
     given = [n for n in NUMBERS if n.modelled and n.default is not None and getattr(vehicle, n.name) != n.default]
     free = Layout(tuple(Signal(n.name, n.unit, n.doc, getattr(vehicle, n.name), n.lower, n.upper) for n in given))
-    model = declared_model(vehicle, declared.soil, declared.law, free=free)
+    model = bicycle(vehicle, declared.soil, declared.law, free=free)
     x, u, p = model.symbols()
     q = model.quantities(x, u, p)
     q |= {"memory": {name: ca.SX.sym(name) for name in model.cells.names}, "dt": 0.01}

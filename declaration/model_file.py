@@ -8,7 +8,7 @@ from pathlib import Path
 
 from softsoil.files.toml_file import read_toml, toml_number, toml_text
 from softsoil.symbolic.bicycle import vehicle_law
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil, soil_from_table
 from softsoil.symbolic.vehicle import NUMBERS, Vehicle, vehicle_from_table
@@ -27,11 +27,11 @@ class Declaration:
 
     def build(self) -> Model:
         """The model with its declared effects."""
-        return declared_model(self.vehicle, self.soil, self.law)
+        return bicycle(self.vehicle, self.soil, self.law)
 
     def plain(self) -> Model:
         """The model without effects: the paper's structure."""
-        return declared_model(self.vehicle, self.soil, self.law, {})
+        return bicycle(self.vehicle, self.soil, self.law, {})
 
     def force_law(self) -> ForceLaw:
         """The force law with the options of the vehicle's simulated soil, where it declares one."""

@@ -21,7 +21,7 @@ from softsoil.estimator.drift import DriftRules, likely_classes
 from softsoil.estimator.promote import promote_parameters
 from softsoil.estimator.terrain import terrain_model
 from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.symbolic.vehicle import load_vehicle
@@ -37,7 +37,7 @@ def c_parts(declared: Declaration, promote: Sequence[str] = ()) -> Parts:
 
 
 def _model_with(declared: Declaration, promote: tuple[str, ...], law) -> Model:
-    built = declared_model(declared.vehicle, declared.soil, law)
+    built = bicycle(declared.vehicle, declared.soil, law)
     model = terrain_model(built, tied=bool(built.effects))
     return promote_parameters(model, *promote) if promote else model
 

@@ -20,7 +20,7 @@ from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import WIDE, by_name, expected, free_layout, vehicle_of
 from softsoil.refinement.wheel_balance import BalanceModel, WheelBalance
 from softsoil.refinement.wheel_speeds import all_open
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
 from softsoil.symbolic.vehicle import Vehicle
@@ -97,7 +97,7 @@ def make_bench(
     recordings = [forward_part(recording) for recording in recordings]
     vehicle = vehicle_of(known, {})
     layout = free_layout(known)
-    models = [declared_model(vehicle, soil, "turn_slip", None, layout) for soil in soils]
+    models = [bicycle(vehicle, soil, "turn_slip", None, layout) for soil in soils]
     model = models[0]
     drives = [shooting_drive(recording, model, start) for recording in recordings]
     compiled: dict[float, tuple[WindowModel, BalanceModel]] = {}

@@ -18,7 +18,7 @@ from softsoil.refinement.identify_bench import FASTEST, HORIZON, SUBSTEPS, Bench
 from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.identify_result import Judged
 from softsoil.refinement.vehicle_numbers import declared_vehicle
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def judge(bench: Bench, after: Mapping[str, float], model_error: float) -> Judge
 def _declared(bench: Bench) -> Bench:
     """The bench with the model of the vehicle as its owner's file declares it."""
     vehicle = declared_vehicle(bench.known)
-    model = declared_model(vehicle, bench.soils[0])
+    model = bicycle(vehicle, bench.soils[0])
     windows = bench.windows[0]
     compiled = WindowModel(model, bench.drives[0].dt, SUBSTEPS * substeps_for(bench.drives[0].dt))
     mine = FreeWindows(compiled, bench.drives[0], HORIZON, windows.sigma, FASTEST)

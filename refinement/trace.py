@@ -16,7 +16,7 @@ from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.vehicle_numbers import own_layout
 from softsoil.symbolic.bicycle import soil_parameters
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import Effect, neutral
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
@@ -105,7 +105,7 @@ def whole_model(declaration: Declaration, names: Sequence[str] | None = None) ->
     """The declared model with its vehicle's numbers as parameters and every open effect added, absent: one compilation serves
     all candidates."""
     vehicle = declaration.vehicle
-    model = declared_model(vehicle, declaration.soil, declaration.law, None, own_layout(vehicle))
+    model = bicycle(vehicle, declaration.soil, declaration.law, None, own_layout(vehicle))
     for name, effect in open_effects(declaration, names).items():
         model = model if name in model.effects else neutral(model, effect)
     return model

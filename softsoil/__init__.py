@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from softsoil.refinement.identify import identify
     from softsoil.refinement.refine import refine
     from softsoil.refinement.residual import residual
-    from softsoil.symbolic.catalogue import catalogue
-    from softsoil.symbolic.catalogue import declared_model as bicycle
+    from softsoil.symbolic.catalogue import bicycle, catalogue
     from softsoil.symbolic.effect import Effect, add_effect
     from softsoil.symbolic.model import Model
     from softsoil.symbolic.signals import Layout, Signal
@@ -85,7 +84,7 @@ if not TYPE_CHECKING:
         "refinement.identify": ("identify",),
         "refinement.refine": ("refine",),
         "refinement.residual": ("residual",),
-        "symbolic.catalogue": ("bicycle=declared_model", "catalogue"),
+        "symbolic.catalogue": ("bicycle", "catalogue"),
         "declaration.model_file": ("Declaration", "declaration_toml", "load_declaration"),
         "symbolic.effect": ("Effect", "add_effect"),
         "symbolic.model": ("Model",),

@@ -89,7 +89,7 @@ class Corner:
         return replace(self, **values)
 
 
-def bicycle(
+def nominal_bicycle(
     vehicle: Vehicle, soil: Soil, law: ForceLaw | str = "turn_slip", free: Layout = Layout()  # noqa: B008
 ) -> Model:
     """The paper's bicycle (eq. (bicycle)) on soft soil: states of eq. (bicycle_states), outputs the states.

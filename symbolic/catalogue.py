@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from importlib import import_module
 
 from softsoil.symbolic import effects as package
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.effect import Effect, add_effect
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
@@ -34,7 +34,7 @@ def effect_names() -> tuple[str, ...]:
     return tuple(sorted(m.name for m in pkgutil.iter_modules(package.__path__) if not m.name.startswith("_")))
 
 
-def declared_model(
+def bicycle(
     vehicle: Vehicle,
     soil: Soil,
     law: ForceLaw | str = "turn_slip",
@@ -51,7 +51,7 @@ def declared_model(
     chosen = vehicle.effects if effects is None else effects
     known = catalogue(vehicle)
     _check_effects(chosen, known, vehicle.source or f"vehicle {vehicle.name}")
-    model = bicycle(vehicle, soil, law, free)
+    model = nominal_bicycle(vehicle, soil, law, free)
     for name, values in chosen.items():
         model = add_effect(model, known[name], values)
     return model

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.recording.drive import Recording
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
@@ -26,7 +26,7 @@ def reference_vehicle() -> Vehicle:
 @lru_cache(maxsize=1)
 def clay_bicycle() -> Model:
     """The paper's structure on clay with the default law."""
-    return bicycle(reference_vehicle(), CLAY)
+    return nominal_bicycle(reference_vehicle(), CLAY)
 
 
 @lru_cache(maxsize=4)

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 from drives import reference_vehicle
 from softsoil.control.ocp import Ocp, OcpSettings
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.soil import CLAY
 
@@ -14,5 +14,5 @@ N = 20
 @lru_cache(maxsize=1)
 def small_ocp() -> Ocp:
     """N = 20 steps of 0.1 s."""
-    model = bicycle(reference_vehicle(), CLAY, TurnSlip(front_nodes=2))
+    model = nominal_bicycle(reference_vehicle(), CLAY, TurnSlip(front_nodes=2))
     return Ocp(model, reference_vehicle(), OcpSettings(steps=N, dt=0.1))

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.guide.reference_effects import STAGES
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, TRUE, page
 from softsoil.files.package_data import REFERENCE_VEHICLE
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle
@@ -151,7 +151,7 @@ def _wheel_side(axis: Any) -> None:
 def draw_stages(path: Path) -> Path:
     """Write the figure of the model's stages, with the effects that correct each, to `path`."""
     vehicle = load_vehicle(REFERENCE_VEHICLE)
-    stages = [stage.name for stage in bicycle(vehicle, CLAY).stages]
+    stages = [stage.name for stage in nominal_bicycle(vehicle, CLAY).stages]
     known = catalogue(vehicle)
     acting = {stage: [e.name.replace("_", " ") for e in known.values() if stage in e.corrections] for stage in stages}
     lines = {stage: textwrap.wrap(", ".join(names) or "none", 74) for stage, names in acting.items()}

@@ -19,7 +19,7 @@ from softsoil.estimator.predictor import Predictor
 from softsoil.figures.style import ESTIMATED, TRUE, page
 from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLAY
@@ -64,8 +64,8 @@ def both(effect: Effect, vehicle: Vehicle) -> tuple[Array, dict[str, Array], dic
     if effect.place:
         typical[effect.place[0]] = PLACE
     rest = {name: values for name, values in vehicle.effects.items() if name != effect.name}
-    without = declared_model(vehicle, CLAY, effects=rest)
-    present = declared_model(vehicle, CLAY, effects={**rest, effect.name: vehicle.effects.get(effect.name, typical)})
+    without = bicycle(vehicle, CLAY, effects=rest)
+    present = bicycle(vehicle, CLAY, effects={**rest, effect.name: vehicle.effects.get(effect.name, typical)})
     t, u = inputs(vehicle, without)
     return t, read(without, u), read(present, u)
 

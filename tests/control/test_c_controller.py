@@ -27,7 +27,7 @@ from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.ocp_examples import reference_along, straight_guess, tanh_bicycle
 from softsoil.control.path import Path
 from softsoil.declaration.model_file import Declaration
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
 
@@ -46,7 +46,7 @@ def problem(name: str) -> Ocp:
     if name == "plain":
         return Ocp(tanh_bicycle(vehicle), vehicle, OcpSettings(obstacles=2))
     soil = {soil.name: soil for soil in (CLAY, SANDY_LOAM, SAND)}[name]
-    return Ocp(declared_model(vehicle, soil, TurnSlip(front_nodes=2)), vehicle)
+    return Ocp(bicycle(vehicle, soil, TurnSlip(front_nodes=2)), vehicle)
 
 
 @lru_cache(maxsize=2)

@@ -12,7 +12,7 @@ from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.residual import drive_residual, split_by_axle
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.soil import CLAY
 
 EXACT = 1e-7
@@ -87,7 +87,7 @@ def test_residual_of_the_true_model_is_nothing():
 def test_missing_yaw_moment_shows_on_both_axles_with_opposite_signs():
     """A constant moment that the model does not have: dF_f = -dF_r = M_z/L, whatever the noise."""
     moment, vehicle = 300.0, reference_vehicle()
-    true = bicycle(vehicle, CLAY).correct("balance", lambda q: {"moment_z": q["moment_z"] + moment})
+    true = nominal_bicycle(vehicle, CLAY).correct("balance", lambda q: {"moment_z": q["moment_z"] + moment})
     drive = synthetic_drive(true, vehicle.radius, steer=0.1 * np.sin(np.arange(2751) * 0.012))
     for noise in ("none", "good"):
         found = drive_residual(add_noise(drive, noise, 1), clay_bicycle(), vehicle)

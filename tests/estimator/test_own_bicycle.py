@@ -10,7 +10,7 @@ from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.estimator.tuning import EXACT_MODEL
 from softsoil.recording.noise import add_noise
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.soil import CLAY
 
 SEEDS = 20
@@ -69,7 +69,7 @@ def test_another_vehicle_on_another_soil():
         load_offset=0.0,
     )
     soil = CLAY.with_(name="silt", k_phi=1.1e6, k_c=8e3, c=2500.0, phi=0.35, k=0.018, n=0.85)
-    model = bicycle(vehicle, soil)
+    model = nominal_bicycle(vehicle, soil)
     drive = synthetic_drive(model, vehicle.radius, speed=4.0, swing=0.5)
     found = estimate_terrain(add_noise(drive, "table5", 11), model, 0.65, tuning=EXACT_MODEL)
     assert found.n_front[-1] == pytest.approx(0.85, rel=0.08)

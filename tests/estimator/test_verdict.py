@@ -15,7 +15,7 @@ from softsoil.estimator.verdict import WORDS, decide
 from softsoil.recording.derive import mark
 from softsoil.recording.noise import add_noise
 from softsoil.recording.usable import mark_checked
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.soil import CLAY, SOILS, Soil
 
 TRUE_N = 0.5
@@ -37,7 +37,7 @@ def test_the_horizon_ends_at_the_true_n_from_both_sides(noisy):
 def test_a_new_soil_is_followed_and_dated():
     vehicle = reference_vehicle()
     first = synthetic_drive(clay_bicycle(), vehicle.radius, seconds=20.0)
-    softer = synthetic_drive(bicycle(vehicle, CLAY.with_(n=0.8)), vehicle.radius, seconds=20.0)
+    softer = synthetic_drive(nominal_bicycle(vehicle, CLAY.with_(n=0.8)), vehicle.radius, seconds=20.0)
     turn, end = first["psi"][-1] - softer["psi"][0], len(first)
     cos, sin = np.cos(turn), np.sin(turn)
     x, y = softer["x"] - softer["x"][0], softer["y"] - softer["y"][0]
@@ -71,20 +71,20 @@ def test_a_filter_is_identified_where_it_is_right_and_only_there(noisy, tuning):
 
 
 def test_a_wrong_yaw_inertia_is_inconsistent(noisy):
-    wrong = bicycle(reference_vehicle().with_(yaw_inertia=1.4 * reference_vehicle().yaw_inertia), CLAY)
+    wrong = nominal_bicycle(reference_vehicle().with_(yaw_inertia=1.4 * reference_vehicle().yaw_inertia), CLAY)
     assert estimate(noisy, wrong, 0.7, start=1.0).verdict.word == "inconsistent"
 
 
 @pytest.mark.parametrize("friction", [0.5, 0.7])
 def test_a_drive_on_a_road_is_no_soil(friction):
     road = Soil("road", k_phi=1e9, k_c=0.0, n=0.5, c=0.0, phi=float(np.arctan(friction)), k=0.0015)
-    drive = synthetic_drive(bicycle(reference_vehicle(), road, "hard_ground"), reference_vehicle().radius, seconds=25.0)
+    drive = synthetic_drive(nominal_bicycle(reference_vehicle(), road, "hard_ground"), reference_vehicle().radius, seconds=25.0)
     found = estimate(add_noise(drive, "good", 2), clay_bicycle(), 0.7, start=1.0)
     assert found.verdict.word == "no_soil", found.verdict.reason
 
 
 def test_a_wrong_soil_is_no_road(noisy):
-    wrong = bicycle(reference_vehicle(), SOILS["sandy_loam"])
+    wrong = nominal_bicycle(reference_vehicle(), SOILS["sandy_loam"])
     assert estimate(noisy, wrong, 0.7, start=1.0).verdict.word in ("inconsistent", "at_bound")
 
 

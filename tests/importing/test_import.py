@@ -24,7 +24,7 @@ from softsoil.recording.derive import completed
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 
 KINDS = (("mcap", False), ("sqlite3", False), ("rosbag1", False), ("mcap", True), ("sqlite3", True), ("rosbag1", True))
@@ -84,7 +84,7 @@ def test_without_align_the_offset_is_reported_and_not_applied(bag):
 
 
 def n_of(drive):
-    return estimate_terrain(drive, declared_model(reference_vehicle(), CLAY), 0.7, tied=True, start=2.0).n_front[-1]
+    return estimate_terrain(drive, bicycle(reference_vehicle(), CLAY), 0.7, tied=True, start=2.0).n_front[-1]
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from softsoil.plant.simulate import recording_of
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -46,7 +46,7 @@ def test_mass_and_place_are_those_of_the_bodies(machine):
 
 def test_the_axles_push_and_the_load_moves_as_on_the_plant(drive):
     """Lateral force of each axle at the plant's own motion within 4 %, and what is left of it; the load's move within 12 %."""
-    model = declared_model(load_vehicle("heavy"), SOIL)
+    model = bicycle(load_vehicle("heavy"), SOIL)
     names = ("load_fl", "load_fr", "load_rl", "load_rr")
     model = model.correct("tracks", lambda q: {f"load_{w.name}": w.load for w in q["wheels"]})
     inputs, _ = measured_inputs(drive, model.external)

@@ -11,7 +11,7 @@ from softsoil.estimator.terrain import estimate_terrain
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.read import read_drive, write_drive
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 
 
@@ -76,7 +76,7 @@ def test_derived_states_start_a_model_and_judge_nothing(good):
 
 
 def test_n_without_v_and_without_pose_is_that_of_the_whole_log(good):
-    model = declared_model(reference_vehicle(), CLAY)
+    model = bicycle(reference_vehicle(), CLAY)
     whole = estimate_terrain(good, model, 0.7, tied=True, start=2.0).n_front[-1]
     for dropped in (("v",), ("x", "y", "psi")):
         drive = completed(without(good, *dropped), reference_vehicle())

@@ -9,7 +9,7 @@ from drives import MULTI_LOG, reference_vehicle
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.recording.clock import on_fine_clock
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 
 
@@ -36,7 +36,7 @@ def test_a_fast_log_is_left_as_it_is():
 
 @pytest.mark.parametrize(("hertz", "within"), [(10.0, 0.04), (5.0, 0.1)])
 def test_n_of_a_slow_log_is_that_of_the_fast_one(hertz, within):
-    model = declared_model(reference_vehicle(), CLAY)
+    model = bicycle(reference_vehicle(), CLAY)
     fast = estimate_terrain(read_drive(MULTI_LOG), model, 0.7, tied=True, start=2.0).n_front[-1]
     n = estimate_terrain(slow(hertz), model, 0.7, tied=True, start=2.0).n_front[-1]
     assert n == pytest.approx(fast, rel=within)

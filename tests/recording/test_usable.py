@@ -15,7 +15,7 @@ from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.recording.drive import CHECKED, WHEEL_CHANNELS
 from softsoil.recording.read import read_drive
 from softsoil.recording.usable import usable
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 
 PARTS = ("estimate", "predict", "residual", "refine")
@@ -28,7 +28,7 @@ def good():
 
 @pytest.fixture(scope="module")
 def model():
-    return declared_model(reference_vehicle(), CLAY)
+    return bicycle(reference_vehicle(), CLAY)
 
 
 def call(name, log, model):

@@ -19,7 +19,7 @@ from softsoil.refinement.refine import refine
 from softsoil.refinement.trace import make_bench
 from softsoil.refinement.vehicle_numbers import FIXED, by_name
 from softsoil.refinement.words import n_sentences, number_words, soil_sentences, verdict_sentence
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 
 N = 0.6
@@ -33,7 +33,7 @@ def plain_vehicle(**numbers):
 def drive(effects, soil=CLAY, n=N, seconds=26.0):
     """A noisy multi-sine drive of the bicycle with the given effects."""
     vehicle = plain_vehicle()
-    model = declared_model(vehicle, soil.with_(n=n), "turn_slip", effects)
+    model = bicycle(vehicle, soil.with_(n=n), "turn_slip", effects)
     t = 0.012 * np.arange(round(seconds / 0.012) + 1)
     steer = MultiSine(0.35, seed=4)(t)
     return add_noise(synthetic_drive(model, vehicle.radius, seconds=seconds, speed=5.5, steer=steer), "good", 1)

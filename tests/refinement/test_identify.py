@@ -18,7 +18,7 @@ from softsoil.refinement.identify_bench import Bench, first_n, fit_numbers, free
 from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import vehicle_of
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, load_soil
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -42,7 +42,7 @@ def steering(kind, seconds):
 
 
 def drive_of(values, kind, n, seed=None, seconds=30.0):
-    model = declared_model(vehicle_of(KNOWN, values), CLAY.with_(n=n))
+    model = bicycle(vehicle_of(KNOWN, values), CLAY.with_(n=n))
     made = synthetic_drive(model, KNOWN["radius"], seconds=seconds, steer=steering(kind, seconds))
     return made if seed is None else add_noise(made, "good", seed)
 

@@ -30,7 +30,7 @@ from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, least_sigmas, least_whole, placed_for_sure, supported
 from softsoil.refinement.trace import Candidate, everything, fit_base, gain_of, make_bench
 from softsoil.refinement.wheel_speeds import all_open, differential_shares, locked_axles
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
 
 runner = CliRunner()
@@ -43,7 +43,7 @@ N = 0.6
 def drive(effects):
     """A noisy multi-sine drive of the bicycle with the given effects, on clay softer than declared."""
     vehicle = reference_vehicle()
-    model = declared_model(vehicle, CLAY.with_(n=N), "turn_slip", effects)
+    model = bicycle(vehicle, CLAY.with_(n=N), "turn_slip", effects)
     t = 0.012 * np.arange(round(SECONDS / 0.012) + 1)
     steer = MultiSine(0.35, seed=4)(t)
     return add_noise(synthetic_drive(model, vehicle.radius, seconds=SECONDS, speed=5.5, steer=steer), "good", 1)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from drives import reference_vehicle
-from softsoil.symbolic.bicycle import Corner, bicycle
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.bicycle import Corner, nominal_bicycle
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
 from softsoil.symbolic.wheel import law_names
 
@@ -32,7 +32,7 @@ def inputs(u=6.0, steer=0.0, steer_rate=0.0, a_x=0.0, slip=0.05):
 
 @pytest.fixture(params=law_names(), scope="module")
 def model(request):
-    return bicycle(reference_vehicle(), CLAY, request.param)
+    return nominal_bicycle(reference_vehicle(), CLAY, request.param)
 
 
 def test_left_and_right_mirror_each_other(model):
@@ -90,7 +90,7 @@ def test_forces_and_moments_balance(model):
 
 def test_a_pull_turns_a_vehicle_that_drives_straight():
     vehicle = reference_vehicle().with_(effects={"yaw_moment": {"yaw_moment": 30.0}})
-    found = rates(declared_model(vehicle, CLAY), np.array([0, 0, 0, 6.0, 0, 0]), inputs())
+    found = rates(bicycle(vehicle, CLAY), np.array([0, 0, 0, 6.0, 0, 0]), inputs())
     assert found[5] == pytest.approx(30.0 / vehicle.yaw_inertia)
     assert found[4] == pytest.approx(0.0, abs=1e-12)
 
@@ -110,7 +110,7 @@ def test_axle_loads_carry_the_weight_and_its_transfer(model, a_x):
 @pytest.mark.parametrize("soil", [CLAY, SANDY_LOAM, SAND], ids=lambda s: s.name)
 def test_larger_n_is_softer_soil_with_less_side_force(soil):
     """Sinkage below 1 m: k h^n falls with n, the wheel sinks deeper and the lateral force changes with it."""
-    model = bicycle(reference_vehicle(), soil)
+    model = nominal_bicycle(reference_vehicle(), soil)
     x, u = np.array([0, 0, 0, 6.0, 0, 0]), inputs(6.0, 0.15)
     sideways = [float(model.ode()(x, u, model.p.pack(n_f=n, n_r=n))[4]) for n in (0.5, 0.7, 0.9)]
     assert len(set(np.sign(np.diff(sideways)))) == 1 and abs(sideways[2] / sideways[0] - 1) > 0.05
@@ -124,8 +124,8 @@ def test_a_wheel_heads_where_it_is_turned(apart):
 
 def test_unknown_law_and_stage_are_named():
     with pytest.raises(ValueError, match=r"expected one of bekker, dallas.*found 'magic'"):
-        bicycle(reference_vehicle(), CLAY, "magic")
+        nominal_bicycle(reference_vehicle(), CLAY, "magic")
     with pytest.raises(ValueError, match="expected a stage of inputs"):
-        bicycle(reference_vehicle(), CLAY).correct("tyres", lambda q: {})
+        nominal_bicycle(reference_vehicle(), CLAY).correct("tyres", lambda q: {})
     with pytest.raises(KeyError, match="expected its stages to compute 'nothing'"):
-        bicycle(reference_vehicle(), CLAY).probe("nothing")
+        nominal_bicycle(reference_vehicle(), CLAY).probe("nothing")

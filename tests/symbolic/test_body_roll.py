@@ -14,7 +14,7 @@ from softsoil.plant.simulate import recording_of
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.symbolic.body_roll import roll_angle
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
@@ -46,7 +46,7 @@ def drive(request):
 def test_effects_of_the_roll_share_its_memory():
     """Once in the model, whichever comes first; another memory of its name is refused."""
     vehicle = load_vehicle(PLANT_VEHICLE)
-    known, bare = catalogue(vehicle), declared_model(vehicle.with_(effects={}), CLAY)
+    known, bare = catalogue(vehicle), bicycle(vehicle.with_(effects={}), CLAY)
     for names in (("load_transfer", "wheel_lean"), ("wheel_lean", "load_transfer")):
         model = add_effect(add_effect(bare, known[names[0]]), known[names[1]])
         assert [memory.name for memory in model.memories].count("body_roll") == 1
@@ -59,7 +59,7 @@ def test_effects_of_the_roll_share_its_memory():
 def test_the_body_rolls_as_the_plants_does(drive):
     """Springs and sinking wheels, nothing fitted: the swing within 10 %, and what is left of it."""
     soil, log, _ = drive
-    model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
+    model = bicycle(load_vehicle(PLANT_VEHICLE), soil)
     model = model.correct("forces", lambda q: dict(zip(("rolled", "rate"), roll_angle(q), strict=True)))
     inputs, _ = measured_inputs(log, model.external)
     states, p = measured_states(log), model.p.nominal
@@ -74,7 +74,7 @@ def test_the_body_rolls_as_the_plants_does(drive):
 def test_the_load_moves_between_the_wheels_as_on_the_plant(drive):
     """Per axle, right less left: the swing within 12 %, and what is left of it."""
     soil, log, _ = drive
-    model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
+    model = bicycle(load_vehicle(PLANT_VEHICLE), soil)
     model = model.correct("tracks", lambda q: {f"load_{w.name}": w.load for w in q["wheels"]})
     inputs, _ = measured_inputs(log, model.external)
     states, p = measured_states(log), model.p.nominal
@@ -92,7 +92,7 @@ def test_the_axles_push_as_the_plants_do(drive):
     """Lateral force of each axle at the plant's own motion, nothing fitted: the front one's within 2 %, the rear one's, in ruts,
     within 3 %, and what is left of both."""
     soil, log, _ = drive
-    model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
+    model = bicycle(load_vehicle(PLANT_VEHICLE), soil)
     inputs, _ = measured_inputs(log, model.external)
     states, p = measured_states(log), model.p.nominal
     _, full = Predictor(model, log.dt).track_memory(states, inputs, p)

@@ -9,7 +9,7 @@ from drives import PROJECT, reference_vehicle
 from softsoil.codegen.idle import idle_numbers
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
 from softsoil.symbolic.bicycle import vehicle_law
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.laws.bekker import Bekker
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.signals import Layout, Signal
@@ -137,7 +137,7 @@ def test_unknown_effects_and_options_name_file_and_key(tmp_path, table, words):
     path = tmp_path / "car.toml"
     path.write_text(vehicle_text() + table, encoding="utf-8")
     with pytest.raises(ValueError, match=words):
-        declared_model(load_vehicle(path), CLAY)
+        bicycle(load_vehicle(path), CLAY)
 
 
 def test_a_byte_order_mark_is_no_fault(tmp_path):

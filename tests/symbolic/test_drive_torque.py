@@ -16,7 +16,7 @@ from softsoil.plant.start import Start
 from softsoil.plant.state import PITMAN, TRAVEL, rotation
 from softsoil.plant.world import Plant
 from softsoil.symbolic.body_roll import roll_angle
-from softsoil.symbolic.catalogue import declared_model
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -47,7 +47,7 @@ def driven(soil, torque_reaction: float = 1.0):
 
 def on_body(recording, soil, shaft_share: float | None = None):
     """(N, 2) driving torque (N m) and roll of the body (rad) by the declared bicycle along a recording."""
-    model = declared_model(load_vehicle(PLANT_VEHICLE), soil)
+    model = bicycle(load_vehicle(PLANT_VEHICLE), soil)
     model = model.correct("forces", lambda q: {"rolled": roll_angle(q)[0]})
     inputs, _ = measured_inputs(recording, model.external)
     states, p = measured_states(recording), model.p.nominal

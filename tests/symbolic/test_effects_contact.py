@@ -13,7 +13,7 @@ from softsoil.plant.simulate import recording_of
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
@@ -61,7 +61,7 @@ def along(model: Model, drive: Recording, *names: str) -> np.ndarray:
 def test_the_aligning_moment_is_the_plants_own(vehicle, turns):
     """What the soil turns all wheels back with: the law's moments at the plant's motion, nothing fitted."""
     soil, log, moments = turns
-    model = declared_model(vehicle, soil)
+    model = bicycle(vehicle, soil)
     model = model.correct("balance", lambda q: {"aligning": sum(w.count * w.force.m_z for w in q["wheels"])})
     told = along(model, log, "aligning")[0]
     true = savgol_filter(moments.sum(axis=1), 21, 2)[START:]
@@ -81,7 +81,7 @@ def test_the_declared_vehicle_is_the_plants_bodies(vehicle):
 
 
 def test_the_shares_scale_what_the_yaw_balance_gets(vehicle):
-    bare = declared_model(vehicle.with_(effects={}), CLAY)
+    bare = bicycle(vehicle.with_(effects={}), CLAY)
     x = bare.x.pack(u=5.0, v=0.2, omega_z=0.3)
     u = bare.u.pack(steer=0.2, omega_fl=15.0, omega_fr=15.5, omega_rl=15, omega_rr=15)
     moments = []
@@ -99,9 +99,9 @@ def test_the_centre_of_pressure_gives_the_plants_axle_loads(vehicle, drive):
     """The mean front load within 0.3 % on both soils, and its swing; without it 2 to 5 % too much."""
     soil, log = drive
     true = savgol_filter(log.truth["true_fz_fl"] + log.truth["true_fz_fr"], 21, 2)[START:]
-    told = along(declared_model(vehicle, soil), log, "load_f")[0]
+    told = along(bicycle(vehicle, soil), log, "load_f")[0]
     without = {name: values for name, values in vehicle.effects.items() if name != "pressure_offset"}
-    plain = along(declared_model(vehicle.with_(effects=without), soil), log, "load_f")[0]
+    plain = along(bicycle(vehicle.with_(effects=without), soil), log, "load_f")[0]
     assert told.mean() == pytest.approx(true.mean(), rel=0.003)
     assert plain.mean() > 1.015 * true.mean()
     assert np.corrcoef(told, true)[0, 1] > 0.95
@@ -110,7 +110,7 @@ def test_the_centre_of_pressure_gives_the_plants_axle_loads(vehicle, drive):
 def test_the_body_leans_back_as_the_plants_does(vehicle, drive):
     """The rear axle's place: as far behind the centre of gravity as the plant's is, from what both are at rest."""
     soil, log = drive
-    model = declared_model(vehicle, soil)
+    model = bicycle(vehicle, soil)
     model = model.correct("forces", lambda q: {"pitch": q["ground_pitch"] + vehicle.pitch_gain * q["pressure_moment"]})
     pitch, l_f, l_r = along(model, log, "pitch", "l_f", "l_r")
     nose_up = -(savgol_filter(log.truth["true_pitch"], 21, 2)[START:])
@@ -120,11 +120,11 @@ def test_the_body_leans_back_as_the_plants_does(vehicle, drive):
 
 
 def test_a_share_of_pressure_offset_moves_load_and_loses_none(vehicle):
-    model = declared_model(vehicle, CLAY)
+    model = bicycle(vehicle, CLAY)
     x = model.x.pack(u=5.0)
     u = model.u.pack(omega_fl=15.2, omega_fr=15.2, omega_rl=15.2, omega_rr=15.2, pressure_moment=800.0)
     front, rear = model.probe("load_f", "load_r")(x, u, model.p.nominal).full()[:, 0]
-    plain = add_effect(declared_model(vehicle.with_(effects={}), CLAY), catalogue(vehicle)["pressure_offset"])
+    plain = add_effect(bicycle(vehicle.with_(effects={}), CLAY), catalogue(vehicle)["pressure_offset"])
     p = plain.p.nominal
     p[plain.p.index("pressure_share")] = 0.0
     static, _ = plain.probe("load_f", "load_r")(x[: len(plain.x)], plain.u.pack(pressure_moment=800.0), p).full()[:, 0]
@@ -139,7 +139,7 @@ def test_the_centre_of_pressure_takes_the_place_of_a_declared_offset(vehicle):
     loads = {}
     for offset in (0.0, 0.05):
         for share in (0.0, 1.0):
-            bare = declared_model(vehicle.with_(effects={}, load_offset=offset), CLAY)
+            bare = bicycle(vehicle.with_(effects={}, load_offset=offset), CLAY)
             model = add_effect(bare, catalogue(vehicle)["pressure_offset"], {"pressure_share": share})
             u = model.u.pack(pressure_moment=800.0)
             loads[offset, share] = model.probe("load_f")(model.x.pack(u=5.0), u, model.p.nominal).full()[0, 0]

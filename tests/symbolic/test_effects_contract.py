@@ -10,8 +10,8 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.codegen.discretize import read_memory, start_memory, step_with_memory
-from softsoil.symbolic.bicycle import bicycle
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.bicycle import nominal_bicycle
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import Correction, add_effect, neutral
 from softsoil.symbolic.model import Model, in_order
 from softsoil.symbolic.soil import CLAY
@@ -24,7 +24,7 @@ RUT = {"multipass": 1e-6}
 
 
 def bare(law: ForceLaw | str = "turn_slip") -> Model:
-    return bicycle(reference_vehicle().with_(effects={}), CLAY, law)
+    return nominal_bicycle(reference_vehicle().with_(effects={}), CLAY, law)
 
 
 def with_effects(*names: str, law: ForceLaw | str = "turn_slip") -> Model:
@@ -121,7 +121,7 @@ def test_any_order_of_all_gives_the_same_drive():
 def test_the_order_of_the_vehicle_s_file_does_not_matter():
     vehicle = reference_vehicle()
     turned = vehicle.with_(effects=dict(reversed(vehicle.effects.items())))
-    assert_same(driven(declared_model(turned, CLAY)), driven(declared_model(vehicle, CLAY)))
+    assert_same(driven(bicycle(turned, CLAY)), driven(bicycle(vehicle, CLAY)))
 
 
 def numbers(model: Model, seed: int = 5) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from softsoil.plant.world import Plant
 from softsoil.recording.rig import RIG_PATCH
 from softsoil.symbolic.bicycle import Corner
 from softsoil.symbolic.body_roll import ROLL_TIME, body_roll
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
@@ -122,7 +122,7 @@ def test_the_declared_rear_toe_is_what_the_plants_wheels_have(turning):
 
 @pytest.fixture(scope="module")
 def bare():
-    return declared_model(load_vehicle(PLANT_VEHICLE).with_(effects={}), CLAY)
+    return bicycle(load_vehicle(PLANT_VEHICLE).with_(effects={}), CLAY)
 
 
 def test_the_rear_toe_goes_with_the_load_as_declared():
@@ -175,7 +175,7 @@ def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones():
         return {f"{key}_{w.axle}": getattr(w.contact, key) for w in q["wheels"] for key in ("sweep", "v_y")}
 
     def seen(moment, h_cg):
-        model = declared_model(vehicle.with_(effects={}, h_cg=h_cg), CLAY)
+        model = bicycle(vehicle.with_(effects={}, h_cg=h_cg), CLAY)
         model = add_effect(model, catalogue(vehicle)["wheel_lean"], values)
         model = model.correct("vehicle", lambda q: {"body_moment": moment}).correct("contacts", contacts)
         u = model.u.pack(omega_fl=15.0, omega_fr=15.0, omega_rl=15.0, omega_rr=15.0)

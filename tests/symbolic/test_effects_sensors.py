@@ -4,7 +4,7 @@ import numpy as np
 
 from drives import reference_vehicle
 from softsoil.estimator.predictor import Predictor
-from softsoil.symbolic.bicycle import bicycle
+from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.soil import CLAY
@@ -14,7 +14,7 @@ INPUTS = np.tile([0.15, 0.0, 0.3, 15.6, 16.2, 15.6, 16.3], (20, 1))
 
 
 def rolled(inputs, name=None, **values):
-    model = bicycle(reference_vehicle().with_(effects={}), CLAY)
+    model = nominal_bicycle(reference_vehicle().with_(effects={}), CLAY)
     if name is not None:
         model = add_effect(model, catalogue(reference_vehicle())[name], values)
     states = Predictor(model, 0.01).rollout(X0, inputs, model.p.nominal)

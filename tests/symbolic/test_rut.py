@@ -11,7 +11,7 @@ from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from softsoil.plant.simulate import simulate
 from softsoil.symbolic.bicycle import body_force
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 from softsoil.symbolic.track import interpolate, push
 from softsoil.symbolic.vehicle import load_vehicle
@@ -36,7 +36,7 @@ def test_a_track_reaches_equally_far_at_every_speed(speed):
 def test_what_multipass_remembers_reaches_the_rear_axle():
     """Straight on at a speed at which every step is nearly a cell long: the depth that the front wheels left is met."""
     vehicle = load_vehicle(PLANT_VEHICLE)
-    model = declared_model(vehicle, CLAY)
+    model = bicycle(vehicle, CLAY)
     predictor = Predictor(model, 0.012)
     n = 400
     states = np.tile(model.x.pack(u=5.0), (n, 1))
@@ -59,7 +59,7 @@ def test_absent_it_does_nothing():
     rut |= {f"rut_{what}_{side}": value for what, value in (("depth", 0.03), ("path", 0.02)) for side in "lr"}
     found = []
     for effects in (others, {**others, "multipass": {"kappa": 0.0}}):
-        model = declared_model(vehicle, CLAY, effects=effects)
+        model = bicycle(vehicle, CLAY, effects=effects)
         met = {name: value for name, value in rut.items() if name in model.u.names}
         x, u = model.x.pack(u=5.0, v=-0.1, omega_z=0.3), model.u.pack(steer=0.2, **spins, **met)
         found.append(model.probe("force_f", "force_r", "moment_z")(x, u, model.p.nominal).full()[:, 0])
@@ -79,7 +79,7 @@ def test_the_rear_wheels_forces_are_the_plants(soil):
         return {"along": sum(f[0] for f in forces), "aside": sum(f[1] for f in forces)}
 
     def errors(effects):
-        model = declared_model(vehicle, soil, effects=effects).correct("forces", axle)
+        model = bicycle(vehicle, soil, effects=effects).correct("forces", axle)
         inputs, _ = measured_inputs(log, model.external)
         states, p = measured_states(log), model.p.nominal
         _, full = Predictor(model, log.dt).track_memory(states, inputs, p)
@@ -99,7 +99,7 @@ def test_front_wheels_meet_fresh_soil():
     """They keep a share of 0, whatever the rear ones do."""
     vehicle = load_vehicle(PLANT_VEHICLE)
     assert "multipass" in catalogue(vehicle)
-    model = declared_model(vehicle, CLAY)
+    model = bicycle(vehicle, CLAY)
     shares = []
     model.correct(
         "contacts", lambda q: shares.extend(c.contact.overlap for c in q["wheels"] if c.axle == "f") or {}

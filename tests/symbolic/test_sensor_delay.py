@@ -10,7 +10,7 @@ from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.estimator.synthetic import STEP, synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.soil import CLAY
 
@@ -20,7 +20,7 @@ LATE = ROWS * STEP
 
 @pytest.fixture(scope="module")
 def plain():
-    return declared_model(reference_vehicle().with_(effects={}), CLAY)
+    return bicycle(reference_vehicle().with_(effects={}), CLAY)
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.cases.ploughing import Digging, Ploughing
-from softsoil.symbolic.catalogue import catalogue, declared_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.side_wall import Wall, passive_pressure, side_wall
 from softsoil.symbolic.soil import CLAY, Soil
@@ -81,12 +81,12 @@ def test_slow_wheels_plough_like_faster_ones(scale):
 def test_vehicle_carries_the_same_wall():
     """The catalogue's effect adds the wall's force of both wheels of an axle, neutral at zero."""
     vehicle = reference_vehicle().with_(effects={})
-    plain = declared_model(vehicle, CLAY)
+    plain = bicycle(vehicle, CLAY)
     x = [0.0, 0.0, 0.0, 5.0, 0.4, 0.2]
     u, p = plain.u.nominal, plain.p.nominal
     rate = np.array(plain.ode()(x, u, p)).ravel()
     for density in (0.0, 16e3):
-        model = declared_model(vehicle, CLAY, effects={"bulldozing": {"soil_density": density}})
+        model = bicycle(vehicle, CLAY, effects={"bulldozing": {"soil_density": density}})
         more = np.array(model.ode()(x, u, model.p.nominal)).ravel() - rate
         if density == 0.0:
             assert more == pytest.approx(np.zeros(6), abs=1e-12)
