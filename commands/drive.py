@@ -22,6 +22,8 @@ from softsoil.commands.options_model import (
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.control.declared import for_control
+from softsoil.control.driver_types import DriverSettings
+from softsoil.control.live_horizon import LiveHorizon
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.ocp import Ocp
 from softsoil.declaration.model_file import Declaration, load_declaration
@@ -126,12 +128,13 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
 def loop_for(
     declared: Declaration, converged: bool = False, hessian: str | None = None, noisy: str = "states"
 ) -> ClosedLoop:  # fmt: skip
-    """Loop and solver for a declared model; converged: iterate every solve to convergence; hessian: of `Nmpc`; noisy: of
-    `ClosedLoop`. The plant's vehicle is the one of `plant_file`."""
+    """Loop, solver and judge of n for a declared model; converged: iterate every solve to convergence; hessian: of `Nmpc`;
+    noisy: of `ClosedLoop`. The plant's vehicle is the one of `plant_file`."""
     ocp = Ocp(declared.build(), declared.vehicle)
     machine = load_plant_vehicle(plant_file(declared.vehicle.name, declared.vehicle.source))
     solver = Nmpc(ocp, "converged" if converged else "rti", hessian=hessian)
-    return ClosedLoop(ocp, solver, machine=machine, noisy=noisy)
+    judge = LiveHorizon(declared, DriverSettings().sensor_std)
+    return ClosedLoop(ocp, solver, machine=machine, noisy=noisy, judge=judge)
 
 
 def as_json(logs: Sequence[LoopLog]) -> dict:
@@ -146,7 +149,8 @@ def as_json(logs: Sequence[LoopLog]) -> dict:
         {
             "scenario": log.scenario, "controller": log.controller, "seed": log.seed, "finished": log.finished,
             "tracking_rms": log.tracking_rms, "max_error": log.max_error, "clearance": log.clearance,
-            "n_end": log.column("n")[-1], "late": log.late, "failures": log.failures, "gated": log.gated,
+            "n_end": log.column("n")[-1], "n_std": log.column("n_std")[-1], "verdict": log.verdict,
+            "late": log.late, "failures": log.failures, "gated": log.gated,
         }
         for log in logs
     ]  # fmt: skip
@@ -184,6 +188,13 @@ def recovered(table: dict) -> float | None:
     return (guess - found) / (guess - true) if guess - true > 0.05 * true else None
 
 
+def verdicts_in_words(logs: Sequence[LoopLog]) -> str:
+    """The verdict on n at the end of each drive, with its number of drives where they differ; "" where n is not estimated."""
+    words = [log.verdict for log in logs if log.controller == "n_estimated"]
+    kinds = list(dict.fromkeys(words))
+    return "".join(kinds) if len(kinds) < 2 else ", ".join(f"{words.count(kind)} x {kind}" for kind in kinds)
+
+
 def _say(logs: Sequence[LoopLog]) -> None:
     table = Table(title="Closed loop on the plant", title_justify="left")
     for heading in (
@@ -198,6 +209,7 @@ def _say(logs: Sequence[LoopLog]) -> None:
         "failed",
         "late",
         "n",
+        "verdict on n",
     ):
         table.add_column(heading)
     for name in dict.fromkeys(log.scenario for log in logs):
@@ -207,10 +219,12 @@ def _say(logs: Sequence[LoopLog]) -> None:
                 continue
             s = summary(mine)
             clear = f"{s['clearance']:.2f}" if np.isfinite(s["clearance"]) else ""
-            n = np.mean([log.column("n")[-1] for log in mine])
+            n = f"{np.mean([log.column('n')[-1] for log in mine]):.2f}"
+            n += f" +- {np.mean([log.column('n_std')[-1] for log in mine]):.2f}" if controller == "n_estimated" else ""
             table.add_row(
                 name, controller, f"{s['tracking_rms']:.3f}", f"{s['max_error']:.2f}", clear, f"{s['collisions']}",
-                f"{s['solve_ms']['median']:.2f}", f"{s['solve_ms']['p99']:.2f}", f"{s['failures']}", f"{s['late']}", f"{n:.2f}",
+                f"{s['solve_ms']['median']:.2f}", f"{s['solve_ms']['p99']:.2f}", f"{s['failures']}", f"{s['late']}", n,
+                verdicts_in_words(mine),
             )  # fmt: skip
     console.print(table)
     for log in logs:

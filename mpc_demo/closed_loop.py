@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from softsoil.control.courses import WARM_UP
 from softsoil.control.driver import Driver
-from softsoil.control.driver_types import DriverCommand, DriverSettings
+from softsoil.control.driver_types import NOT_JUDGED, DriverCommand, DriverSettings, Judge
 from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_status import Status
@@ -41,8 +41,9 @@ CORNERS = 0.03
 class LoopLog:
     """What happened, one row per solve unless said otherwise.
 
-    t; truth (K, 6), estimate (K, 6): x, y, psi, u, v, omega_z; n, n_std; steer; a_x; error: true distance left of the path
-    (m); clearance: of the nearest obstacle (m, inf for none); along: length along the path (m); solve_ms; status: names;
+    t; truth (K, 6), estimate (K, 6): x, y, psi, u, v, omega_z; n, n_std: estimate; n_used: what the controller drives on;
+    verdict: on n; steer; a_x; error: true distance left of the path (m); clearance: of the nearest
+    obstacle (m, inf for none); along: length along the path (m); solve_ms; status: names;
     halt: braking before what cannot be passed; plans: predicted x, y of every solve (K, N + 1, 2); gated: measurements left
     out; finished: came to the end of the course; stopped: came to a stand before an obstacle; warm_up: length that is not judged;
     wheelbase, half_width: of the vehicle (m).
@@ -63,6 +64,11 @@ class LoopLog:
     def column(self, name: str) -> Array:
         """(K, ...) of the named quantity."""
         return np.array([row[name] for row in self.rows])
+
+    @property
+    def verdict(self) -> str:
+        """On n at the end of the drive; "not_judged" of a controller that estimates none."""
+        return str(self.rows[-1]["verdict"]) if self.rows else NOT_JUDGED
 
     @property
     def judged(self) -> NDArray[np.bool_]:
@@ -106,14 +112,15 @@ class ClosedLoop:
 
     ocp: the problem; solver: of it, shared between runs; wall: a plan is followed from as many ticks on as its solve took, at
     least one; else always from the next tick on, which makes runs repeat to the bit; tuning: of the estimator; machine: the
-    plant's vehicle, default the reference vehicle; noisy: which sensors are, of SENSORS.
+    plant's vehicle, default the reference vehicle; noisy: which sensors are, of SENSORS; judge: the verdict on an estimated n,
+    default none.
     """
 
     def __init__(
         self, ocp: Ocp, solver: Nmpc, wall: bool = True, tuning: Tuning | None = None, machine: PlantVehicle | None = None,
-        noisy: str = "states",
+        noisy: str = "states", judge: Judge | None = None,
     ) -> None:  # fmt: skip
-        self.ocp, self.solver, self.machine, self.noisy = ocp, solver, machine, noisy
+        self.ocp, self.solver, self.machine, self.noisy, self.judge = ocp, solver, machine, noisy, judge
         self.settings = DriverSettings(tick=TICK, plan_every=EVERY, wall=wall)
         self.estimator = LiveEstimator(ocp.model, self.settings.sensor_std, tuning, TICK)
 
@@ -138,10 +145,12 @@ class _Run:
         self.scenario, self.controller, self.sensors, self.ocp = scenario, controller, sensors, loop.ocp
         x, y, psi = scenario.path.at(np.zeros(1))[0]
         self.plant = Plant(scenario.soil, vehicle=loop.machine, start=Start(x=x, y=y, psi=psi, u=scenario.speed))
+        learn = controller == "n_estimated"
         solver: Any = loop.solver if disturb is None else FailingSolver(loop.solver, disturb)
         self.driver = Driver(
-            loop.ocp, scenario.path, scenario.speed, scenario.obstacles, self._n(0.0), controller == "n_estimated",
-            settings=loop.settings, solver=solver, estimator=loop.estimator, start=[x, y, psi, scenario.speed, 0.0, 0.0],
+            loop.ocp, scenario.path, scenario.speed, scenario.obstacles, self._n(0.0), learn,
+            settings=loop.settings, solver=solver, estimator=loop.estimator, judge=loop.judge if learn else None,
+            start=[x, y, psi, scenario.speed, 0.0, 0.0],
         )  # fmt: skip
         self.log = LoopLog(scenario.name, controller, sensors.seed, warm_up=scenario.warm_up)
         self.log.wheelbase, self.log.half_width = loop.ocp.vehicle.wheelbase, half_width(loop.ocp.vehicle)
@@ -179,7 +188,8 @@ class _Run:
         self.log.rows.append(
             {
                 "t": t, "truth": [sample[name] for name in STATE_CHANNELS], "estimate": command.state[:6], "n": command.n,
-                "n_std": command.n_std, "steer": steer, "a_x": float(command.plan_w[0, 1]), "error": error, "along": along,
+                "n_std": command.n_std, "n_used": command.n_used, "verdict": command.verdict,
+                "steer": steer, "a_x": float(command.plan_w[0, 1]), "error": error, "along": along,
                 "clearance": gap, "solve_ms": 1e3 * self.driver.solver.stats.seconds, "status": command.status.name,
                 "safe": command.lost, "halt": command.halt, "slip": command.slip,
             }

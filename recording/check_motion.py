@@ -19,15 +19,15 @@ def scale_check(
 
     name, channel, expected: as of Check; cure: for a wrong scale; doubtful_at: departure from 1 that is doubtful.
     """
-    value, std = float(line.value[index]), float(line.std[index])
+    value, std, bias = float(line.value[index]), float(line.std[index]), float(line.bias[index])
     low, high = LIMITS.wrong_scale
     found = f"a scale of {value:.3f} +- {std:.3f}"
-    sure = std < 0.15
+    sure = std < 0.15 and abs(value - 1.0) > bias
     if sure and value < -0.3 and value < -LIMITS.sigmas * std:
         return Check(name, channel, False, found, expected, f"sign = -1 for {channel}", True)
     if sure and not low <= value <= high and abs(value - 1.0) > LIMITS.sigmas * std:
         return Check(name, channel, False, found, expected, cure + unit_hint(channel, value), True)
-    doubtful = abs(value - 1.0) > max(doubtful_at, LIMITS.sigmas * std)
+    doubtful = abs(value - 1.0) > max(doubtful_at, LIMITS.sigmas * std, bias)
     return Check(name, channel, not doubtful, found, expected, cure if doubtful else "")
 
 
@@ -182,6 +182,7 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
     line = regress(np.concatenate(moved), *features)
     if line is None:
         return []
+    line = line.disturbed(_sway(m))
     mirrored = _mirrored(m, (moved_x, moved_y), (c, s), features, line)
     if mirrored is not None:
         return [mirrored]
@@ -225,7 +226,7 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
             )
         )
         away, std = float(line.value[2]) - geometry.l_f, float(line.std[2])
-        doubtful = abs(away) > max(LIMITS.reference, LIMITS.sigmas * std)
+        doubtful = abs(away) > max(LIMITS.reference, LIMITS.sigmas * std, float(line.bias[2]))
         checks.append(
             Check(
                 "reference_point",
@@ -237,6 +238,12 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
             )
         )
     return checks
+
+
+def _sway(m: Motion) -> float:
+    """Root mean square velocity (m/s) of a position sensor that body roll and its own wander make, over both directions."""
+    force = m.channel("u") * m.channel("omega_z")
+    return float(np.hypot(LIMITS.still, LIMITS.sway * np.sqrt(0.5 * np.nanmean(m.driven(m.slope(force)) ** 2))))
 
 
 def _mirrored(

@@ -42,7 +42,9 @@ class Limits:
     no contradiction;
     sigmas: standard errors from expectation below which nothing is said; heading (rad): doubtful angle between heading and course
     beyond side slip; wrong_heading (rad): contradiction; gyro (rad/s), accelerometer (m/s^2): doubtful biases;
-    reference (m): doubtful distance of the position from the front axle; clock (s): doubtful time offset;
+    reference (m): doubtful distance of the position from the front axle; sway (m per m/s^2): how far body roll moves a position
+    sensor aside per lateral specific force, 0.03 rad/(m/s^2) half a metre above the axle; still (m/s): root mean
+    square velocity that a position sensor makes by itself; clock (s): doubtful time offset;
     wheel (least, largest): rim speed over wheel-centre speed that slip can make; wheel_apart: doubtful ratio of a wheel to the
     median of all; steer_gain: (least, largest) front-axle course change over steering that is no contradiction;
     frozen (s): longest stretch without a change while the vehicle moves; saturated, clipped: doubtful and contradictory
@@ -58,6 +60,8 @@ class Limits:
     gyro: float = 0.005
     accelerometer: float = 0.2
     reference: float = 0.15
+    sway: float = 0.015
+    still: float = 0.005
     clock: float = 0.08
     wheel: tuple[float, float] = (0.5, 2.0)
     wheel_apart: float = 0.08

@@ -6,7 +6,7 @@ the same weighted mean of the rate: noise averages out, and nothing is different
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,8 @@ SLOWEST = 1.0
 HUBER = 2.5
 """Robust standard deviations beyond which a window counts linearly."""
 
+MOSTLY = 0.5
+"""Share of a feature's variance from which on it is noise."""
 COLLINEAR = 1e-3
 """Least eigenvalue of the features' correlation matrix, below which they cannot be separated."""
 
@@ -33,28 +35,40 @@ class Line:
     """A robust linear regression.
 
     value, std (K,): coefficients; r2: share of the variance explained; scale: robust standard deviation of what is left;
-    std is infinite where the features do not determine a coefficient.
+    std is infinite where the features do not determine a coefficient; alone (K,): root mean square of what each feature has that
+    no combination of the others has; bias (K,): departure that is no evidence, see `disturbed`.
     """
 
     value: Array
     std: Array
     r2: float
     scale: float
+    alone: Array
+    bias: Array
 
     def unattenuated(self, index: int, share: float) -> Line:
         """The line with coefficient number `index` corrected for a feature of whose variance noise is this share.
 
-        Errors in a feature draw its coefficient towards zero by 1 - share; half of the correction counts as uncertain.
+        Errors in a feature draw its coefficient towards zero by 1 - share; half of the correction counts as uncertain. Of a
+        feature that is mostly noise nothing is known.
         """
-        factor = 1.0 / (1.0 - min(max(share, 0.0), 0.9))
+        if share > MOSTLY:
+            return replace(self, std=np.where(np.arange(len(self.std)) == index, np.inf, self.std))
+        factor = 1.0 / (1.0 - max(share, 0.0))
         value, std = self.value.copy(), self.std.copy()
         std[index] = factor * std[index] + 0.5 * abs(value[index]) * (factor - 1.0)
         value[index] *= factor
-        return Line(value, std, self.r2, self.scale)
+        return replace(self, value=value, std=std)
+
+    def disturbed(self, rms: float) -> Line:
+        """The line of a y that may hold something unmodelled of root mean square `rms`: what that does to each coefficient at
+        worst, where it is in step with the feature, is its bias."""
+        return replace(self, bias=rms / np.maximum(self.alone, 1e-12))
 
     def only(self, index: int) -> Line:
         """The coefficient number `index` alone."""
-        return Line(self.value[index : index + 1], self.std[index : index + 1], self.r2, self.scale)
+        one = slice(index, index + 1)
+        return replace(self, value=self.value[one], std=self.std[one], alone=self.alone[one], bias=self.bias[one])
 
 
 def regress(y: Array, *features: Array) -> Line | None:
@@ -78,9 +92,10 @@ def regress(y: Array, *features: Array) -> Line | None:
     meat = (weighted * left[:, None]).T @ (weighted * left[:, None])
     std = np.sqrt(np.maximum(np.diag(inverse @ meat @ inverse), 0.0))
     std[_undetermined(normal)] = np.inf
+    alone = 1.0 / np.sqrt(np.maximum(np.diag(inverse), 1e-300) * max(float(weight.sum()), 1e-300))
     total = float(np.sum(weight * (y - np.average(y, weights=weight)) ** 2))
     r2 = 1.0 - float(np.sum(weight * left**2)) / total if total > 1e-12 else 0.0
-    return Line(value, std, r2, scale)
+    return Line(value, std, r2, scale, alone, np.zeros(len(value)))
 
 
 def _undetermined(normal: Array) -> NDArray[np.bool_]:

@@ -1,8 +1,8 @@
 """Time offsets between the channels of a drive, estimated from physics within +-REACH seconds.
 
 Each comparison has a channel that may be late, y(t + tau), and what the others say it must be: heading rate against the gyro,
-speed against the accelerometer, wheel speed against speed, course against heading, and the steering angle against the motion
-that it causes. The last one is the force balance of the front axle: delta = arctan((v + l_f omega_z)/u) + C(F, s) with
+speed against the accelerometer, the wheels' difference in turns against the gyro, course against heading, and the steering angle
+against the motion that it causes. The last one is the front axle's force balance: delta = arctan((v + l_f omega_z)/u) + C(F, s),
 F = a_y + k^2/l_r d(omega_z)/dt per mass (k: radius of gyration), s: slip of the wheels and C odd in F: the lateral force follows
 the slip angle at once, while the yaw rate itself lags.
 """
@@ -26,19 +26,23 @@ STEP = 0.02
 """s: clock of the comparison; the best offset is interpolated between its steps."""
 SMOOTHING = 0.15
 """s: moving mean over all signals before they are compared, the same for both sides."""
-SYSTEMATIC = {"steer": 0.02, "psi": 0.005, "position": 0.01, "u": 0.01, "wheels": 0.1}
+SYSTEMATIC = {"steer": 0.02, "psi": 0.005, "position": 0.01, "u": 0.01, "wheels": 0.2}
 """s: what the comparison itself is off by on drives with one clock (steer: 0.00 to 0.02 on multi-sine drives of two vehicles)."""
-LEAD = {"wheels": 0.28, "steer": -0.01}
-"""s: by how much a channel leads what it is compared with on one clock: slip follows the acceleration, so that on soft soil the
-rim speed leads the speed by 0.19 to 0.47 s (26 drives of two vehicles); the steering lags the force balance by 0.007 to 0.011 s
-(4 multi-sine drives of the reference vehicle; a yaw inertia that is 10 % too large adds 0.008 s)."""
+UNMODELLED = {"u": 0.15, "psi": 0.003, "position": 0.005, "wheels": 0.01}
+"""What may be in a comparison for a second at a time: m/s^2 of an accelerometer that pitches and shakes, rad/s of the others."""
+ALIKE = {"wheels": 0.2, "u": 0.1}
+"""Share of what is explained by which two offsets must differ not to fit alike, 0.02 where a group is not named."""
+LEAD = {"wheels": -0.15, "steer": -0.01}
+"""s: by how much a channel leads what it is compared with on one clock: inner and outer wheels slip differently, and their
+difference lags the yaw rate by -0.1 to 0.4 s (58 drives of three vehicles); the steering lags the force balance by 0.007 to
+0.011 s (4 multi-sine drives of the reference vehicle; a yaw inertia that is 10 % too large adds 0.008 s)."""
 WITHOUT_V = {True: (0.025, 0.04), False: (0.11, 0.1)}
 """Whether there is an accelerometer -> (s that the steering leads further, s of further standard error), where v is not measured
 and the rear axle's slip angle is put for it: 0.00 to 0.07 and 0.04 to 0.19 s on 11 drives of the reference vehicle."""
 MOST_ROWS = 60_000
 """Rows of a long drive that are compared: its middle 20 minutes."""
-LEAST_R2 = 0.5
-"""Share of the variance that the best offset must explain; below it no offset is given."""
+LEAST_R2 = {"wheels": 0.8}
+"""Share of the variance that the best offset must explain, 0.5 where a group is not named; below it no offset is given."""
 
 
 @dataclass(frozen=True)
@@ -147,11 +151,12 @@ def _speed(c: _Clocked) -> Offset | None:
 
 
 def _wheels(c: _Clocked, geometry: Geometry) -> Offset | None:
-    names = [name for name in WHEEL_CHANNELS if c.has(name)]
-    if not names or not c.has("u"):
+    """By the wheels' difference in turns: against the speed, slip that follows the acceleration looks like another clock."""
+    if not c.has(*WHEEL_CHANNELS, "omega_z"):
         return None
-    rim = geometry.radius * np.mean([c[name] for name in names], axis=0)
-    return best_offset("wheels", "speed", rim, np.zeros_like(rim), [c["u"]], c.dt)
+    left_f, right_f, left_r, right_r = (c[name] for name in WHEEL_CHANNELS)
+    turning = 0.5 * geometry.radius * ((right_f - left_f) / geometry.track + (right_r - left_r) / geometry.rear_track)
+    return best_offset("wheels", "yaw rate", turning, np.zeros_like(turning), [c["omega_z"]], c.dt)
 
 
 def _position(c: _Clocked, geometry: Geometry) -> Offset | None:
@@ -221,10 +226,10 @@ def best_offset(
     for i, lag in enumerate(lags):
         y = filled[reach + lag : count - reach + lag][usable] - base
         left[i] = float(y @ y - np.sum((q.T @ y) ** 2)) / spread
-    if not 1.0 - left.min() >= LEAST_R2:
+    if not 1.0 - left.min() >= LEAST_R2.get(group, 0.5):
         return None
     # A repeated manoeuvre fits again a period later: of offsets that fit alike, the smallest.
-    level = left.min() + 0.02 * (1.0 - left.min())
+    level = left.min() + ALIKE.get(group, 0.02) * (1.0 - left.min())
     valleys = [i for i in range(len(left)) if left[i] <= level and left[i] == left[max(i - 5, 0) : i + 6].min()]
     best = min(valleys, key=lambda i: abs(lags[i]))
     away = 0.0
@@ -232,19 +237,28 @@ def best_offset(
         bend = left[best - 1] - 2 * left[best] + left[best + 1]
         away = 0.5 * (left[best - 1] - left[best + 1]) / bend if bend > 0 else 0.0
     after = 1.0 - left[best]
-    std = float(np.hypot(_error(filled, base, q, usable, reach, int(lags[best]), dt), SYSTEMATIC.get(group, 0.02)))
+    error = _error(filled, base, q, usable, reach, int(lags[best]), dt, UNMODELLED.get(group, 0.0))
+    std = float(np.hypot(error, SYSTEMATIC.get(group, 0.02)))
     before = float(np.sqrt(max(1.0 - left[reach], 0.0)))
     return Offset(
         group, against, float((lags[best] + away) * dt) + LEAD.get(group, 0.0), std, before, float(np.sqrt(after))
     )
 
 
-def _error(late: Array, base: Array, q: Array, usable: NDArray[np.bool_], reach: int, lag: int, dt: float) -> float:
-    """Standard error of the offset: residual over slope, with the residual's own correlation in time."""
+def _error(
+    late: Array, base: Array, q: Array, usable: NDArray[np.bool_], reach: int, lag: int, dt: float, unmodelled: float
+) -> float:  # fmt: skip
+    """Standard error of the offset: residual over slope, with the residual's own correlation in time.
+
+    The slope is that of what the features explain: that of the channel itself is mostly its noise, where there is much.
+    unmodelled: root mean square, in the channel's unit, of what may be in it beside the features for a second at a time.
+    """
     count = len(late)
     y = late[reach + lag : count - reach + lag][usable] - base
-    slope = np.gradient(late, dt)[reach + lag : count - reach + lag][usable]
-    residual, slope = y - q @ (q.T @ y), slope - q @ (q.T @ slope)
+    explained = q @ (q.T @ y)
+    residual, slope = y - explained, np.gradient(base + explained, dt)
+    slope = slope - q @ (q.T @ slope)
+    steady = unmodelled**2 * max(1.0 / dt, 1.0) / max(float(slope @ slope), 1e-300)
     power = float(residual @ residual) + 1e-300
     correlation = 1.0
     for k in range(1, min(200, len(residual) // 4)):
@@ -252,4 +266,4 @@ def _error(late: Array, base: Array, q: Array, usable: NDArray[np.bool_], reach:
         if rho < 0.05:
             break
         correlation += 2.0 * rho
-    return float(np.sqrt(power / len(residual) * correlation / max(float(slope @ slope), 1e-300)))
+    return float(np.sqrt(power / len(residual) * correlation / max(float(slope @ slope), 1e-300) + steady))

@@ -1,0 +1,43 @@
+"""Clean drives of every kind raise no doubt: gentle, fast, repeated, with and without sensor noise."""
+
+import pytest
+
+from drives import reference_vehicle
+from softsoil.control.courses import double_lane_change, slalom
+from softsoil.plant.manoeuvres import PathFollower
+from softsoil.plant.simulate import simulate
+from softsoil.plant.start import Start
+from softsoil.recording.cross_check import check_channels
+from softsoil.recording.noise import add_noise
+from softsoil.symbolic.soil import SOILS
+
+COURSES = {"lane change": double_lane_change, "slalom": slalom}
+
+
+@pytest.mark.parametrize("noise", [None, "good", "table5"])
+@pytest.mark.parametrize("soil", ["clay", "sandy_loam"])
+@pytest.mark.parametrize(
+    ("manoeuvre", "speed"),
+    [("path", 2.5), ("path", 5.5), ("multi", 4.5), ("steps", 7.0), ("chirp", 2.5), ("paper", 4.5), ("lane change", 7.0),
+     ("slalom", 2.5)],
+)  # fmt: skip
+def test_no_channel_is_doubted(manoeuvre, speed, soil, noise):
+    driver = PathFollower(COURSES[manoeuvre]().points) if manoeuvre in COURSES else manoeuvre
+    drive = simulate(driver, SOILS[soil], 20.0, start=Start(u=speed), seed=1)
+    recording = drive if noise is None else add_noise(drive, noise, 3)
+    doubted = [check.sentence() for check in check_channels(recording, reference_vehicle()) if not check.passed]
+    assert not doubted
+
+
+@pytest.mark.parametrize("noise", [None, "table5"])
+def test_of_a_straight_drive_only_the_want_of_steering_is_said(noise):
+    drive = simulate("straight", SOILS["clay"], 20.0, start=Start(u=2.5), seed=1)
+    recording = drive if noise is None else add_noise(drive, noise, 3)
+    assert {c.name for c in check_channels(recording, reference_vehicle()) if not c.passed} == {"steered"}
+
+
+def test_a_flipped_lateral_velocity_of_a_gentle_drive_is_beyond_doubt():
+    """Where v is nearly in step with the yaw rate, a scale of it says little, its sign still enough."""
+    drive = simulate("path", SOILS["clay"], 20.0, start=Start(u=5.5), seed=1)
+    wrong = [c for c in check_channels(drive.with_channels(v=-drive["v"]), reference_vehicle()) if c.beyond_doubt]
+    assert any(check.channel == "v" for check in wrong)
