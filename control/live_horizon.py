@@ -55,7 +55,6 @@ class LiveHorizon:
         if self._c.names != ["n"]:
             raise ValueError(f"live horizon: expected one n for both axles, found {', '.join(self._c.names)}")
         self._c.options.dt = tick
-        self._c.options.start_up = 0.0
         self._c.options.r_std[:] = np.asarray(std, dtype=float)
         self._inputs = self._c.library.names["inputs"]
 
