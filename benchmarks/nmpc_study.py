@@ -33,7 +33,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs/nmpc_study"), help="folder")
     parser.add_argument("--hessian", default=HESSIANS[0], choices=HESSIANS, help="of the real-time iterations")
     parser.add_argument("--sensors", default="states", choices=SENSORS, help="which are noisy")
-    parser.add_argument("--vehicle", default="reference", help="declared vehicle, of the model and of the plant")
+    parser.add_argument("--vehicle", default="plant", help="declared vehicle, of the model and of the plant")
     parser.add_argument("--guess", default="both", choices=("both", "low"), help="sides of the truth of the first guess")
     parser.add_argument("--report", action="store_true", help="only the table and figure of what has been driven")
     options = parser.parse_args()

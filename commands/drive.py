@@ -28,7 +28,7 @@ from softsoil.control.nmpc import Nmpc
 from softsoil.control.ocp import Ocp
 from softsoil.declaration.model_file import Declaration, load_declaration
 from softsoil.figures.drive import animate, draw_drive
-from softsoil.files.package_data import REFERENCE_VEHICLE, plant_file
+from softsoil.files.package_data import PLANT_VEHICLE, plant_file
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
 from softsoil.mpc_demo.scenarios import Scenario, scenarios, size_of
@@ -63,12 +63,14 @@ def drive(
 ) -> None:
     """Drive courses on the plant: model predictive control on what the estimator says, Table-5 sensor noise.
 
+    The plant is the simulated vehicle that --vehicle (or --model) describes, by default that of vehicles/plant.toml.
+
     Example: softsoil drive lane_change_clay --seeds 3
     """
-    driven = load_vehicle(vehicle or REFERENCE_VEHICLE) if model is None else load_declaration(model).vehicle
+    driven = load_vehicle(vehicle or PLANT_VEHICLE) if model is None else load_declaration(model).vehicle
     courses, names = _courses(scenario or ["lane_change_clay"], size_of(driven)), _controllers(controllers)
     folder = output_folder(out, "drive")
-    say_vehicle(vehicle, model)
+    say_vehicle(vehicle, model, PLANT_VEHICLE)
     faults = Faults(
         dropout=None if dropout is None else (dropout, dropout + 3.0),
         burst=None if burst is None else (burst, burst + 1.0),
@@ -91,7 +93,7 @@ def drive(
             shown = next((log for log in mine if log.controller == "n_estimated"), mine[0])
             paths.append(animate(course, shown, folder / f"{course.name}.gif"))
     _say(logs)
-    say_written([write_result(folder / "drive.json", as_json(logs), about_vehicle(vehicle, model)), *paths])
+    say_written([write_result(folder / "drive.json", as_json(logs), about_vehicle(vehicle or PLANT_VEHICLE, model)), *paths])
 
 
 def _courses(asked: Sequence[str], size: float) -> list[Scenario]:
@@ -120,7 +122,7 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
         declared = load_declaration(model)
         declared = Declaration(declared.vehicle, course.believed, declared.law)
     else:
-        declared = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), course.believed, law)
+        declared = Declaration(load_vehicle(vehicle or PLANT_VEHICLE), course.believed, law)
         declared = for_control(declared)
     return loop_for(noted(declared), converged)
 

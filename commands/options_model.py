@@ -56,11 +56,12 @@ def declared_vehicle(vehicle: Path | None, model: Path | None) -> Vehicle:
     return load_vehicle(vehicle or REFERENCE_VEHICLE)
 
 
-def say_vehicle(vehicle: Path | None, model: Path | None = None) -> str:
-    """Say, as a command's first line, which vehicle is taken where neither --vehicle nor --model names one; returns the line."""
+def say_vehicle(vehicle: Path | None, model: Path | None = None, default: Path | None = None) -> str:
+    """Say, as a command's first line, which vehicle is taken where neither --vehicle nor --model names one: `default`, or the
+    reference vehicle; returns the line."""
     if vehicle is not None or model is not None:
         return ""
-    words = f"vehicle: {declared_vehicle(None, None).name}, since --vehicle names none"
+    words = f"vehicle: {declared_vehicle(default, None).name}, since --vehicle names none"
     console.print(words, highlight=False)
     return words
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from softsoil.recording.check_words import LIMITS, Check
 from softsoil.recording.drive import CHANNEL_UNITS, Array
-from softsoil.recording.evidence import Line, Motion, interpolated, regress
+from softsoil.recording.evidence import MOSTLY, Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
 
 
@@ -214,17 +214,21 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
         )
     )
     if has_v:
+        noise = m.mean_noise("v") / max(float(line.alone[3]) ** 2, 1e-12)
         checks.append(
             scale_check(
                 "lateral_velocity",
                 "v",
-                line.only(3),
+                line.only(3).unattenuated(0, noise),
                 0,
                 "a lateral velocity as course minus heading says (scale 1)",
                 "correct sign, unit or place of v",
                 LIMITS.lateral,
             )
         )
+        if noise > MOSTLY:  # v as it is: fitted, its noise would leave its part to the arm
+            trusted = regress(np.concatenate(moved) - features[3], *features[:3])
+            line = line if trusted is None else trusted.disturbed(_sway(m))
         away, std = float(line.value[2]) - geometry.l_f, float(line.std[2])
         doubtful = abs(away) > max(LIMITS.reference, LIMITS.sigmas * std, float(line.bias[2]))
         checks.append(

@@ -163,12 +163,15 @@ class Motion:
 
     def slope_noise(self, name: str) -> float:
         """Variance that sensor noise makes of the slope of the channel called `name` over a window, from third differences."""
+        return 12.0 * self.mean_noise(name) / (self.size * self.log.dt) ** 2
+
+    def mean_noise(self, name: str) -> float:
+        """Variance that sensor noise makes of the mean of the channel called `name` over a window, from third differences."""
         values = self.channel(name)
         values = values[np.isfinite(values)]
         if len(values) < 8:
             return 0.0
-        sigma = 1.4826 * float(np.median(np.abs(np.diff(values, n=3)))) / np.sqrt(20)
-        return 12.0 * sigma**2 / (self.size * (self.size * self.log.dt) ** 2)
+        return (1.4826 * float(np.median(np.abs(np.diff(values, n=3))))) ** 2 / 20 / self.size
 
     def integral(self, rate: Array) -> Array:
         """(N,) integral of rate (N,) from the start; short gaps are bridged, windows inside long ones stay NaN."""

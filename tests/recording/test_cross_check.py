@@ -13,7 +13,7 @@ from softsoil.recording.read import read_drive, write_drive
 LEFT_TO_THE_VERDICT = {
     "steer clipped": "steering stops look the same",
     "hard ground": "no channel contradicts another: only the force balance shows that there is no soil",
-    "wheels 1 s late": "slip that follows the acceleration looks the same against the speed, and this drive hardly spreads its wheels",
+    "wheels 1 s late": "slip that follows the acceleration looks the same, and this drive hardly spreads its wheels",
 }
 HARMLESS = {v.name for v in VARIANTS if v.harmless}
 SLOW = {"a million rows"}
