@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-import time
 from pathlib import Path
 
 from softsoil.cases.hostile import VARIANTS, Variant
@@ -53,15 +52,13 @@ def main() -> None:
 
     reference, word = n_of(good)
     rows = [f"Good log: {good.name}, n = {reference:.3f} (true {named_n(good.name)}), verdict {word}.", "",
-            "| variant | outcome | n | verdict | s | what is said |", "|---|---|---|---|---|---|"]  # fmt: skip
+            "| variant | outcome | n | verdict | what is said |", "|---|---|---|---|---|"]  # fmt: skip
     counts = {"refused": 0, "warned": 0, "right": 0, "not identified": 0, "silently wrong": 0}
     with tempfile.TemporaryDirectory() as folder:
         for variant in (v for v in VARIANTS if v.name not in arguments.skip):
-            outcome, n, word, said, seconds = judged(
-                variant, good, Path(folder) / "log.parquet", vehicle, n_of, reference
-            )
+            outcome, n, word, said = judged(variant, good, Path(folder) / "log.parquet", vehicle, n_of, reference)
             counts[outcome.split(",")[0]] += 1
-            rows.append(f"| {variant.name} | {outcome} | {n} | {word} | {seconds:.1f} | {said} |")
+            rows.append(f"| {variant.name} | {outcome} | {n} | {word} | {said} |")
             print(rows[-1], flush=True)
     rows += [
         "",
@@ -77,29 +74,21 @@ def main() -> None:
 
 def judged(
     variant: Variant, good: Recording, path: Path, vehicle, n_of, reference: float
-) -> tuple[str, str, str, str, float]:
-    """Outcome, n, verdict, what is said and seconds of one variant, read from a file at `path` as a command does."""
-    began = time.perf_counter()
+) -> tuple[str, str, str, str]:
+    """Outcome, n, verdict and what is said of one variant, read from a file at `path` as a command does."""
     write_drive(variant.of(good), path)
     try:
         drive = read_drive(path)
         drive, doubts = checked(drive, vehicle)
         n, word = n_of(completed(drive, vehicle))
     except ValueError as error:
-        return "refused", "", "", _short(str(error).replace(str(path), "log")), time.perf_counter() - began
-    seconds = time.perf_counter() - began
+        return "refused", "", "", _short(str(error).replace(str(path), "log"))
     right = abs(n - reference) < RIGHT * reference
     if doubts:
         more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
-        return (
-            "warned, n right" if right else "warned, n wrong",
-            f"{n:.3f}",
-            word,
-            _short(doubts[0]) + more,
-            seconds,
-        )
+        return ("warned, n right" if right else "warned, n wrong"), f"{n:.3f}", word, _short(doubts[0]) + more
     outcome = "right" if right else "silently wrong" if word == "identified" else "not identified"
-    return outcome, f"{n:.3f}", word, "", seconds
+    return outcome, f"{n:.3f}", word, ""
 
 
 def _short(words: str) -> str:
