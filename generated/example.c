@@ -1,4 +1,4 @@
-/* Reads a log and prints the sinkage exponent: example LOG.csv [seconds to skip].
+/* Reads a log and prints the sinkage exponent with its verdict: example LOG.csv [seconds to skip].
  *
  * The log is a table with a header: t (s), the measurements x, y, psi, u, v, omega_z, and for the inputs
  * steer, a_x_imu and the wheel speeds; columns it does not know are passed over, empty cells and nan are missing values. */
@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "softsoil.h"
+#include "softsoil_horizon.h"
 
 #define LINE 8192
 #define COLUMNS 128
@@ -17,6 +18,7 @@ static const char *const input_names[SOFTSOIL_N_U] = {"steer", "steer_rate", "a_
 static const char *const measurement_names[SOFTSOIL_N_Y] = {"x", "y", "psi", "u", "v", "omega_z"};
 static const char *const state_names[SOFTSOIL_N_X] = {"x", "y", "psi", "u", "v", "omega_z", "n"};
 static const int soil_states[] = {SOFTSOIL_X_n};
+static const char *const horizon_names[SOFTSOIL_HORIZON_N] = {"n"};
 #define N_SOIL ((int)(sizeof soil_states / sizeof soil_states[0]))
 
 /* One row of the log, by name of its column. */
@@ -105,11 +107,20 @@ static void say(const softsoil_t *s) {
   printf("   consistency %.2f\n", s->consistency);
 }
 
+/* The moving horizon's estimate and verdict: use no n unless it says so. */
+static void judge(const softsoil_horizon_t *h) {
+  printf("horizon, %d windows:", (int)h->windows);
+  for (int i = 0; i < SOFTSOIL_HORIZON_N; ++i) printf("   %s %.4f +- %.4f", horizon_names[i], h->n[i], h->std[i]);
+  printf("\nverdict: %s\n", softsoil_verdict_text(h->verdict));
+}
+
 int main(int argc, char **argv) {
   static table_t table;
   static softsoil_t s;
+  static softsoil_horizon_t h;
   double u[SOFTSOIL_N_U], y[SOFTSOIL_N_Y], x0[SOFTSOIL_N_X], std0[SOFTSOIL_N_X];
   softsoil_options_t options;
+  softsoil_horizon_options_t about;
   const double skip = argc > 2 ? strtod(argv[2], NULL) : 2.0;
   printf("sizeof(softsoil_t) = %lu bytes\n", (unsigned long)softsoil_size());
   if (argc < 2) {
@@ -130,6 +141,19 @@ int main(int argc, char **argv) {
     std0[i] = s.std[i];
   }
   int status = softsoil_init(&s, &options, x0, std0, cell(&table, first, "t"));
+  softsoil_horizon_defaults(&about);
+  about.dt = (cell(&table, table.rows - 1, "t") - cell(&table, 0, "t")) / (double)(table.rows - 1);
+  about.start_up = skip;
+  if (softsoil_horizon_init(&h, &about, cell(&table, 0, "t")) >= SOFTSOIL_BAD_ARGUMENT) {
+    fprintf(stderr, "expected samples every %g to %g s, found %g s\n", SOFTSOIL_HORIZON_MIN_DT, SOFTSOIL_HORIZON_MAX_DT, about.dt);
+    return 2;
+  }
+  for (size_t row = 0; row < table.rows; ++row) {
+    for (int i = 0; i < SOFTSOIL_N_U; ++i) u[i] = input(&table, row, input_names[i]);
+    for (int i = 0; i < SOFTSOIL_N_Y; ++i) y[i] = cell(&table, row, measurement_names[i]);
+    softsoil_horizon_push(&h, u, y, NULL, cell(&table, row, "t"));
+    softsoil_horizon_update(&h);
+  }
   double said = s.t;
   for (size_t row = first; row + 1 < table.rows && status < SOFTSOIL_BAD_ARGUMENT; ++row) {
     const double t = cell(&table, row + 1, "t");
@@ -145,6 +169,7 @@ int main(int argc, char **argv) {
     }
   }
   say(&s);
+  judge(&h);
   for (int i = 1; i < SOFTSOIL_STATUS_COUNT; ++i)
     if (s.counts[i]) printf("%8lu x %s\n", (unsigned long)s.counts[i], softsoil_status_text(i));
   free(table.values);

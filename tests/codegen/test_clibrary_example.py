@@ -11,6 +11,8 @@ import pytest
 from c_folders import SCALAR, folder
 from drives import CLAY_LOG
 from softsoil.codegen.c_library.binding import CFilter, CLibrary
+from softsoil.codegen.c_library.horizon_binding import CHorizon
+from softsoil.estimator.c_horizon import SENTENCES
 from softsoil.estimator.inputs import measured_inputs, measured_states
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.bicycle import INPUTS
@@ -31,7 +33,7 @@ def test_example_prints_n(tmp_path):
     (line,) = [line for line in readme.splitlines() if line.startswith("cc ")]
     done = subprocess.run(line, shell=True, cwd=tmp_path / "c", capture_output=True, text=True, check=False)
     assert done.returncode == 0 and not done.stderr, done.stderr
-    found = re.findall(r"n_f (\S+) \+- (\S+)\s+n_r (\S+) \+- (\S+)", done.stdout)[-1]
+    found = re.findall(r"n_f (\S+) \+- (\S+)\s+n_r (\S+) \+- (\S+)", done.stdout)[-2:]
 
     library = CLibrary(folder("plain"), SCALAR)
     drive = read_drive(CLAY_LOG)
@@ -43,7 +45,19 @@ def test_example_prints_n(tmp_path):
     own = CFilter(library, x0, t=drive.t[first])
     own.replay(drive.t[first:], u, y, every=2)
     expected = [own.x[6], own.std[6], own.x[7], own.std[7]]
-    assert np.allclose(np.array(found, dtype=float), expected, rtol=0, atol=PRINTED)
+    filtered, judged = np.array(found, dtype=float)
+    assert np.allclose(filtered, expected, rtol=0, atol=PRINTED)
+
+    horizon = CHorizon(library)
+    horizon.options.dt = float(drive.t[-1] - drive.t[0]) / (len(drive) - 1)
+    horizon.options.start_up = SKIP
+    horizon.start(drive.t[0])
+    for t, inputs, seen in zip(drive.t, measured_inputs(drive, INPUTS)[0], measured_states(drive), strict=True):
+        horizon.push(inputs, seen, t)
+        horizon.update()
+    assert np.allclose(judged, np.stack([horizon.n, horizon.std], axis=1).ravel(), rtol=0, atol=PRINTED)
+    (said,) = re.findall(r"^verdict: (.*)$", done.stdout, re.M)
+    assert said == SENTENCES[horizon.verdict]
 
 
 def test_example_says_what_it_expected(tmp_path):
