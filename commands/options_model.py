@@ -68,8 +68,9 @@ def say_vehicle(vehicle: Path | None, model: Path | None = None) -> str:
 def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | None) -> Declaration:
     """What the options declare: `model` alone, or vehicle, soil and law.
 
-    Raises ValueError for a soil or vehicle beside a model, or for neither soil nor model.
+    Raises ValueError for a soil or vehicle beside a model, or for neither soil nor model; hard ground needs no soil.
     """
+    from softsoil.declaration.ground import HARD_GROUND
     from softsoil.declaration.model_file import Declaration, load_declaration
 
     if model is not None:
@@ -77,9 +78,10 @@ def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | 
             if value is not None:
                 raise ValueError(f"{option}: expected none beside --model, which declares it; found {str(value)!r}")
         return noted(load_declaration(model))
-    if soil is None:
+    hard = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), HARD_GROUND, law)
+    if soil is None and hard.sinks:
         raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model), found none")
-    return noted(Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), load_soil(soil), law))
+    return noted(hard if soil is None else Declaration(hard.vehicle, load_soil(soil), law))
 
 
 def soils_of(given: list[str] | None, names: Sequence[str], more: str = "") -> list[Soil]:
