@@ -71,8 +71,10 @@ def refine_command(
         soils = [declared.soil] * len(drives)
     else:
         hard = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), HARD_GROUND, law)
-        named = soil is not None or hard.sinks
-        soils = soils_of(soil, [drive.name for drive in drives]) if named else [HARD_GROUND] * len(drives)
+        if soil is None and not hard.sinks:
+            soils = [HARD_GROUND] * len(drives)
+        else:
+            soils = soils_of(soil, [drive.name for drive in drives], hard=not hard.sinks)
         declared = noted(Declaration(hard.vehicle, soils[0], law))
     for drive in drives:
         doubt_another(drive, declared.vehicle, named=bool(vehicle or model))

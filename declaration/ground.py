@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import casadi as ca
 
+from softsoil.files.toml_file import read_toml
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
+from softsoil.symbolic.soil import SOIL_SIGNALS, Soil, load_soil, soil_from_table
 
 HARD_GROUND = Soil("hard_ground", **{**{s.name: float(s.nominal) for s in SOIL_SIGNALS}, "phi": 0.6, "k": 0.0015})
 """Ground that is declared by no more than that it is hard: of it the law uses phi and k, where a fit starts."""
@@ -34,3 +36,16 @@ def refuse_hard_ground(model: Model) -> None:
     """ValueError for a model on whose ground nothing sinks: what is asked for is its n."""
     if not sinks(model):
         raise ValueError(f"law: expected a soil's, with which wheels sink; found that of {model.name}: it has no n")
+
+
+def load_ground(source: str, hard: bool) -> Soil:
+    """A class of ground by name or from a TOML file; a file of hard ground needs what its law uses alone: phi and k.
+
+    hard: whether nothing sinks with the force law. Raises ValueError as `load_soil` does.
+    """
+    path = Path(source)
+    if not hard or path.suffix != ".toml" or not path.is_file():
+        return load_soil(source)
+    table = read_toml(path, "soil")
+    unused = {name: value for name, value in HARD_GROUND.parameters().items() if name not in ("phi", "k")}
+    return soil_from_table({**unused, **table.get("soil", table)}, str(path), path.stem)

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from drives import reference_vehicle
 from softsoil.commands.cli import app
-from softsoil.declaration.ground import HARD_GROUND, idle, sinks
+from softsoil.declaration.ground import HARD_GROUND, idle, load_ground, sinks
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
 from softsoil.estimator.estimate import estimate
 from softsoil.estimator.parameters import Free
@@ -24,6 +24,7 @@ from softsoil.recording.read import write_drive
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
 from softsoil.refinement.refine import refine
+from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
@@ -164,6 +165,25 @@ def test_a_file_of_hard_ground_needs_friction_and_tread_alone(declared, tmp_path
     path.write_text(soft, encoding="utf-8")
     with pytest.raises(ValueError, match=r"expected keys 'k_phi' .*'n' "):
         load_declaration(path)
+
+
+def test_a_class_of_hard_ground_is_a_file_of_two_numbers(tmp_path):
+    path = tmp_path / "wet.toml"
+    path.write_text("phi = 0.4\nk = 0.004\n", encoding="utf-8")
+    wet = load_ground(str(path), hard=True)
+    assert (wet.name, wet.phi, wet.k) == ("wet", 0.4, 0.004)
+    with pytest.raises(ValueError, match="expected keys 'k_phi'"):
+        load_ground(str(path), hard=False)
+    path.write_text("phi = 0.4\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"wet\.toml: expected key 'k' "):
+        load_ground(str(path), hard=True)
+    assert load_ground("clay", hard=True) == CLAY
+
+
+def test_states_are_smoothed_by_the_sample_rate_on_hard_ground():
+    assert Windowing().smooth(0.01, sinks=False) == pytest.approx(0.07)
+    assert Windowing().smooth(0.01, sinks=True) == Windowing().smooth(0.2, sinks=False) == 0.25
+    assert Windowing(smoothing=0.1).smooth(0.01, sinks=True) == 0.1
 
 
 def test_unknowns_of_the_ground():
