@@ -1,10 +1,10 @@
 """What `refine` names on a road, and how well it measures friction and tread: drives of the project's own bicycle.
 
 `python -m benchmarks.hard_ground_refine --seed 11 12`: per seed one multi-sine drive of the reference vehicle without an effect
-and one with each effect of the steering at its typical size, good sensors. The declaration has a fifth more friction and a fifth less
-tread than there is, and no effect. Candidates are all effects of steering, tyre, slope and load. Printed for each drive: what is
-named, in its group, and the departures of friction and tread from the truth in standard errors. Model and world share their
-equations here: this shows the method, not the model.
+and one with each effect of the steering at its typical size, good sensors. The declaration has a fifth more friction and a
+fifth less tread than there is, and no effect. Candidates are all effects of steering, tyre, slope and load. Printed for each
+drive: what is named, its group, and the departures of friction and tread from the truth in standard errors. Model and world
+share their equations here: this shows the method, not the model.
 """
 
 from __future__ import annotations

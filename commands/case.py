@@ -146,7 +146,8 @@ def stanford(
     say(found)
     for line in CANNOT:
         console.print(line, highlight=False)
-    content = {"log": drive.name, **found.as_json(), "checks": [check.as_json() for check in checks], "cannot": list(CANNOT)}
+    content: dict[str, Any] = {"log": drive.name, "refinement": found.as_json(), "cannot": list(CANNOT)}
+    content["checks"] = [check.as_json() for check in checks]
     say_written([write_result(folder / "stanford.json", content)])
 
 
@@ -177,7 +178,7 @@ def dart(
         console.print(f"{name}: {sum(len(d) * d.dt for d in logs[name].recordings):.0f} s of driving", style="bold")
         say(logs[name])
     carried = _carried_over(logs)
-    content = {"logs": [{"log": name, **found.as_json()} for name, found in logs.items()], "carried_over": carried}
+    content = {"logs": [{"log": name, "refinement": found.as_json()} for name, found in logs.items()], "carried_over": carried}
     say_written([write_result(folder / "dart.json", content), draw_dart(logs, folder / "dart.png")])
 
 

@@ -6,6 +6,7 @@ import re
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.guide.json_page import undescribed
 from softsoil.cases.dart import candidates_of
 from softsoil.cases.stanford import CAR, KINDS, read_stanford
 from softsoil.commands.cli import app
@@ -33,6 +34,8 @@ def test_the_command_says_what_can_be_said_and_no_n(folder, tmp_path):
     result = CliRunner().invoke(app, ["case", "stanford", "--data", str(folder), "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
     content = json.loads((tmp_path / "stanford.json").read_text(encoding="utf-8"))
+    assert undescribed("stanford.json", content) == []
+    content = content["refinement"]
     (ground,) = content["ground"]
     assert set(ground) == {"name", "drives", "friction", "tread"} and ground["friction"]["verdict"] == "at_bound"
     tried = {entry["name"] for entry in content["ranking"]}

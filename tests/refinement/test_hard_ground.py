@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.guide.json_page import undescribed
 from drives import reference_vehicle
 from softsoil.commands.cli import app
 from softsoil.declaration.ground import HARD_GROUND, idle, load_ground, sinks
@@ -120,6 +121,7 @@ def test_the_command_says_friction_and_no_n(offset_drive, tmp_path):
         assert not N.search(text) and "sinkage exponent" not in text
     assert "coefficient of friction" in html and "<code>n</code>" not in html
     content = json.loads(texts[1])
+    assert undescribed("refine.json", content) == []
     assert "n" not in content and set(content["ground"][0]) == {"name", "drives", "friction", "tread"}
     assert set(content["ground"][0]["friction"]) == {"before", "value", "std", "unit", "verdict", "reason"}
     again = load_declaration(tmp_path / "out" / "refined.toml")
