@@ -14,8 +14,9 @@ import numpy as np
 
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.shooting import Shooting, shooting_drive
+from softsoil.estimator.unknown_ground import N_NAMES
 from softsoil.recording.read import read_drive
-from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
+from softsoil.refinement.fit import Fit, Free, Weights, fit
 from softsoil.refinement.rules import RULES
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.effect import Effect, add_effect

@@ -28,7 +28,7 @@ from softsoil.mpc_demo.blind_cases import draw_cases, drive_case
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import Fit, Free, fit
-from softsoil.refinement.trace import Bench, everything, free_n, make_bench
+from softsoil.refinement.trace import Bench, everything, make_bench
 from softsoil.symbolic.soil import load_soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
@@ -134,8 +134,8 @@ def from_sensors(recordings: list[Recording], told: Declaration, sets: list[tupl
 
 def fitted(bench: Bench, known: tuple[Free, ...]) -> Fit:
     """The known parameters and every drive's n, fitted to all of the drives."""
-    free = [*known, *free_n(bench)]
-    start = np.array([bench.absent[f.drive or 0, bench.model.p.index(f.sets[0])] for f in free])
+    free = [*known, *bench.ground]
+    start = bench.values(free)
     bench = everything(bench)
     return fit(bench.shootings, bench.fitted, bench.weights, free, start, bench.absent)
 

@@ -2,8 +2,7 @@
 
 The capture point lies POINT ahead of the rear axle. Its velocity is differentiated from the poses (a quadratic over WINDOW
 seconds) and carried to the centre of gravity; the steering command goes through the laboratory's static map. There is no
-accelerometer worth using and one wheel encoder at most: the four wheel speeds are filled from it (or from the speed), and a
-law that looks at them learns nothing new.
+accelerometer worth using and one wheel encoder at most, which is left out: the law of hard ground looks at no wheel speed.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ Array = NDArray[np.float64]
 WHEELBASE, L_R, POINT = 0.1735, 0.0930, 0.115
 """m: wheelbase, rear axle to centre of gravity, rear axle to capture point."""
 RADIUS = 0.033
-"""m, of the wheels, nominal: only the filled wheel speeds look at it."""
+"""m, of the wheels, nominal."""
 YAW_OFFSET = 0.0077
 """rad that the laboratory adds to the captured yaw angle (its own processed logs differ from the raw ones by it)."""
 STEP = 0.01
@@ -49,7 +48,6 @@ class _Poses:
     y: Array
     psi: Array
     command: Array
-    encoder: Array | None
 
 
 def read_dart(path: str | Path) -> list[Recording]:
@@ -64,11 +62,7 @@ def read_dart(path: str | Path) -> list[Recording]:
         if (last - first) * STEP < SHORTEST:
             continue
         part = {name: values[first:last] for name, values in channels.items()}
-        notes = (
-            "velocities differentiated from the captured poses",
-            "four wheel speeds filled from "
-            + ("one encoder" if poses.encoder is not None else "the speed: there is no encoder"),
-        )
+        notes = ("velocities differentiated from the captured poses",)
         drives.append(Recording(f"{stem}@{part['t'][0]:.0f}s", part, {}, notes, {"path": str(path)}))
     if not drives:
         raise ValueError(f"{path}: expected {SHORTEST:g} s of driving faster than {SLOWEST:g} m/s, found none")
@@ -79,7 +73,6 @@ def _read(path: Path) -> _Poses:
     table = read_table(path)
     columns = ("vicon time", "vicon x", "vicon y", "vicon yaw", "steering")
     t, x, y, psi, command = (numbers(table, name, path) for name in columns)
-    encoder = numbers(table, "vel encoder", path) if "vel encoder" in table else None
     good = np.isfinite(t + x + y + psi + command)
     good[1:] &= np.diff(t) > 0
     t, x, y, psi, command = (values[good] for values in (t, x, y, psi, command))
@@ -87,9 +80,8 @@ def _read(path: Path) -> _Poses:
     clock = np.arange(t[0], t[-1], STEP)
     # A command holds until the next one comes; poses are in between.
     held = command[np.clip(np.searchsorted(t, clock, side="right") - 1, 0, len(t) - 1)]
-    spin = np.interp(clock, t, encoder[good]) if encoder is not None else None
     between = [np.interp(clock, t, values) for values in (x, y, np.unwrap(psi) + YAW_OFFSET)]
-    return _Poses(clock, between[0], between[1], between[2], held, spin)
+    return _Poses(clock, between[0], between[1], between[2], held)
 
 
 def _channels(poses: _Poses) -> tuple[dict[str, Array], Array]:
@@ -98,11 +90,9 @@ def _channels(poses: _Poses) -> tuple[dict[str, Array], Array]:
     u, aside = v_x * cos + v_y * sin, -v_x * sin + v_y * cos
     v = aside - (POINT - L_R) * rate
     ahead = WHEELBASE - POINT
-    spin = np.maximum(poses.encoder if poses.encoder is not None else u, 0.0) / RADIUS
     return {
         "t": poses.t, "x": poses.x + ahead * cos, "y": poses.y + ahead * sin, "psi": poses.psi, "u": u, "v": v,
         "omega_z": rate, "steer": road_wheel_angle(poses.command),
-        **{f"omega_{wheel}": spin for wheel in ("fl", "fr", "rl", "rr")},
     }, u  # fmt: skip
 
 

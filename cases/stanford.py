@@ -10,14 +10,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from softsoil.cases.dart import DartLog, candidate_model, candidate_names, trace_drives
+from softsoil.cases.dart import candidates_of, hard_road
 from softsoil.recording.check_words import Check
 from softsoil.recording.columns import Source
 from softsoil.recording.cross_check import check_channels, refuse_contradictions
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.catalogue import catalogue
+from softsoil.recording.usable import mark_checked
+from softsoil.refinement.refine import refine
+from softsoil.refinement.result import Refinement
+from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.vehicle import Vehicle
 
 MASS, LENGTH, WIDTH = 982.0, 4.09, 1.7
@@ -28,8 +31,12 @@ CAR = Vehicle(
 """The publishing repository's figures; height and wheel are nominal: the single track on hard ground hardly looks at them."""
 COLUMNS = {"u": Source("vx"), "v": Source("vy"), "omega_z": Source("yawRate"), "steer": Source("delta"),
            "a_x_imu": Source("axCG"), "a_y_imu": Source("ayCG")}  # fmt: skip
-MEASURED = frozenset({"u", "v", "omega_z", "steer", "a_x_imu", "a_y_imu"})
-"""What the log has: candidates rest on these channels only."""
+KINDS = ("steering", "tyre", "slope", "sensor")
+"""Kinds of effects that are tried; those that rest on a channel that the log lacks are not."""
+WINDOWING = Windowing(horizon=1.0, horizons=(0.5, 1.0))
+"""A tyre on a hard road answers faster than a wheel in soil: shorter windows see it."""
+START = 0.3
+"""s that are left out at the beginning."""
 SECONDS = 120.0
 """s of the log that are used: the fit sees its first two thirds."""
 CANNOT = (
@@ -52,11 +59,10 @@ def read_stanford(folder: Path) -> tuple[Recording, tuple[Check, ...]]:
     refuse_contradictions(str(paths[0]), checks)
     part = whole.between(float(whole.t[0]), float(whole.t[0]) + SECONDS)
     drive = completed(part, CAR)
-    return replace(drive, name="stanford_250lm"), checks
+    return mark_checked(replace(drive, name="stanford_250lm")), checks
 
 
-def run_stanford(drive: Recording, progress: Callable[[float], None] = lambda share: None) -> DartLog:
+def run_stanford(drive: Recording, progress: Callable[[float], None] = lambda share: None) -> Refinement:
     """Friction and tread of the road under the car, and what is traced beside them; progress: called with the share done."""
-    names = candidate_names(CAR, MEASURED)
-    known = {name: effect for name, effect in catalogue(CAR).items() if name in names}
-    return trace_drives(drive.name, [drive], candidate_model(names, CAR), known, progress)
+    declared, tried = hard_road(CAR, "road"), candidates_of(CAR, KINDS)
+    return refine([drive], declared, start=START, candidates=tried, windowing=WINDOWING, progress=progress)

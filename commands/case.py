@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,12 +10,13 @@ import typer
 from rich.table import Table
 
 from softsoil.cases.cmu import REFINED, CmuCase, run_cmu
-from softsoil.cases.dart import GROUND, HORIZONS, DartLog, candidate_model, trace_log, transferred
+from softsoil.cases.dart import WINDOWING, log_name, trace_log, transferred
 from softsoil.cases.ploughing_fit import rms
 from softsoil.cases.stanford import CANNOT, read_stanford, run_stanford
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.commands.refine_summary import say
 from softsoil.figures.case import draw_cmu, draw_dart
-from softsoil.symbolic.model import Model
+from softsoil.refinement.result import Refinement
 
 REAL = Path("../shared/data/real")
 """Measured data, where the shared data stand beside the working folder."""
@@ -136,31 +136,18 @@ def stanford(
     folder = output_folder(out, "case_stanford")
     data = _measured(data, "stanford_250lm")
     drive, checks = read_stanford(data)
-    for note in drive.notes:
-        console.print(note, highlight=False)
     passed = sum(check.passed for check in checks)
-    console.print(f"channels against each other: {passed} of {len(checks)} checks passed")
+    console.print(f"channels against each other: {passed} of {len(checks)} checks passed", highlight=False)
     for check in checks:
         if not check.passed:
             console.print(f"warning: {check.sentence()}", style="yellow", highlight=False, soft_wrap=True)
     with progress("tracing") as told:
-        log = run_stanford(drive, told)
-    _say_log(log)
-    (phi, phi_std), (tread, tread_std) = (log.ground[1][name] for name in ("phi", "k"))
-    bound = next(f.upper for f in GROUND if f.name == "phi")
-    if phi > bound - 1e-3:
-        words = f"friction ends on its bound ({math.tan(bound):.2f}): the road's grip is not identified"
-        console.print(words, style="yellow")
-    grip, grip_std = math.tan(phi), phi_std / math.cos(phi) ** 2
-    console.print(
-        f"friction {_pm(grip, grip_std)}, tread shears by {_pm(1e3 * tread, 1e3 * tread_std)} mm before it slides"
-    )
-    for horizon in log.before:
-        words = ", ".join(f"{s} {log.before[horizon][s]:.3g} -> {log.after[horizon][s]:.3g}" for s in ("v", "omega_z"))
-        console.print(f"held-out rms at {horizon} s: {words} (m/s, rad/s)")
+        found = run_stanford(drive, told)
+    say(found)
     for line in CANNOT:
         console.print(line, highlight=False)
-    content = {"log": log.as_json(), "checks": [check.as_json() for check in checks], "cannot": list(CANNOT)}
+    content: dict[str, Any] = {"log": drive.name, "refinement": found.as_json(), "cannot": list(CANNOT)}
+    content["checks"] = [check.as_json() for check in checks]
     say_written([write_result(folder / "stanford.json", content)])
 
 
@@ -183,67 +170,32 @@ def dart(
     paths = sorted(data.glob("*.csv.gz"))
     if not paths:
         raise ValueError(f"--data: expected the car's logs (*.csv.gz), found none in {data}")
-    model, logs = candidate_model(), []
+    logs: dict[str, Refinement] = {}
     for path in paths:
+        name = log_name(path)
         with progress(f"tracing {path.name}") as told:
-            logs.append(trace_log(path, model, told))
-        _say_log(logs[-1])
-    carried = _carried_over(paths, logs, model)
-    console.print(_errors(logs))
-    written = [
-        write_result(folder / "dart.json", {"logs": [log.as_json() for log in logs], "carried_over": carried}),
-        draw_dart(logs, folder / "dart.png"),
-    ]
-    say_written(written)
+            logs[name] = trace_log(path, told)
+        console.print(f"{name}: {sum(len(d) * d.dt for d in logs[name].recordings):.0f} s of driving", style="bold")
+        say(logs[name])
+    carried = _carried_over(logs)
+    content = {"logs": [{"log": name, "refinement": found.as_json()} for name, found in logs.items()], "carried_over": carried}
+    say_written([write_result(folder / "dart.json", content), draw_dart(logs, folder / "dart.png")])
 
 
-def _carried_over(paths: Sequence[Path], logs: Sequence[DartLog], model: Model) -> list[dict[str, Any]]:
-    """The effect identified in most logs, with its mean parameter from the others, judged on each log without a fit there."""
-    names = [name for log in logs for name in log.parameters]
-    if not names:
-        return []
-    name, rows = max(set(names), key=names.count), []
-    for path, log in zip(paths, logs, strict=True):
-        others = [other.parameters[name][0] for other in logs if other is not log and name in other.parameters]
-        if not others:
-            continue
-        value = sum(others) / len(others)
-        gain, std, after = transferred(path, model, {name: value})
-        console.print(
-            f"{log.name} with {name} = {value:.3g} of the other logs: removes {100 * gain:.0f} +- {100 * std:.0f} % of the "
-            f"held-out cost; psi at 0.5 s {log.before['0.5']['psi']:.3f} -> {after['0.5']['psi']:.3f} rad"
-        )
-        rows.append({"log": log.name, "parameter": name, "value": value, "gain": gain, "std": std, "rms": after})
+def _carried_over(logs: Mapping[str, Refinement]) -> list[dict[str, Any]]:
+    """Each effect that was named on some logs, with its mean parameters of the others, judged on each log."""
+    rows = []
+    for effect in {effect.name: effect for found in logs.values() for effect in found.effects}.values():
+        for name, found in logs.items():
+            others = [e.parameters for log, other in logs.items() if log != name for e in other.effects if e.name == effect.name]
+            if not others:
+                continue
+            values = {key: sum(values[key][0] for values in others) / len(others) for key in effect.parameters}
+            gain, std, falls = transferred(found, effect, values)
+            words = ", ".join(f"{key} = {value:.3g} {effect.parameters[key][2]}".rstrip() for key, value in values.items())
+            console.print(
+                f"{name} with {words} of the other logs: removes {100 * gain:.0f} ± {100 * std:.0f} % of the held-out cost; "
+                f"mean squared error of the heading at {WINDOWING.horizons[0]:g} s {falls:.2f} times smaller", highlight=False,
+            )  # fmt: skip
+            rows.append({"log": name, "effect": effect.name, "values": values, "gain": gain, "std": std, "heading_falls": falls})
     return rows
-
-
-def _say_log(log: DartLog) -> None:
-    first, last = log.ground
-    console.print(
-        f"{log.name}: {log.seconds:.0f} s of driving; phi {_pm(*first['phi'])}, refined {_pm(*last['phi'])} rad"
-    )
-    for candidate in log.ranking[:5]:
-        console.print(
-            f"  {candidate.name}: removes {100 * candidate.gain:.0f} +- {100 * candidate.std:.0f} % of the held-out cost"
-        )
-    found = ", ".join(f"{name} {_pm(value, std)} {unit}" for name, (value, std, unit) in log.parameters.items())
-    console.print(f"  accepted: {found or 'none'}")
-    for group in log.groups:
-        if len(group) > 1:
-            console.print(f"  cannot be separated here: {', '.join(group)}")
-
-
-def _pm(value: float, std: float) -> str:
-    return f"{value:.3g} +- {std:.2g}"
-
-
-def _errors(logs: list[DartLog]) -> Table:
-    states = ("x", "y", "psi", "v", "omega_z")
-    table = Table(title="rms error on the held-out last third, declared / refined (m, rad, m/s, rad/s)")
-    for name in ("log", "horizon, s", *states):
-        table.add_column(name, justify="left" if name == "log" else "right")
-    for log in logs:
-        for horizon in (f"{h:g}" for h in HORIZONS):
-            row = (f"{log.before[horizon][s]:.3f} / {log.after[horizon][s]:.3f}" for s in states)
-            table.add_row(log.name, horizon, *row)
-    return table

@@ -62,6 +62,9 @@ def estimate(
     with progress(clean.name) as told:
         found = estimate_log(noisy, built, first, method=method, start=skip, progress=told)
     _say(found, noisy)
+    if not np.isfinite(found.n_front[-1]):  # no soil: nothing to draw
+        say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model))])
+        return
     figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
     say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model)), figure])
 
@@ -102,6 +105,8 @@ def _say(found: TerrainEstimate, drive: Recording) -> None:
     if found.verdict is None:
         raise ValueError("estimate: expected an estimate with its verdict, found none")
     console.print(verdict_line(found.verdict), style="bold" if found.verdict.usable else "bold red", highlight=False)
+    if not np.isfinite(found.n_front[-1]):
+        return
     lines = [
         f"n front {found.n_front[-1]:.3f} ± {found.n_front_std[-1]:.3f}, rear {found.n_rear[-1]:.3f} ± "
         f"{found.n_rear_std[-1]:.3f}; within 10 % of its end after {found.converged_s:.1f} s",

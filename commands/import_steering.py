@@ -11,7 +11,7 @@ import numpy as np
 from softsoil.commands.output import console
 from softsoil.importing.import_map import STEER_COMMAND, ImportMap, Mapped
 from softsoil.importing.sources import Series
-from softsoil.refinement.steering_fit import SteeringFit, fit_steering_map
+from softsoil.importing.steering_fit import SteeringFit, fit_steering_map
 from softsoil.symbolic.vehicle import Vehicle
 
 

@@ -69,8 +69,9 @@ def say_vehicle(vehicle: Path | None, model: Path | None = None, default: Path |
 def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | None) -> Declaration:
     """What the options declare: `model` alone, or vehicle, soil and law.
 
-    Raises ValueError for a soil or vehicle beside a model, or for neither soil nor model.
+    Raises ValueError for a soil or vehicle beside a model, or for neither soil nor model; hard ground needs no soil.
     """
+    from softsoil.declaration.ground import HARD_GROUND, load_ground
     from softsoil.declaration.model_file import Declaration, load_declaration
 
     if model is not None:
@@ -78,26 +79,29 @@ def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | 
             if value is not None:
                 raise ValueError(f"{option}: expected none beside --model, which declares it; found {str(value)!r}")
         return noted(load_declaration(model))
-    if soil is None:
+    hard = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), HARD_GROUND, law)
+    if soil is None and hard.sinks:
         raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model), found none")
-    return noted(Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), load_soil(soil), law))
+    return noted(hard if soil is None else Declaration(hard.vehicle, load_ground(soil, not hard.sinks), law))
 
 
-def soils_of(given: list[str] | None, names: Sequence[str], more: str = "") -> list[Soil]:
+def soils_of(given: list[str] | None, names: Sequence[str], more: str = "", hard: bool = False) -> list[Soil]:
     """One soil per log: the one given, one each in order, or those that the logs' names say.
 
-    more: words on the order for the message. Raises ValueError for another number of soils than of logs, or a log whose name
-    tells none.
+    more: words on the order for the message; hard: whether nothing sinks with the force law.
+    Raises ValueError for another number of soils than of logs, or a log whose name tells none.
     """
+    from softsoil.declaration.ground import load_ground
+
     if given is None:
         for name in names:
             if named_soil(name) is None:
                 raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model); {name} names none")
         return [load_soil(str(named_soil(name))) for name in names]
     if len(given) == 1:
-        return [load_soil(given[0])] * len(names)
+        return [load_ground(given[0], hard)] * len(names)
     if len(given) == len(names):
-        return [load_soil(soil) for soil in given]
+        return [load_ground(soil, hard) for soil in given]
     raise ValueError(f"--soil: expected one for all or one per log ({len(names)}{more}), found {len(given)}")
 
 

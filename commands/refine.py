@@ -25,6 +25,7 @@ from softsoil.commands.options_model import (
 from softsoil.commands.output import OutputFolder, output_folder, progress, say_written, write_result
 from softsoil.commands.refine_summary import say
 from softsoil.commands.vehicle_check import doubt_another
+from softsoil.declaration.ground import HARD_GROUND
 from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.refine_report import write_report
@@ -32,7 +33,7 @@ from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.recording.drive import Recording
 from softsoil.refinement.refine import refine
 from softsoil.refinement.result import Refinement
-from softsoil.refinement.words import falls_sentence, soil_sentences, split_sentence, verdict_sentence
+from softsoil.refinement.words import falls_sentence, ground_sentences, soil_sentences, split_sentence, verdict_sentence
 from softsoil.symbolic.vehicle import load_vehicle
 
 
@@ -69,8 +70,12 @@ def refine_command(
         declared = declaration(vehicle, soil[0] if soil else None, law, model)
         soils = [declared.soil] * len(drives)
     else:
-        soils = soils_of(soil, [drive.name for drive in drives])
-        declared = noted(Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), soils[0], law))
+        hard = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), HARD_GROUND, law)
+        if soil is None and not hard.sinks:
+            soils = [HARD_GROUND] * len(drives)
+        else:
+            soils = soils_of(soil, [drive.name for drive in drives], hard=not hard.sinks)
+        declared = noted(Declaration(hard.vehicle, soils[0], law))
     for drive in drives:
         doubt_another(drive, declared.vehicle, named=bool(vehicle or model))
     if plain:
@@ -90,6 +95,7 @@ def write_all(drives: list[Recording], found: Refinement, folder: OutputFolder, 
         f"softsoil {made['version']}: {' '.join(made['command'].split())}",  # one line, whatever was typed
         f"Refined on {', '.join(drive.name for drive in drives)}.",
         verdict_sentence(found),
+        *ground_sentences(found),
         *soil_sentences(found),
         split_sentence(found),
         falls_sentence(found),

@@ -10,6 +10,7 @@ from softsoil.refinement.result import Refinement
 from softsoil.refinement.words import (
     bound_words,
     falls_sentence,
+    ground_sentences,
     group_sentences,
     left_sentences,
     n_sentences,
@@ -40,16 +41,17 @@ def say(found: Refinement) -> None:
     console.print(ranking_table(found))
     console.print(error_table(found))
     if found.fitted:
-        console.print("Declared numbers as fitted beside n, within what is stated of them:", highlight=False)
+        console.print(f"Declared numbers as fitted beside {found.unknown}, within what is stated of them:", highlight=False)
     for number_ in found.fitted:
         console.print(f"  {number_words(number_)}", highlight=False)
-    for line in (*n_sentences(found), *left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
+    for line in (*n_sentences(found), *ground_sentences(found), *left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
         console.print(line, highlight=False)
 
 
 def ranking_table(found: Refinement) -> Table:
     """The best candidates by the share of the held-out cost that each removes on its own."""
-    table = Table(title="Candidates, each alone beside n: effects, and numbers of the vehicle", title_justify="left")
+    title = f"Candidates, each alone beside {found.unknown}: effects, and numbers of the vehicle"
+    table = Table(title=title, title_justify="left")
     for heading in ("effect", "held-out gain", "std", ""):
         table.add_column(heading, justify="right" if heading in ("held-out gain", "std") else "left")
     for candidate in found.ranking[:SHOWN]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from softsoil.declaration.ground import HARD_GROUND, idle, sinks
 from softsoil.files.toml_file import read_toml, toml_number, toml_text
 from softsoil.symbolic.bicycle import vehicle_law
 from softsoil.symbolic.catalogue import bicycle
@@ -33,6 +34,11 @@ class Declaration:
         """The model without effects: the paper's structure."""
         return bicycle(self.vehicle, self.soil, self.law, {})
 
+    @property
+    def sinks(self) -> bool:
+        """Whether wheels sink with its force law; on hard ground n has no meaning, friction and tread are unknown instead."""
+        return sinks(self.plain())
+
     def force_law(self) -> ForceLaw:
         """The force law with the options of the vehicle's simulated soil, where it declares one."""
         return vehicle_law(self.vehicle, self.law)
@@ -50,6 +56,7 @@ class Declaration:
 def load_declaration(path: str | Path) -> Declaration:
     """A declaration from a TOML file with tables [vehicle] (and [vehicle.effects.<name>]), [soil] and `law`.
 
+    With a law of hard ground, [soil] needs what that law uses alone: phi and k.
     Raises ValueError naming the file, the key, what was expected and what was found.
     Example: softsoil.load_declaration("refined.toml").law in ("bekker", "turn_slip")
     """
@@ -62,7 +69,15 @@ def load_declaration(path: str | Path) -> Declaration:
     if law not in law_names():
         raise ValueError(f"{path}: law: expected one of {', '.join(law_names())}; found {law!r}")
     vehicle = vehicle_from_table(table["vehicle"], str(path), path.stem)
-    return Declaration(vehicle, soil_from_table(table["soil"], str(path), "soil"), law)
+    unused = {} if "n" in table["soil"] else {s: getattr(HARD_GROUND, s) for s in _unused(Declaration(vehicle, HARD_GROUND, law))}
+    return Declaration(vehicle, soil_from_table({**unused, **table["soil"]}, str(path), "soil"), law)
+
+
+def _unused(declaration: Declaration) -> tuple[str, ...]:
+    """Parameters of the soil that a law of hard ground does not use; none of a soil's law."""
+    if declaration.sinks:
+        return ()
+    return ("n", *idle(declaration.plain(), SOIL_SIGNALS.without("n").names))
 
 
 def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> str:
@@ -80,7 +95,8 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
             lines += ["", f"[vehicle.{name}]", *(_line(key, value) for key, value in values.items())]
     lines += [] if vehicle.steering is None else ["", *vehicle.steering.toml("vehicle.steering")]
     lines += ["", "[soil]", f"name = {toml_text(soil.name)}"]
-    lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS]
+    unused = _unused(declaration)
+    lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS if s.name not in unused]
     return "\n".join(lines) + "\n"
 
 

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from softsoil.declaration.ground import sinks
 from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.inputs import known_states
 from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
 from softsoil.estimator.tuning import Tuning
@@ -39,7 +41,7 @@ def estimate(
     axles, as the declared effects say what differs between them; without effects front and rear have their own, as in the
     paper; n0: initial guess (default: the soil's); method: "ukf", the unscented Kalman filter (paper, section IV), or
     "horizon", windows with free initial states; start: seconds left out at the beginning; tuning: of the filter; progress:
-    called with the share that is done.
+    called with the share that is done. With a law of hard ground there is no n: NaN, and the verdict "no_soil".
     Raises ValueError for reversing, an initial guess outside the bounds of n, an unknown method, a log without the channels, or
     channels that contradict each other beyond doubt.
 
@@ -58,6 +60,8 @@ def estimate(
     drive = usable(log, model.geometry)
     first = float(model.p["n_f"].nominal) if n0 is None else n0
     tied = bool(model.effects)
+    if not sinks(model):
+        return _no_soil(drive, model)
     found = run_method(drive, model, first, method, start=start, tuning=tuning, progress=progress)
 
     def again(guess: float) -> float:
@@ -66,6 +70,17 @@ def estimate(
     n = (found.n_front[-1],) if tied else (found.n_front[-1], found.n_rear[-1])
     verdict = judge(drive, model, first, n, tied=tied, start=start, again=again if method == "ukf" else None)
     return replace(found, verdict=_with_wheels(drive, verdict))
+
+
+def _no_soil(drive: Recording, model: Model) -> TerrainEstimate:
+    """An estimate without n, at the end of the drive: the model's ground is hard."""
+    unknown = np.full(1, np.nan)
+    reason = f"nothing sinks with {model.name}: n has no meaning on hard ground; softsoil refine fits friction and tread"
+    return TerrainEstimate(
+        t=drive.t[-1:], n_front=unknown, n_rear=unknown, n_front_std=unknown, n_rear_std=unknown,
+        states=known_states(drive)[-1:], nis=np.zeros(0), dof=np.zeros(0, dtype=int), counts=Counts(), step_us=unknown,
+        verdict=Verdict("no_soil", reason),
+    )  # fmt: skip
 
 
 def _with_wheels(drive: Recording, verdict: Verdict) -> Verdict:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 class Free:
     """One free number: the model parameters it sets (more than one where they are tied), scale, bounds.
 
-    drive: index of the one drive whose parameters it sets, None for all: the soil is each drive's own, an effect is common;
+    drive: index of the one drive whose parameters it sets, or several; None for all: the soil is each drive's own, an effect
+    is common;
     known: value and standard deviation that are known beforehand, None for nothing.
     """
 
@@ -18,8 +19,13 @@ class Free:
     scale: float
     lower: float
     upper: float
-    drive: int | None = None
+    drive: int | tuple[int, ...] | None = None
     known: tuple[float, float] | None = None
+
+    @property
+    def drives(self) -> tuple[int, ...]:
+        """Indices of the drives whose parameters it sets; of the first where it sets those of all."""
+        return self.drive if isinstance(self.drive, tuple) else (self.drive or 0,)
 
     def at_bound(self, value: float) -> bool:
         """Whether `value` lies on one of the bounds."""

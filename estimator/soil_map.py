@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.estimator.evidence import gather, run_horizon
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
@@ -59,8 +60,9 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     """The soil along one drive, from sensor channels only.
 
     model: bicycle with declared effects; n0: initial guess of n; start: seconds left out at the beginning.
-    Raises ValueError for a drive that the model cannot use.
+    Raises ValueError for a drive that the model cannot use, or a model of hard ground.
     """
+    refuse_hard_ground(model)
     rules = HorizonRules()
     windows = drive_windows(recording, model, start, rules)
     evidence = gather(windows, initial_guesses(n0), True, rules)

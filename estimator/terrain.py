@@ -42,7 +42,7 @@ class TerrainEstimate:
     step_us (K,): time of each predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the
     final estimate; drift: first alarm of the drift monitor, None without one; changes: times at which the soil was taken to have
     changed (s); noise_free: whether the log carries far less noise than the filter assumes, so that its innovations say nothing;
-    verdict: whether the final n may be used, None where nobody judged.
+    verdict: whether the final n may be used, None where nobody judged. Without soil, one row of NaN and the verdict "no_soil".
     """
 
     t: Array

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from softsoil.cases.cmu import REFINED, CmuCase
-from softsoil.cases.dart import DartLog
-from softsoil.figures.labels import DEGREE, law_words, plain, quantity
+from softsoil.figures.labels import DEGREE, law_words, plain
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, TRUE, page
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.refinement.result import Refinement
 
 SPEEDS = ((0, "locked wheel", TRUE), (10, "rim as fast as the carriage", ESTIMATED), (100, "ten times as fast", REAR))
 """Commanded rim speeds shown (mm/s), carriage at 10 mm/s."""
@@ -86,46 +87,44 @@ SHOWN_SECONDS = 6.0
 """s of the held-out part in the picture of the yaw rate."""
 
 
-def draw_dart(logs: Sequence[DartLog], path: Path) -> Path:
-    """Per log: the ranking with its standard errors, the yaw rate over held-out windows, errors before and after."""
+def draw_dart(logs: Mapping[str, Refinement], path: Path) -> Path:
+    """Per log: the ranking with its standard errors, the yaw rate over held-out windows, and its verdict.
+
+    logs: by name, what refine says of each.
+    """
     title = "A 1:10 car on hard floor (TU Delft): what its model lacks, judged on the last third"
-    with page(path, title, 11, 2.9 * len(logs), len(logs), 3, squeeze=False, width_ratios=(1.1, 1.6, 1)) as axes:
-        for row, log in zip(axes, logs, strict=True):
-            _ranking(row[0], log)
-            _yaw_rate(row[1], log)
-            _before_after(row[2], log)
+    with page(path, title, 10, 2.9 * len(logs), len(logs), 2, squeeze=False, width_ratios=(1.1, 1.6)) as axes:
+        for row, (name, found) in zip(axes, logs.items(), strict=True):
+            _ranking(row[0], name, found)
+            _yaw_rate(row[1], found)
     return path
 
 
-def _ranking(axis: Any, log: DartLog) -> None:
-    shown = log.ranking[:7]
-    accepted = {c.name for c in log.accepted}
+def _ranking(axis: Any, name: str, found: Refinement) -> None:
+    shown = found.ranking[:7]
+    named = {effect.name for effect in found.effects}
     axis.barh(
         [plain(c.name) for c in shown], [100 * c.gain for c in shown], xerr=[100 * c.std for c in shown],
-        color=[ESTIMATED if c.name in accepted else SOFT for c in shown], ecolor=TRUE,
+        color=[ESTIMATED if c.name in named else SOFT for c in shown], ecolor=TRUE,
     )  # fmt: skip
     axis.invert_yaxis()
-    axis.set(title=f"{log.name}: ranking", xlabel="held-out cost removed, %")
+    axis.set(title=f"{name}: {plain(found.verdict)}", xlabel="held-out cost removed, %")
 
 
-def _yaw_rate(axis: Any, log: DartLog) -> None:
-    t, recorded, before, after = log.yaw_rate
+def _yaw_rate(axis: Any, found: Refinement) -> None:
+    """Recorded and predicted over the held-out windows of the first stretch."""
+    bench, state = found.bench, STATE_CHANNELS.index("omega_z")
+    shooting, held = bench.shootings[0], bench.held[0]
+    rows = shooting.rows[held][:, None] + np.arange(1, shooting.steps + 1)
+    t = shooting.drive.t[rows]
+    lines = [(shooting.drive.measured[rows, state], TRUE, "recorded"),
+             (shooting.predict(bench.absent[0])[held, :, state], INITIAL, "as declared")]  # fmt: skip
+    if found.effects:
+        lines.append((shooting.predict(found.selection.bench.absent[0])[held, :, state], ESTIMATED, "refined"))
     for k in range(len(t)):
         if t[k, -1] > t[0, 0] + SHOWN_SECONDS:
             break
-        for values, color, label in (
-            (recorded, TRUE, "recorded"), (before, INITIAL, "as declared"), (after, ESTIMATED, "refined"),
-        ):  # fmt: skip
+        for values, color, label in lines:
             axis.plot(t[k], DEGREE * values[k], color=color, lw=1.1, label=label if k == 0 else None)
     axis.set(title="Yaw rate, windows of 1 s, held out", xlabel="time, s", ylabel="deg/s")
     axis.legend(loc="best", ncols=3)
-
-
-def _before_after(axis: Any, log: DartLog) -> None:
-    states = ("y", "psi", "v", "omega_z")
-    place = np.arange(len(states))
-    ratio = [log.after["0.5"][name] / log.before["0.5"][name] for name in states]
-    axis.bar(place, ratio, 0.6, color=ESTIMATED)
-    axis.axhline(1.0, color=INITIAL, ls="--", lw=1)
-    axis.set_xticks(place, [quantity(name).words for name in states], fontsize=7)
-    axis.set(title="rms at 0.5 s, after / before", ylim=(0, 1.2))

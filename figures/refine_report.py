@@ -71,12 +71,18 @@ def _parameters(declared: Declaration, result: Refinement) -> str:
             cells = [escape(plain(effect.name)), f"<code>{escape(name)}</code>", with_error(value, std), unit]
             rows.append(row([*cells, escape(_doc(declared, effect.name, name))], "  r  "))
     for number_ in (*result.contradicted, *result.fitted):
-        state = "contradicts the vehicle file" if number_ in result.contradicted else "fitted beside n"
+        state = "contradicts the vehicle file" if number_ in result.contradicted else f"fitted beside {result.unknown}"
         words = f"{state}; declared {with_error(*in_degrees(number_.declared, number_.stated, number_.unit)[:2])}"
         value, std, unit = in_degrees(number_.value, number_.std, number_.unit)
         cells = ["vehicle", f"<code>{escape(number_.name)}</code>", with_error(value, std), unit]
         rows.append(row([*cells, escape(words)], "  r  "))
-    if len(result.bench.shootings) == len(result.n_after):
+    for ground in result.ground:
+        for one in ground.numbers:
+            what = {"friction": "coefficient of friction", "tread": "length that the tread shears by before it slides"}[one.name]
+            words = f"{what}, {ground.name}, {plain(one.word)}: {one.reason}; {one.before:.3g} with the declared model"
+            cells = ["ground", f"<code>{one.name}</code>", with_error(one.value, one.std), one.unit]
+            rows.append(row([*cells, escape(words)], "  r  "))
+    if result.n_after:
         drives = zip(result.bench.shootings, result.n_before, result.n_after, result.n_std, result.judged, strict=True)
         for shooting, before, after, std, verdict in drives:
             words = f"sinkage exponent, {shooting.drive.name}, {plain(verdict.word)}"
@@ -103,11 +109,11 @@ def _axles(view: DriveView) -> str:
 
 def _ranking(declared: Declaration, result: Refinement) -> str:
     caption = (
-        f"Each effect alone, fitted together with n. An effect is named if it removes at least {100 * RULES.least_gain:.0f} % of "
-        f"the held-out cost beyond sensor noise, if windows that gain nothing would not show as much ({100 * RULES.chance:g} %), "
-        f"and if its parameter stands {RULES.least_parameter_sigmas:g} standard errors from absence (or those windows leave no "
-        f"doubt) and not at a bound; a change at a place also if it stands {RULES.place_sigmas:g} of them from absence in a fit "
-        "to the whole drive."
+        f"Each effect alone, fitted together with {result.unknown}. An effect is named if it removes at least "
+        f"{100 * RULES.least_gain:.0f} % of the held-out cost beyond sensor noise, if windows that gain nothing would not show "
+        f"as much ({100 * RULES.chance:g} %), and if its parameter stands {RULES.least_parameter_sigmas:g} standard errors from "
+        "absence (or those windows leave no doubt) and not at a bound; a change at a place also if it stands "
+        f"{RULES.place_sigmas:g} of them from absence in a fit to the whole drive."
     )
     known, numbers = catalogue(declared.vehicle), {n.name: n for n in NUMBERS}
     rows = [row(["candidate", "held-out gain ± std", "what it is", "what separates it from its like"], " r  ", "th")]
@@ -172,9 +178,9 @@ def _left(views: Sequence[DriveView], refined: bool) -> str:
 def _done(declared: Declaration, result: Refinement) -> str:
     lines = [
         split_sentence(result),
-        f"{len(result.ranking)} effects of the catalogue were fitted one by one, each together with n, on windows of "
-        f"{result.bench.shootings[0].steps * result.bench.shootings[0].drive.dt:.1f} s that start at recorded states; "
-        "n is fitted before and after alike, so the gain is the effect's own.",
+        f"{len(result.ranking)} effects of the catalogue were fitted one by one, each together with {result.unknown}, on windows "
+        f"of {result.bench.shootings[0].steps * result.bench.shootings[0].drive.dt:.1f} s that start at recorded states; "
+        f"{'that is' if result.ground else 'n is'} fitted before and after alike, so the gain is the effect's own.",
         "Only sensor channels were read. Standard errors count each window as one observation.",
         f"{result.seconds:.0f} s on this machine. The refined model is refined.toml: give it to any command by --model.",
     ]

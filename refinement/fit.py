@@ -29,7 +29,6 @@ DAMPINGS = ((0.01, 0.1, 1.0, 10.0), (1e2, 1e3, 1e4, 1e5))
 """Dampings tried from one linearisation, as multiples of the last one that helped. All of a group at once: in vector lanes four
 parameter sets cost little more than one."""
 FIRST_DAMPING, LEAST_DAMPING = 1e-2, 1e-5
-N_NAMES = ("n_f", "n_r")
 
 
 @dataclass(frozen=True)
@@ -137,7 +136,7 @@ class _Problem:
         p = self.p.copy()
         for f, v in zip(self.free, value, strict=True):
             for name in f.sets:
-                p[slice(None) if f.drive is None else f.drive, self.shootings[0].model.p.index(name)] = v
+                p[slice(None) if f.drive is None else f.drives, self.shootings[0].model.p.index(name)] = v
         return p
 
     def residual(self, value: Array) -> Array:

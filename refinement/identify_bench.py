@@ -13,6 +13,7 @@ from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import Drive, shooting_drive
+from softsoil.estimator.unknown_ground import N_NAMES, free_n
 from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows, window_costs
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import forward_part
@@ -22,7 +23,7 @@ from softsoil.refinement.wheel_balance import BalanceModel, WheelBalance
 from softsoil.refinement.wheel_speeds import all_open
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
+from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -36,8 +37,6 @@ SUBSTEPS = 2
 NOISE_FLOOR = np.full(6, 1e-4)
 FASTEST = 1.5
 """rad/s: no window runs across a faster steering, which no actuator follows."""
-N_NAMES = ("n_f", "n_r")
-N_SCALE = 0.1
 FIRST_N = (-0.2, 0.0, 0.2)
 """First guesses of a drive's n beside its soil's own."""
 
@@ -141,7 +140,7 @@ def fit_numbers(
     """
     p = bench.parameters(values, n)
     start = np.array([*(values.get(f.name, bench.p[0, bench.model.p.index(f.name)]) for f in free), *n])
-    return fit_windows(bench.windows, [*free, *free_n(bench)], start, p, bench.balances, iterations)
+    return fit_windows(bench.windows, [*free, *free_n(len(bench.windows))], start, p, bench.balances, iterations)
 
 
 def first_n(bench: Bench, values: Mapping[str, float]) -> list[float]:
@@ -155,12 +154,6 @@ def first_n(bench: Bench, values: Mapping[str, float]) -> list[float]:
             p = one.parameters(values, [guess])
             tries.append((float(window_costs(one.windows[0].residual(p[0], one.windows[0].first)).mean()), guess))
         guess = min(tries)[1]
-        fit = fit_windows(one.windows, free_n(one), np.array([guess]), one.parameters(values, [guess]))
+        fit = fit_windows(one.windows, free_n(1), np.array([guess]), one.parameters(values, [guess]))
         found.append(float(fit.value[0]))
     return found
-
-
-def free_n(bench: Bench) -> list[Free]:
-    """The sinkage exponent of each drive, one for both axles."""
-    n = SOIL_SIGNALS["n"]
-    return [Free(f"n_{i}", N_NAMES, N_SCALE, n.lower, n.upper, drive=i) for i in range(len(bench.windows))]

@@ -12,9 +12,10 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.horizons import HORIZONS
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import Drive
+from softsoil.estimator.unknown_ground import free_n
 from softsoil.estimator.window_fit import fit_windows
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.identify_bench import FASTEST, HORIZON, SUBSTEPS, Bench, first_n, free_n
+from softsoil.refinement.identify_bench import FASTEST, HORIZON, SUBSTEPS, Bench, first_n
 from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.identify_result import Judged
 from softsoil.refinement.vehicle_numbers import declared_vehicle
@@ -43,7 +44,7 @@ def judge(bench: Bench, after: Mapping[str, float], model_error: float) -> Judge
         first = FreeWindows(compiled, _until(drive, row), HORIZON, windows.sigma, FASTEST)
         part = replace(one, windows=(first,))
         guess = first_n(part, values)
-        fit = fit_windows(part.windows, free_n(part), np.array(guess), one.parameters(values, guess))
+        fit = fit_windows(part.windows, free_n(len(part.windows)), np.array(guess), one.parameters(values, guess))
         std = float(np.hypot(errors_of(fit).std["n_0"], model_error * fit.value[0]))
         results.append((_errors(compiled, drive, fit.p[0], row), (float(fit.value[0]), std), float(np.sqrt(fit.cost))))
     (table_0, n_0, rms_0), (guessed, _, _), (table_1, n_1, rms_1) = results

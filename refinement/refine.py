@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from softsoil.declaration.ground import idle
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.estimator.verdict import Verdict, judge
@@ -20,6 +21,7 @@ from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import doubts, loosened
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import Fit
+from softsoil.refinement.ground import fitted_ground
 from softsoil.refinement.observations import carried, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
@@ -27,8 +29,9 @@ from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects
+from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.effect import Effect
+from softsoil.symbolic.effect import Effect, neutral
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import NUMBERS, Vehicle
 
@@ -44,15 +47,17 @@ def refine(
     start: float = START_UP,
     workers: int = 2,
     candidates: Sequence[str] | None = None,
+    windowing: Windowing = Windowing(),  # noqa: B008
     progress: Callable[[float], None] = lambda share: None,
 ) -> Refinement:
     """What the declared model lacks on one or more drives, from sensor channels only.
 
     The first two thirds of each drive are fitted, the rest judges, then what was found is fitted to the whole; of a drive with
-    standstills, its longest stretch forwards. logs: drives, files or tables, checked and completed as by `estimate`; soils: class
-    of each, n unknown, default the declared one for all; start: seconds left out at the beginning of each; candidates: names of
-    the effects that are tried, default all that are not declared, without those that a measurement excludes; workers: effects
-    tried at once.
+    standstills, its longest stretch forwards. What is unknown of the ground is n of each drive, or with a law of hard ground
+    friction and tread, one of each class. logs: drives, files or tables, checked and completed as by `estimate`; soils: class
+    of each, default the declared one for all; start: seconds left out at the beginning of each; candidates: names of
+    the effects that are tried, default all that are not declared, without those that a measurement excludes or that do nothing
+    with the force law; workers: effects tried at once; windowing: how drives are cut.
     Raises ValueError for drives that cannot be used, or another number of soils than of drives.
 
     Example:
@@ -70,7 +75,7 @@ def refine(
     recordings = [forward_part(usable(log, declaration.vehicle)) for log in logs]
     vehicle = declaration.vehicle
     names = _possible(recordings, declaration, candidates)
-    bench = make_bench(recordings, declaration, start, names=names, soils=soils)
+    bench = make_bench(recordings, declaration, start, windowing, names, soils)
     loose, numbers = loosened(bench, vehicle)
     repeated = all(one_wave(recording) for recording in recordings)
     effects_tried = open_effects(declaration, names)
@@ -90,13 +95,16 @@ def refine(
     accepted = [candidate.name for candidate in selection.accepted]
     effects = tuple(_traced(effects_tried[name], whole, last) for name in accepted if name in effects_tried)
     contradicted = tuple(number for number in free if number.name in accepted)
-    index = bench.model.p.index("n_f")
-    n_before, n_after = tuple(map(float, bench.absent[:, index])), tuple(map(float, whole.absent[:, index]))
+    index = [bench.model.p.index("n_f")] if bench.sinks else []
+    n_before, n_after = (tuple(map(float, one.absent[:, index].ravel())) for one in (bench, whole))
     groups = inseparable(selection)
     lines = notes(recordings, declaration, bench, selection)
+    idle_here = _idle(declaration, candidates)
+    lines += tuple(f"{name}: not tried, it does nothing with {declaration.law}" for name in idle_here)
     lines += tuple(
         f"{name}: not tried, it rests on {', '.join(lacking)}, which the drives do not measure"
         for name, lacking in unsupported(recordings, declaration, candidates).items()
+        if name not in idle_here
     )
     lines += tuple(
         f"{recording.name}: axle forces are not judged: v and omega_z are not both measured"
@@ -106,7 +114,7 @@ def refine(
     # Where axle forces are not judged, an n on its bound is what shows that something is left.
     lacks = any(s.left for s in left) or (on_bound(bench).any() and not all(s.judged for s in left))
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
-    refined = _refined(declaration, effects, contradicted, whole, n_after[0])
+    refined = _refined(declaration, effects, contradicted, whole)
     return Refinement(
         verdict=verdict,
         effects=effects,
@@ -116,12 +124,15 @@ def refine(
         would_separate=would_separate(groups, verdict, selection),
         ranking=selection.ranking,
         holdout=_holdout(bench),
-        before=held_mse(bench, bench.absent),
-        after=held_mse(final, final.absent),
+        before=held_mse(bench, bench.absent, windowing.horizons),
+        after=held_mse(final, final.absent, windowing.horizons),
         n_before=n_before,
         n_after=n_after,
-        n_std=tuple(last.named()[f"n_{i}"][1] for i in range(len(recordings))),
+        n_std=tuple(last.named()[f.name][1] for f in bench.ground) if bench.sinks else (),
         judged=_judged(recordings, refined, soils, n_after, start),
+        ground=() if bench.sinks else fitted_ground(
+            bench.ground, soils, [r.name for r in recordings], bench.values(bench.ground), last, [s.left for s in left]
+        ),
         structure=left,
         declaration=refined,
         bench=bench,
@@ -137,9 +148,9 @@ def refine(
 def _judged(
     recordings: Sequence[Recording], refined: Declaration, soils: Sequence[Soil], n: Sequence[float], start: float
 ) -> tuple[Verdict, ...]:
-    """The verdict on n of each drive, by the rules of an estimate, with the refined model on the drive's own soil."""
+    """The verdict on n of each drive, by the rules of an estimate, with the refined model on the drive's own soil, if any."""
     found = []
-    for recording, soil, value in zip(recordings, soils, n, strict=True):
+    for recording, soil, value in zip(recordings, soils, n, strict=bool(n)):
         model = Declaration(refined.vehicle, soil, refined.law).build()
         found.append(judge(recording, model, float(soil.n), (value,), tied=True, start=start))
     return tuple(found)
@@ -169,17 +180,20 @@ def _beyond_doubt(selection: Selection) -> bool:
 
 def settled(declared: Bench, found: Bench) -> tuple[Bench, Fit]:
     """The bench with the effects found, all that is free fitted once more, parameters of declared effects within their
-    uncertainty among them; without effects the declared bench itself, with its fit of n."""
+    uncertainty among them; without effects the declared bench itself, with its fit of the ground."""
     if not found.accepted:
         return declared, fit_base(declared)
     last = fit_base(found)
     return replace(found, absent=last.p), last
 
 
-def held_mse(bench: Bench, p: Array) -> dict[str, dict[str, float]]:
-    """Horizon -> state -> mean squared error over the held-out part of every drive, for p (D, n_p); NaN without a window."""
+def held_mse(bench: Bench, p: Array, horizons: Sequence[float] = HORIZONS) -> dict[str, dict[str, float]]:
+    """Horizon -> state -> mean squared error over the held-out part of every drive, for p (D, n_p); NaN without a window.
+
+    horizons: s.
+    """
     table = {}
-    for horizon in HORIZONS:
+    for horizon in horizons:
         squares: list[Array] = []
         for shooting, held, row in zip(bench.shootings, bench.held, p, strict=True):
             drive = shooting.drive
@@ -218,14 +232,17 @@ def _moved(vehicle: Vehicle, final: Bench) -> Vehicle:
 
 
 def _refined(
-    declaration: Declaration, effects: Sequence[TracedEffect], contradicted: Sequence[FittedNumber], final: Bench, n: float
+    declaration: Declaration, effects: Sequence[TracedEffect], contradicted: Sequence[FittedNumber], final: Bench
 ) -> Declaration:
-    """The declaration with the effects and the numbers that were found, and the standard errors of both."""
+    """The declaration on the first drive's ground with the effects and numbers identified, and the standard errors of both."""
     known = catalogue(declaration.vehicle)
     tables = {e.name: {k: v for k, (v, _, _) in e.parameters.items() if k in known[e.name].parameters} for e in effects}
     stds = {number.name: number.std for number in contradicted}
     stds |= {k: s for e in effects for k, (_, s, _) in e.parameters.items() if k in known[e.name].parameters}
-    refined = Declaration(_moved(declaration.vehicle, final), declaration.soil, declaration.law).with_effects(tables).with_n(n)
+    ground = {f.sets[0].removesuffix("_f"): float(v) for f, v in zip(final.ground, final.values(final.ground), strict=True)
+              if f.drive is None or 0 in f.drives}  # fmt: skip
+    vehicle = _moved(declaration.vehicle, final)
+    refined = Declaration(vehicle, declaration.soil.with_(**ground), declaration.law).with_effects(tables)
     vehicle = refined.vehicle
     there = {*(number.name for number in NUMBERS), *(key for values in vehicle.effects.values() for key in values)}
     stated = {k: s for k, s in {**vehicle.uncertainty, **stds}.items() if k in there and np.isfinite(s) and s > 0}
@@ -235,11 +252,20 @@ def _refined(
 def _possible(
     recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None
 ) -> Sequence[str] | None:
-    """Names of the effects to try, without those that a measurement excludes and those that rest on a channel that a drive does
-    not measure."""
-    dropped = unsupported(recordings, declaration, names)
+    """Names of the effects to try, without those that a measurement excludes, those that rest on a channel that a drive does
+    not measure, and those that do nothing with the force law."""
+    dropped = {*unsupported(recordings, declaration, names), *_idle(declaration, names)}
     tried = {name: effect for name, effect in open_effects(declaration, names).items() if name not in dropped}
     return [name for name, effect in tried.items() if not ruled_out(effect, recordings, declaration.vehicle)]
+
+
+def _idle(declaration: Declaration, names: Sequence[str] | None) -> tuple[str, ...]:
+    """Open effects that do nothing on hard ground, none on soil; names: of the candidates, default all."""
+    if declaration.sinks:
+        return ()
+    effects, plain = open_effects(declaration, names), declaration.plain()
+    tried = {name: idle(neutral(plain, effect), effect.parameters.names) for name, effect in effects.items()}
+    return tuple(name for name, still in tried.items() if len(still) == len(effects[name].parameters))
 
 
 def unsupported(

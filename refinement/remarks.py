@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.unknown_ground import N_NAMES
 from softsoil.recording.drive import Recording
-from softsoil.refinement.fit import N_NAMES
 from softsoil.refinement.observations import carried
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, size
@@ -28,9 +28,9 @@ def inseparable(selection: Selection) -> tuple[tuple[str, ...], ...]:
 
 
 def on_bound(bench: Bench) -> NDArray[np.bool_]:
-    """(D,) drives whose n ends on a bound with the declared model."""
+    """(D,) drives whose n ends on a bound with the declared model; none on hard ground."""
     n, value = bench.model.p[N_NAMES[0]], bench.absent[:, bench.model.p.index(N_NAMES[0])]
-    return (value <= n.lower + 1e-3) | (value >= n.upper - 1e-3)
+    return bench.sinks & ((value <= n.lower + 1e-3) | (value >= n.upper - 1e-3))
 
 
 def close_calls(selection: Selection, known: Mapping[str, Effect]) -> tuple[tuple[str, str], ...]:
@@ -89,6 +89,8 @@ def notes(recordings: Sequence[Recording], declaration: Declaration, bench: Benc
     for shooting, value, stuck in zip(bench.shootings, values, on_bound(bench), strict=True):
         if stuck:
             lines.append(f"{shooting.drive.name}: with the declared model n ends at its bound, {value:.2f}")
+    if not bench.sinks:
+        lines.append(f"neither n nor a verdict on it: nothing sinks with {declaration.law}, where n has no meaning")
     return tuple(lines)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.verdict import Verdict
 from softsoil.recording.drive import Recording
+from softsoil.refinement.ground import FittedGround
 from softsoil.refinement.selection import Selection
 from softsoil.refinement.structure import Structure
 from softsoil.refinement.trace import Bench, Candidate
@@ -25,7 +26,7 @@ class TracedEffect:
 
 @dataclass(frozen=True)
 class FittedNumber:
-    """A number of the vehicle, or a parameter of one of its declared effects, that was fitted beside n.
+    """A number of the vehicle, or a parameter of one of its declared effects, that was fitted beside the ground.
 
     declared; stated: its standard deviation before the drives; value, std: by the drives and by what is declared together.
     """
@@ -51,7 +52,8 @@ class Refinement:
     that were free within what is known of them; inseparable: groups that these data cannot separate; would_separate: the
     manoeuvre that would; ranking: all candidates of the first round; holdout: (from, to) of the first drive (s); before, after:
     horizon -> state -> mean squared error on held-out windows, declared model and refined model, both fitted on the fit windows
-    alone; n_before (fit windows), n_after (whole drives), n_std of n_after, judged: verdict on n_after, per drive; structure:
+    alone; n_before (fit windows), n_after (whole drives), n_std of n_after, judged: verdict on n_after, per drive, all empty
+    on hard ground, which ground has: of each class its friction and tread; structure:
     what is left at the end; declaration: the refined one, by the whole drives, on the soil of the first; bench: the declared
     model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives; soils: class of each;
     carried: effects that the measured inputs are seen to contain; notes; seconds.
@@ -71,6 +73,7 @@ class Refinement:
     n_after: tuple[float, ...]
     n_std: tuple[float, ...]
     judged: tuple[Verdict, ...]
+    ground: tuple[FittedGround, ...]
     structure: tuple[Structure, ...]
     declaration: Declaration
     bench: Bench
@@ -80,6 +83,11 @@ class Refinement:
     seconds: float
     carried: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+
+    @property
+    def unknown(self) -> str:
+        """What is fitted of the ground beside everything else."""
+        return "friction and tread" if self.ground else "n"
 
     def as_json(self) -> dict[str, Any]:
         """The content of refine.json."""
@@ -101,15 +109,21 @@ class Refinement:
             "holdout": {"from": self.holdout[0], "to": self.holdout[1]},
             "before": {"mse": self.before},
             "after": {"mse": self.after},
-            "n": {
-                "before": list(self.n_before),
-                "after": list(self.n_after),
-                "std": list(self.n_std),
-                "verdict": [verdict.word for verdict in self.judged],
-                "reason": [verdict.reason for verdict in self.judged],
-                "soil": [soil.name for soil in self.soils],
-            },
+            **self._ground(),
             "unexplained": [{"share": s.share, "correlations": s.correlations} for s in self.structure],
             "notes": list(self.notes),
             "seconds": self.seconds,
         }
+
+    def _ground(self) -> dict[str, Any]:
+        if self.ground:
+            return {"ground": [ground.as_json() for ground in self.ground]}
+        n = {
+            "before": list(self.n_before),
+            "after": list(self.n_after),
+            "std": list(self.n_std),
+            "verdict": [verdict.word for verdict in self.judged],
+            "reason": [verdict.reason for verdict in self.judged],
+            "soil": [soil.name for soil in self.soils],
+        }
+        return {"n": n}

@@ -10,26 +10,29 @@ from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.inputs import sensor_std
+from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
+from softsoil.estimator.stiffness import needed_substeps
+from softsoil.estimator.unknown_ground import N_NAMES, free_n, free_road, ground_starts
 from softsoil.recording.drive import Recording
-from softsoil.refinement.fit import N_NAMES, Fit, Free, Weights, fit
+from softsoil.refinement.fit import Fit, Weights, fit
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.vehicle_numbers import own_layout
+from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.bicycle import soil_parameters
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import Effect, neutral
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
+from softsoil.symbolic.soil import Soil
 
 Array = NDArray[np.float64]
-
 
 
 @dataclass(frozen=True)
 class Candidate:
     """One effect tried beside the declared model.
 
-    name; fit: of its parameters together with n; windows (H,): cost of each held-out window; gain: share of the held-out
+    name; fit: of its parameters together with the ground; windows (H,): cost of each held-out window; gain: share of the held-out
     cost beyond sensor noise that it removes; std: standard error of the gain, over windows; whole: share of the whole cost,
     noise and all, that it removes; overall: of a contender, the fit to all windows.
     """
@@ -47,8 +50,8 @@ class Candidate:
 class Bench:
     """What all candidates share: the model with every effect absent, one or more drives, weights, windows.
 
-    model; absent (n_p,): parameters with every undeclared effect absent; shootings: one per drive; weights;
-    fitted, held: indices of windows per drive; sensor (6,): noise of the channels;
+    model; absent (D, n_p): parameters with every undeclared effect absent; shootings: one per drive; weights;
+    fitted, held: indices of windows per drive; sensor (6,): noise of the channels; ground: what is unknown of it;
     accepted: parameters of effects accepted so far, which stay free; loose: numbers of the vehicle and of its declared effects,
     free within their uncertainty: what a candidate could hide behind.
     """
@@ -60,13 +63,23 @@ class Bench:
     held: tuple[NDArray[np.int_], ...]
     weights: Weights
     sensor: Array
+    ground: tuple[Free, ...]
     accepted: tuple[Free, ...] = ()
     loose: tuple[Free, ...] = ()
 
     @property
     def known(self) -> tuple[Free, ...]:
-        """What is free beside n in every comparison."""
+        """What is free beside the ground in every comparison."""
         return (*self.loose, *self.accepted)
+
+    @property
+    def sinks(self) -> bool:
+        """Whether the ground is a soil, whose n is unknown; else it is hard."""
+        return self.ground[0].sets == N_NAMES
+
+    def values(self, free: Sequence[Free]) -> Array:
+        """(K,) values that free numbers have on the bench."""
+        return np.array([self.absent[f.drives[0], self.model.p.index(f.sets[0])] for f in free])
 
     @property
     def floor(self) -> float:
@@ -115,32 +128,38 @@ def make_bench(
     recordings: Sequence[Recording],
     declaration: Declaration,
     start: float,
-    horizon: float = RULES.horizon,
+    windowing: Windowing = Windowing(),  # noqa: B008
     names: Sequence[str] | None = None,
     soils: Sequence[Soil] | None = None,
 ) -> Bench:
-    """The tracing's bench for one or more drives; n of each drive fitted, weights set from what it leaves.
+    """The tracing's bench for one or more drives; the ground of each drive fitted, weights set from what it leaves.
 
-    start: seconds left out at the beginning of each drive; horizon: of the shooting windows (s); soils: class of each drive,
-    default the declared one for all;
+    start: seconds left out at the beginning of each drive; windowing: of the drives; soils: class of each drive, default the
+    declared one for all;
     names: effects that will be tried, default all that are not declared.
     Raises ValueError for drives that shooting cannot use.
     """
-    model = whole_model(declaration, names)
-    drives = [shooting_drive(recording, model, start) for recording in recordings]
-    windows = shootings(model, drives, horizon)
-    counts = [len(shooting.rows) for shooting in windows]
-    fitted = tuple(np.arange(max(round(count * RULES.fit_share), 1)) for count in counts)
-    held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
+    model, soils = whole_model(declaration, names), tuple(soils or [declaration.soil] * len(recordings))
+    plain, sinks = declaration.plain(), declaration.sinks
+    soil_of = [model.p.index(name) for name in plain.p.names]
+    drives = [shooting_drive(r, model, start, windowing.smooth(r.dt, sinks)) for r in recordings]
     p = np.tile(model.p.nominal, (len(drives), 1))
-    for row, soil in zip(p, soils or (), strict=soils is not None):
+    for row, soil in zip(p, soils, strict=True):
         for signal in soil_parameters(soil):
             row[model.p.index(signal.name)] = signal.nominal
     sensor = np.max([sensor_std(r, np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])) for r in recordings], axis=0)
-    bench = Bench(model, p, windows, fitted, held, Weights(np.maximum(_unexplained(windows, p), sensor)), sensor)
-    for _ in range(2):  # n moves the weights, the weights n: twice is enough
-        base = fit_base(bench)
-        bench = reweighted(Bench(model, base.p, windows, fitted, held, bench.weights, sensor))
+    substeps, ground = 0, free_n(len(drives)) if sinks else free_road(soils)
+    while (needed := windowing.substeps or needed_substeps(plain, drives, p[:, soil_of])) > substeps:
+        substeps = needed  # a stiffer ground than the last one needs shorter steps
+        windows = shootings(model, drives, windowing.horizon, substeps)
+        counts = [len(shooting.rows) for shooting in windows]
+        fitted = tuple(np.arange(max(round(count * RULES.fit_share), 1)) for count in counts)
+        held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
+        weights = Weights(np.maximum(_unexplained(windows, p), sensor))
+        bench = Bench(model, p, windows, fitted, held, weights, sensor, ground)
+        for _ in range(2):  # the ground moves the weights, the weights the ground: twice is enough
+            bench = reweighted(replace(bench, absent=fit_base(bench).p))
+        p = bench.absent
     return bench
 
 
@@ -165,19 +184,11 @@ def _unexplained(shootings: Sequence[Shooting], p: Array) -> Array:
     return left
 
 
-def free_n(bench: Bench) -> list[Free]:
-    """The sinkage exponent of each drive, one for both axles."""
-    n = SOIL_SIGNALS["n"]
-    return [Free(f"n_{i}", N_NAMES, 0.1, n.lower, n.upper, drive=i) for i in range(len(bench.shootings))]
-
-
 def fit_base(bench: Bench) -> Fit:
-    """n of each drive (and what was accepted before), from the best of a few values around what the bench has."""
-    n = bench.absent[:, bench.model.p.index("n_f")]
-    first = [bench.absent[0, bench.model.p.index(f.name)] for f in bench.known]
-    starts = [np.concatenate([first, np.clip(n + shift, 0.25, 1.5)]) for shift in (-0.25, -0.12, 0.0, 0.12, 0.25)]
-    free = [*bench.known, *free_n(bench)]
-    return fit(bench.shootings, bench.fitted, bench.weights, free, np.array(starts), bench.absent)
+    """The ground (and what was accepted before), from the best of a few values around what the bench has."""
+    ground = ground_starts(bench.ground, bench.values(bench.ground))
+    starts = np.column_stack([np.tile(bench.values(bench.known), (len(ground), 1)), ground])
+    return fit(bench.shootings, bench.fitted, bench.weights, [*bench.known, *bench.ground], starts, bench.absent)
 
 
 def held_cost(bench: Bench, p: Array) -> Array:
@@ -189,14 +200,14 @@ def held_cost(bench: Bench, p: Array) -> Array:
 def try_effect(
     bench: Bench, effect: Effect, starts: Sequence[Mapping[str, float]], fixed: Sequence[str] = ()
 ) -> Candidate:
-    """The effect's parameters fitted together with n from the best of the starts, and judged on the held-out windows.
+    """The effect's parameters fitted together with the ground from the best of the starts, and judged on the held-out windows.
 
     fixed: parameters of the effect that keep their value of the first start.
     """
     mine = [_free(effect, name) for name in effect.parameters.names if name not in fixed]
     kept = [f for f in bench.known if f.name not in effect.parameters]
-    free = [*mine, *kept, *free_n(bench)]
-    known = np.array([bench.absent[f.drive or 0, bench.model.p.index(f.sets[0])] for f in free[len(mine) :]])
+    free = [*mine, *kept, *bench.ground]
+    known = bench.values(free[len(mine) :])
     p = bench.absent.copy()
     for name, value in starts[0].items():
         p[:, bench.model.p.index(name)] = value
@@ -208,8 +219,9 @@ def try_effect(
 
 
 def of_effect(bench: Bench, found: Fit) -> Fit:
-    """The fit of an effect without the bounds of what is loose: they are what is declared of it, and speak against no effect."""
-    loose = {free.name for free in bench.loose}
+    """The fit of an effect without the bounds that speak against no effect: of what is loose, where they are what is declared of
+    it, and of hard ground, whose friction a drive may never reach."""
+    loose = {free.name for free in (*bench.loose, *(() if bench.sinks else bench.ground))}
     return replace(found, at_bound=tuple(name for name in found.at_bound if name not in loose))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from softsoil.estimator.verdict import IDENTIFIED
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.trace import Candidate
 
@@ -43,7 +44,7 @@ def number_words(number: FittedNumber) -> str:
 def n_sentences(found: Refinement) -> list[str]:
     """Per drive, the verdict on n and then n, with the declared and with the refined model."""
     names = [shooting.drive.name for shooting in found.bench.shootings]
-    entries = zip(names, found.soils, found.judged, found.n_before, found.n_after, found.n_std, strict=True)
+    entries = zip(names, found.soils, found.judged, found.n_before, found.n_after, found.n_std, strict=not found.ground)
     return [
         f"{name} on {soil.name}: n {verdict.word}: {verdict.reason}{'' if verdict.usable else '; do not use this n'}: "
         f"{with_error(after, std)} with the refined model, {before:.3f} with the declared"
@@ -51,11 +52,21 @@ def n_sentences(found: Refinement) -> list[str]:
     ]
 
 
+def ground_sentences(found: Refinement) -> list[str]:
+    """Per class of hard ground, the verdicts on friction and tread and then their values."""
+    return [
+        f"{ground.name}: {n.name} {n.word}: {n.reason}{'' if n.word == IDENTIFIED else '; do not use it'}: "
+        f"{with_error(n.value, n.std)}{f' {n.unit}' if n.unit else ''} with the refined model, {n.before:.3g} with the declared"
+        for ground in found.ground
+        for n in ground.numbers
+    ]
+
+
 def soil_sentences(found: Refinement) -> list[str]:
     """On which soil the refined model stands where the drives had several."""
     if len({soil.name for soil in found.soils}) < 2:
         return []
-    return [f"The soil is that of {found.recordings[0].name}; with another one, use this file as --vehicle beside --soil."]
+    return [f"The ground is that of {found.recordings[0].name}; with another one, use this file as --vehicle beside --soil."]
 
 
 def effect_name(name: str) -> str:

@@ -23,6 +23,7 @@ from softsoil.estimator.horizons import Replay
 from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
+from softsoil.estimator.unknown_ground import N_NAMES, N_SCALE
 from softsoil.estimator.window_fit import fit_windows
 from softsoil.mpc_demo.blind_test import score
 from softsoil.recording.drive import Recording
@@ -30,7 +31,7 @@ from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.refinement.identify import identify
-from softsoil.refinement.identify_bench import FASTEST, MODEL_STD, N_NAMES, N_SCALE, NOISE_FLOOR
+from softsoil.refinement.identify_bench import FASTEST, MODEL_STD, NOISE_FLOOR
 from softsoil.refinement.identify_bench import HORIZON as HORIZON_OF_FIT
 from softsoil.refinement.identify_result import JUDGED_STATES, Identification
 from softsoil.refinement.identify_toml import vehicle_toml

@@ -4,8 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from softsoil.cases.dart import CAR, FLOOR, candidate_model, trace_log
+from softsoil.cases.dart import CAR, candidates_of, trace_log, transferred
 from softsoil.cases.dart_data import POINT, STEP, WHEELBASE, read_dart, road_wheel_angle
+from softsoil.declaration.ground import HARD_GROUND
+from softsoil.recording.cross_check import check_channels
 from softsoil.symbolic.laws.hard_ground import HardGround
 from softsoil.symbolic.wheel import Contact, Wheel
 
@@ -14,15 +16,15 @@ LAW, WHEEL = HardGround(), Wheel(0.033, 0.025)
 
 def side(alpha, load=4.0, speed=2.0, **soil):
     contact = Contact(speed * np.cos(alpha), -speed * np.sin(alpha), 60.0, load)
-    return float(ca.DM(LAW(FLOOR.with_(**soil), WHEEL, contact).f_y))
+    return float(ca.DM(LAW(HARD_GROUND.with_(**soil), WHEEL, contact).f_y))
 
 
 def test_hard_ground_is_linear_then_saturates_at_the_friction():
-    stiffness = np.tan(FLOOR.phi) * 4.0 * LAW.length_share * WHEEL.radius / (2 * FLOOR.k)
+    stiffness = np.tan(HARD_GROUND.phi) * 4.0 * LAW.length_share * WHEEL.radius / (2 * HARD_GROUND.k)
     assert side(0.01) == pytest.approx(0.01 * stiffness, rel=0.05)
     forces = [side(a) for a in np.linspace(0.0, 1.4, 60)]
-    assert np.all(np.diff(forces) > 0) and forces[-1] < 4.0 * np.tan(FLOOR.phi)
-    assert side(1.4, k=1e-4) == pytest.approx(4.0 * np.tan(FLOOR.phi), rel=1e-2)
+    assert np.all(np.diff(forces) > 0) and forces[-1] < 4.0 * np.tan(HARD_GROUND.phi)
+    assert side(1.4, k=1e-4) == pytest.approx(4.0 * np.tan(HARD_GROUND.phi), rel=1e-2)
     assert side(-0.3) == pytest.approx(-side(0.3))
     assert side(0.3, load=8.0) == pytest.approx(2 * side(0.3, load=4.0), rel=1e-2)
     assert side(0.3, n=0.9) == side(0.3)
@@ -59,7 +61,7 @@ def test_poses_become_velocities_at_the_right_points(tmp_path):
     assert drive["v"][inner] == pytest.approx(0.8 * CAR.l_r, abs=1e-2)
     rear = np.hypot(drive["x"] - WHEELBASE * np.cos(drive["psi"]), drive["y"] - WHEELBASE * np.sin(drive["psi"]))
     assert rear[inner] == pytest.approx(1.5 / 0.8, abs=1e-3)
-    assert any("there is no encoder" in note for note in drive.notes)
+    assert not any(name in drive.channels for name in ("omega_fl", "omega_rr"))
 
 
 def test_a_log_without_driving_is_named(tmp_path):
@@ -67,15 +69,37 @@ def test_a_log_without_driving_is_named(tmp_path):
         read_dart(circle(tmp_path / "1_still.csv", speed=0.3))
 
 
+def test_candidates_are_those_of_the_declared_kinds():
+    some = candidates_of(CAR, ("slope",))
+    assert some and set(some) < set(candidates_of(CAR, ("slope", "steering")))
+
+
 @pytest.mark.shared
-def test_the_loop_finds_the_lag_between_command_and_road_wheels(shared_data):
-    logs = sorted((shared_data / "real" / "tudelft_dart_1to10").glob("83_16*.csv.gz"))
-    if not logs:
+def test_refine_names_the_delay_of_the_steering_which_fits_the_other_log(shared_data):
+    folder = shared_data / "real" / "tudelft_dart_1to10"
+    if not folder.is_dir():
         pytest.skip("the measured data are not beside the project")
-    some = ("steering_lag", "steering_offset", "steering_gain")
-    found = trace_log(logs[0], candidate_model(some), names=some)
-    assert found.accepted[0].name == "steering_lag"
-    value, std, unit = found.parameters["steering_lag"]
+    (first,), (other,) = (sorted(folder.glob(f"{name}*.csv.gz")) for name in ("83_24", "83_16"))
+    some = ("steering_lag", "steering_delay", "steering_offset", "steering_gain")
+    found = trace_log(first, names=some)
+    assert found.verdict == "effect" and found.effects[0].name in some[:2]
+    (value, std, unit), = found.effects[0].parameters.values()
     assert unit == "s" and 0.05 < value < 0.15 and value > 3 * std
     for state in ("x", "y", "psi"):
         assert found.after["0.5"][state] < 0.8 * found.before["0.5"][state]
+    friction = found.ground[0].numbers[0]
+    assert friction.word == "identified" and 0.35 < friction.value < 0.5
+    assert found.n_after == () and found.ground[0].name == "83_24"
+    (key,) = found.effects[0].parameters
+    gain, gain_std, falls = transferred(trace_log(other, names=some), found.effects[0], {key: value})
+    assert gain > 3 * gain_std and falls > 1.5
+
+
+@pytest.mark.shared
+def test_the_channels_themselves_say_that_the_steering_is_early(shared_data):
+    logs = sorted((shared_data / "real" / "tudelft_dart_1to10").glob("83_16*.csv.gz"))
+    if not logs:
+        pytest.skip("the measured data are not beside the project")
+    for drive in read_dart(logs[0]):
+        checks = {check.name: check for check in check_channels(drive, CAR)}
+        assert not checks["clock_steer"].passed and not any(check.beyond_doubt for check in checks.values())

@@ -1,13 +1,16 @@
 """A race car's log without pose, wheels or soil: checked, completed, traced on hard ground, and no n anywhere."""
 
 import json
+import re
 
 import pytest
 from typer.testing import CliRunner
 
-from softsoil.cases.dart import candidate_names
-from softsoil.cases.stanford import CAR, MEASURED, read_stanford
+from benchmarks.guide.json_page import undescribed
+from softsoil.cases.dart import candidates_of
+from softsoil.cases.stanford import CAR, KINDS, read_stanford
 from softsoil.commands.cli import app
+from softsoil.symbolic.catalogue import catalogue
 
 
 @pytest.fixture
@@ -31,12 +34,17 @@ def test_the_command_says_what_can_be_said_and_no_n(folder, tmp_path):
     result = CliRunner().invoke(app, ["case", "stanford", "--data", str(folder), "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
     content = json.loads((tmp_path / "stanford.json").read_text(encoding="utf-8"))
-    log = content["log"]
-    assert set(log["ground"][1]) == {"phi", "k"}
-    assert {entry["name"] for entry in log["ranking"]} == set(candidate_names(CAR, MEASURED))
-    assert log["before"]["rms"]["0.5"]["x"] is None and log["before"]["rms"]["0.5"]["v"] > 0
-    assert not any(name.startswith("n_") or name == "n" for name in (*log["parameters"], *log["ground"][0]))
-    assert "n =" not in result.output and "n_f" not in result.output
+    assert undescribed("stanford.json", content) == []
+    content = content["refinement"]
+    (ground,) = content["ground"]
+    assert set(ground) == {"name", "drives", "friction", "tread"} and ground["friction"]["verdict"] == "at_bound"
+    tried = {entry["name"] for entry in content["ranking"]}
+    rest_on_a_pose = {name for name, effect in catalogue(CAR).items() if {"x", "y", "psi"} & set(effect.rests_on)}
+    assert tried & set(candidates_of(CAR, KINDS)) and not tried & rest_on_a_pose
+    assert content["before"]["mse"]["0.5"]["x"] is None and content["before"]["mse"]["0.5"]["v"] > 0
+    assert "n" not in content and not any(name.startswith("n_") for e in content["effects"] for name in e["parameters"])
+    assert not re.search(r"(?<!\w)n(_[fr0-9])? *[=:]|n front", result.output)
+    assert "road: friction at_bound" in result.output
 
 
 def test_a_folder_without_the_log_is_refused(tmp_path):

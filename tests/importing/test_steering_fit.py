@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsoil.refinement.steering_fit import fit_steering_map
+from softsoil.importing.steering_fit import fit_steering_map
 
 T = np.arange(0.0, 60.0, 0.02)
 COMMAND = 0.8 * np.sin(0.9 * T) * np.sin(0.13 * T) + 0.15 * np.sin(2.3 * T)
