@@ -1,4 +1,4 @@
-"""Whether a drive's steering moves the vehicle in enough ways to tell like effects apart."""
+"""Whether a drive's steering moves the vehicle in enough ways to separate like effects."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from softsoil.symbolic.vehicle import Vehicle
 OBSERVATIONS: Mapping[str, Callable[[Recording, Vehicle], str]] = MappingProxyType(
     {
         "wheels_turn_apart": lambda recording, vehicle: (
-            "the wheels of both axles turn apart in turns" if all_open(recording, vehicle) else ""
+            "the wheels of both axles turn at different speeds in turns" if all_open(recording, vehicle) else ""
         ),
         "wheels_turn_together": lambda recording, vehicle: _together(locked_axles(recording, vehicle)),
     }

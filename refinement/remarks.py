@@ -21,7 +21,7 @@ from softsoil.symbolic.effect import Effect
 
 def inseparable(selection: Selection) -> tuple[tuple[str, ...], ...]:
     """Groups that the data cannot separate, of two at least; an effect that was accepted beside the first of its group has
-    been told from it: the data need both."""
+    been separated from it: the data need both."""
     accepted = {candidate.name for candidate in selection.accepted}
     groups = (tuple(name for name in group if name == group[0] or name not in accepted) for group in selection.groups)
     return tuple(group for group in groups if len(group) > 1)

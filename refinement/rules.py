@@ -110,7 +110,7 @@ class Rules:
     )  # fmt: skip
     like_gain: float = _rule(
         0.03, "share",
-        "difference of held-out costs below which two effects cannot be told apart",
+        "difference of held-out costs below which two effects cannot be separated",
         "design",
     )  # fmt: skip
     nearly_all: float = _rule(
@@ -205,7 +205,7 @@ class Rules:
     )  # fmt: skip
     open: float = _rule(
         0.25, "share",
-        "of it beyond which they turn apart; on soft soil open differentials are far from rolling freely",
+        "of it beyond which they turn freely; on soft soil open differentials are far from rolling freely",
         "reference",
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""What is left of the axle forces after a model, as a share of what was there, and what it goes with."""
+"""What is left of the axle forces after a model, as a share of what was there, and its correlations."""
 
 from __future__ import annotations
 

@@ -37,6 +37,6 @@ def locked_axles(recording: Recording, vehicle: Vehicle) -> tuple[str, ...]:
 
 
 def all_open(recording: Recording, vehicle: Vehicle) -> bool:
-    """Whether both axles' wheels are seen to turn apart as on open differentials: no axle can be locked then."""
+    """Whether both axles' wheels turn at different speeds as on open differentials: no axle can be locked then."""
     shares = differential_shares(recording, vehicle)
     return len(shares) == len(AXLES) and min(shares.values()) > RULES.open

@@ -134,19 +134,19 @@ def split_sentence(found: Refinement) -> str:
 
 
 def group_sentences(found: Refinement) -> list[str]:
-    """What the data cannot tell apart, and what would."""
-    lines = [f"These data cannot tell apart: {', '.join(map(effect_name, group))}." for group in found.inseparable]
+    """What the data cannot separate, and what would."""
+    lines = [f"These data cannot separate: {', '.join(map(effect_name, group))}." for group in found.inseparable]
     return [*lines, f"To separate: {found.would_separate}."] if found.would_separate else lines
 
 
 def left_sentences(found: Refinement) -> list[str]:
-    """Per drive, the share of the axle forces that is left, and what it goes with most."""
+    """Per drive, the share of the axle forces that is left, and its strongest correlation."""
     lines = []
     for shooting, left in zip(found.bench.shootings, found.structure, strict=True):
         parts = []
         for axle, share in left.share.items():
             name, value = next(iter(left.correlations[axle].items()), ("", 0.0))
-            with_ = f", goes with {effect_name(name)} ({value:+.2f})" if abs(value) >= 0.5 else ""
+            with_ = f", correlated with {effect_name(name)} ({value:+.2f})" if abs(value) >= 0.5 else ""
             parts.append(f"{axle} axle {100 * share:.0f} %{with_}" if math.isfinite(share) else f"{axle} axle not judged")
         lines.append(f"{shooting.drive.name}: lateral force left unexplained: {'; '.join(parts)}")
     return lines
