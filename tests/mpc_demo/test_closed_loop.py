@@ -11,8 +11,11 @@ from nmpc_problem import small_ocp
 from softsoil.commands.cli import app
 from softsoil.commands.drive import as_json, recovered
 from softsoil.control.courses import WARM_UP, straight
+from softsoil.control.live_horizon import LiveHorizon
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.path import Path
+from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.verdict import WORDS
 from softsoil.figures.drive import animate, draw_drive
 from softsoil.mpc_demo.closed_loop import DEADLINE, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import OTHERS, TICK, Faults, NoisySensors
@@ -20,6 +23,7 @@ from softsoil.mpc_demo.scenarios import scenarios
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.symbolic.soil import CLAY
+from softsoil.symbolic.vehicle import load_vehicle
 
 
 def course(name: str = "obstacles_clay"):
@@ -131,6 +135,17 @@ def test_json_holds_the_agreed_keys(tmp_path):
     assert set(entry["solve_ms"]) == {"median", "p99"}
     assert draw_drive(course(), [log()], tmp_path / "a.png").stat().st_size > 1e4
     assert animate(course(), log(), tmp_path / "a.gif", frames=3).stat().st_size > 1e3
+
+
+def test_an_estimated_n_has_its_verdict():
+    """The horizon's while the estimate is in use; the controllers that are given n have none."""
+    judge = LiveHorizon(Declaration(load_vehicle("plant"), CLAY), loop().settings.sensor_std, TICK)
+    judged = ClosedLoop(small_ocp(), Nmpc(small_ocp()), wall=False, judge=judge)
+    estimated, known = judged.run(course(), "n_estimated", 1), judged.run(course(), "n_true", 1)
+    assert estimated.rows[0]["verdict"] == "not_excited" and estimated.rows[0]["n_used"] > estimated.rows[0]["n"]
+    first, second = as_json([estimated, known])["runs"]
+    assert first["verdict"] == estimated.verdict == judge.verdict in WORDS
+    assert second["verdict"] == known.verdict == log().verdict == "not_judged"
 
 
 def test_recovery_is_the_share_of_what_knowing_is_worth():
