@@ -49,7 +49,11 @@ def main() -> None:
         vehicle = load_vehicle(file) if asked.again else _identified(case, file)
         off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
         inertias.append(off)
-        print(f"  yaw inertia {vehicle.yaw_inertia:.0f}, of its bodies {case.drawn.vehicle.yaw_inertia:.0f}: {off:+.1f} %")
+        rolls = 100 * (vehicle.radius / case.drawn.measured["radius"] - 1)
+        print(
+            f"  yaw inertia {vehicle.yaw_inertia:.0f}, of its bodies {case.drawn.vehicle.yaw_inertia:.0f}: {off:+.1f} %; "
+            f"radius {rolls:+.2f} %"
+        )
         if not asked.only_effects:
             judged.append(_judged(case, vehicle))
         if asked.effects or asked.only_effects:

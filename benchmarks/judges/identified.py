@@ -40,6 +40,8 @@ from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
 from softsoil.symbolic.soil import Soil, load_soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
+CONTACT_SEARCH = 0.0018
+"""m below a wheel where the reference simulator's contact search finds it (`python -m benchmarks.plant_axles`: rolls as if)."""
 HORIZON = 2.5
 """s, of the predictions."""
 GUESSES = (0.2, -0.15)
