@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judges.plant_vehicles import FIT, JUDGE, Case, case_of, effects_of, log_of
-from benchmarks.judges.vehicle_judge import Judgement, joined, judge_drive, lines
+from benchmarks.judges.vehicle_judge import Judgement, joined, judge_drive, lines, words
 from softsoil.declaration.model_file import Declaration
 from softsoil.mpc_demo.blind_test import as_the_catalogue_says, score
 from softsoil.recording.noise import add_noise
@@ -94,9 +94,7 @@ def _judged(case: Case, vehicle: Vehicle) -> Judgement:
     for number, kind in enumerate(JUDGE, FIRST_JUDGE):
         log = log_of(case, kind, number)
         part = judge_drive(vehicle, case.known, log.drive, log.soil, log.n, 1000 * case.seed + number)
-        words = ", ".join(f"{e.method} from {e.guess:g} {100 * e.error:+.1f} % {e.verdict}" for e in part.estimates)
-        before, expected = part.ratios[0]
-        print(f"  {kind} {log.soil.name} n {log.n:.2f}: {words}; mse {before:.0f} ({expected:.1f}) times smaller", flush=True)
+        print(f"  {kind} {log.soil.name} n {log.n:.2f}: {words(part)}", flush=True)
         parts.append(part)
     return joined(parts)
 

@@ -55,7 +55,7 @@ def main() -> None:
         tracks=(1.90, 1.935),
         effects=EFFECTS,
     )
-    if asked.effects:
+    if asked.effects or asked.only_effects:
         _offset(asked.data / "chrono_suv")
     run(case, asked)
 
