@@ -22,6 +22,7 @@ from softsoil.refinement.identify_result import Contradiction, Found, Identifica
 from softsoil.refinement.identify_rules import RULES, Rules
 from softsoil.refinement.known_vehicle import Known, as_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehicle_of
+from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 
 Values = dict[str, float]
@@ -68,7 +69,8 @@ def identify(
     bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]
     fitted = bench.only([i for i in range(len(recordings)) if i != last])
-    state = _fit(fitted, _by_motion(bench, rules), rules, progress)
+    moved, place = _by_motion(bench, rules)
+    state = _fit(fitted, moved, rules, progress)
     had = excitation(fitted.recordings, start)
     judgement = judge(bench.only([last]), state.values, rules.model_error_n)
     numbers = _numbers(fitted, state)
@@ -88,7 +90,7 @@ def identify(
         vehicle=vehicle,
         known=known,
         seconds=time.perf_counter() - began,
-        notes=tuple(f"{r.name}: {note}" for r in recordings for note in r.notes),
+        notes=(*place, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
     )
 
 
@@ -180,16 +182,22 @@ def _n(fit: WindowFit) -> list[float]:
     return [float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is not None]
 
 
-def _by_motion(bench: Bench, rules: Rules) -> list[Contradiction]:
-    """l_f against position and course of all logs, the one left out among them: no force law and no n are in it."""
+def _by_motion(bench: Bench, rules: Rules) -> tuple[list[Contradiction], tuple[str, ...]]:
+    """l_f against position and course of all logs, the one left out among them: no force law and no n are in it. Whether it is
+    contradicted, and a note of what the logs say."""
     place = front_axle(bench.recordings)
     given, std = expected(bench.known)["l_f"]
     if place is None:
-        return []
-    sigmas = abs(place.value - given) / np.hypot(place.std, std)
+        return [], ("l_f: the logs turn too little to say where the front axle is",)
+    own = float(np.hypot(place.std, std))
+    sigmas = abs(place.value - given) / own
+    note = (
+        f"l_f: given as {given:.3f} m, {with_error(place.value, place.std)} m by position against course ({sigmas:.1f} standard "
+        f"deviations); these logs contradict one that is {1e3 * rules.contradicted_motion * own:.0f} mm off"
+    )
     if sigmas < rules.contradicted_motion or abs(place.value - given) < rules.material * bench.known.wheelbase:
-        return []
-    return [Contradiction("l_f", given, place.value, place.std, float(sigmas), "position against course")]
+        return [], (note,)
+    return [Contradiction("l_f", given, place.value, place.std, float(sigmas), "position against course")], (note,)
 
 
 def by_rolling(known: Known, values: Mapping[str, float], errors: Errors, rules: Rules) -> Contradiction | None:

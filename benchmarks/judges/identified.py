@@ -2,7 +2,7 @@
 
 Fitted: the drives of the case with the noise named "good". Judged, on all its other drives (`vehicle_judge.py`): n by the filter
 and by the horizon with Table-5 noise from two initial guesses, predictions over 2.5 s from clean states; the yaw inertia against
-what the true wheel forces balance with (read here only, to judge); what `refine` names on drives with an effect and on the others.
+what the true wheel forces balance with (read to judge only); what `refine` names on drives with an effect and on the others.
 """
 
 from __future__ import annotations
