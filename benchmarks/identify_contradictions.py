@@ -1,8 +1,9 @@
 """Numbers of a vehicle given wrong to `softsoil identify`: whether it names them, and whether it leaves right ones alone.
 
-Run: python -m benchmarks.identify_contradictions [../shared/data] [--seeds 2] [--vehicles suv reference plant] [--errors ...]
-The reference simulator's two vehicles and one of the plant (a seed of benchmarks.identify_plant), each with its numbers as
-measured, and with one of them wrong: wheelbase +2 % (l_f and l_r alike), radius +1 % and -1 %, yaw inertia given 38 % too large.
+Run: python -m benchmarks.identify_contradictions [../shared/data] [--seeds 2] [--vehicles suv reference plant0] [--errors ...]
+The reference simulator's two vehicles and vehicles of the plant (plant0: seed 0 of benchmarks.identify_plant), each with its
+numbers as measured, and with one of them wrong: wheelbase +2 % and -2 % (l_f and l_r alike), radius +1 % and -1 %, yaw inertia
+given 38 % too large.
 One lock and one multi-sine drive are fitted, with the noise "good" of each seed. A wrong number counts as said where the verdict
 is `contradicts_given` and names it; every other number named is a false one.
 """
@@ -14,7 +15,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.identify_suv import FITTED, HELD, KNOWN
+from benchmarks.identify_reference import KNOWN as REFERENCE
+from benchmarks.identify_suv import FITTED, HELD
+from benchmarks.identify_suv import KNOWN as SUV
 from benchmarks.judges.plant_vehicles import FIT, case_of, log_of
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_soil
@@ -23,19 +26,12 @@ from softsoil.recording.read import read_drive
 from softsoil.refinement.identify import identify
 from softsoil.refinement.known_vehicle import Known
 from softsoil.symbolic.soil import Soil, load_soil
-from softsoil.symbolic.vehicle import load_vehicle
 
-REFERENCE = Known(
-    "reference",
-    {"mass": 1378.33, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.330229, "width": 0.2121, "h_cg": 0.63},
-    file="the simulator's input",
-    simulator=load_vehicle("reference").simulator,
-)
 REFERENCE_DRIVES = ("paper_clay_n0.50", "multi_sandyloam_n0.70", "multi_clay_n0.50")
 """Of the shared drives, the last left out."""
 SUV_INERTIA, REFERENCE_INERTIA = 3920.0, 1820.0
 """kg m^2: what the true wheel forces balance with (benchmarks.identify_suv; the drives' README)."""
-PLANT_SEED = 0
+PLANT = "plant"
 
 
 @dataclass(frozen=True)
@@ -49,13 +45,14 @@ class Subject:
     soils: Sequence[Soil]
 
 
-def _wheelbase(s: Subject) -> Known:
-    return s.known.with_numbers(l_f=1.02 * s.known["l_f"], l_r=1.02 * s.known["l_r"])
+def _wheelbase(s: Subject, share: float) -> Known:
+    return s.known.with_numbers(l_f=share * s.known["l_f"], l_r=share * s.known["l_r"])
 
 
 ERRORS: Mapping[str, tuple[str, Callable[[Subject], Known]]] = {
     "right": ("", lambda s: s.known),
-    "wheelbase+2%": ("l_f", _wheelbase),
+    "wheelbase+2%": ("l_f", lambda s: _wheelbase(s, 1.02)),
+    "wheelbase-2%": ("l_f", lambda s: _wheelbase(s, 0.98)),
     "radius+1%": ("radius", lambda s: s.known.with_numbers(radius=1.01 * s.known["radius"])),
     "radius-1%": ("radius", lambda s: s.known.with_numbers(radius=0.99 * s.known["radius"])),
     "inertia+38%": ("yaw_inertia", lambda s: s.known.with_numbers(yaw_inertia=1.38 * s.inertia)),
@@ -69,7 +66,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"), help="folder of the shared data")
     parser.add_argument("--seeds", type=int, default=2, help="how many seeds of the noise")
-    parser.add_argument("--vehicles", nargs="+", default=["suv", "reference", "plant"], help="which of the three")
+    known = ["suv", "reference", "plant0", "plant1"]
+    parser.add_argument("--vehicles", nargs="+", default=known, help="suv, reference, plantSEED")
     parser.add_argument("--errors", nargs="+", default=list(ERRORS), choices=list(ERRORS), help="which errors")
     asked = parser.parse_args()
     said = wrong = false = runs = 0
@@ -96,17 +94,17 @@ def main() -> None:
 
 def _subject(name: str, data: Path) -> Subject:
     """The vehicle called `name` with its drives; ValueError for another name."""
-    if name == "plant":
-        case = case_of(PLANT_SEED)
+    if name.startswith(PLANT) and name.removeprefix(PLANT).isdigit():
+        case = case_of(int(name.removeprefix(PLANT)))
         logs = [log_of(case, kind, number) for number, kind in enumerate(FIT)]
         inertia = case.drawn.vehicle.yaw_inertia
-        return Subject(f"plant {PLANT_SEED}", case.known, inertia, [log.drive for log in logs], [log.soil for log in logs])
+        return Subject(name, case.known, inertia, [log.drive for log in logs], [log.soil for log in logs])
     if name == "suv":
-        names, folder, known, inertia = (*FITTED, HELD), "chrono_suv", KNOWN, SUV_INERTIA
+        names, folder, known, inertia = (*FITTED, HELD), "chrono_suv", SUV, SUV_INERTIA
     elif name == "reference":
         names, folder, known, inertia = REFERENCE_DRIVES, "chrono_vehicle", REFERENCE, REFERENCE_INERTIA
     else:
-        raise ValueError(f"--vehicles: expected suv, reference or plant; found {name!r}")
+        raise ValueError(f"--vehicles: expected suv, reference or plantSEED; found {name!r}")
     drives = [read_drive(data / folder / f"{one}.csv.gz") for one in names]
     return Subject(name, known, inertia, drives, [load_soil(str(named_soil(one))) for one in names])
 

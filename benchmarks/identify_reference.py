@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.judges.identified import START_UP, Case, add_options, run
+from benchmarks.judges.identified import CONTACT_SEARCH, START_UP, Case, add_options, run
 from benchmarks.judges.true_soil import nominal_logs
 from benchmarks.refine_drives import EFFECTS
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
@@ -50,6 +50,7 @@ KNOWN = Known(
     },
     file="vehicles/paper.toml",
     simulator=load_vehicle("reference").simulator,
+    search=CONTACT_SEARCH,
 )  # fmt: skip
 
 FITTED = ("multi_clay_n0.50", "multi_sandyloam_n0.55", "paper_clay_n0.50", "paper_sandyloam_n0.70")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.judges.identified import Case, add_options, run
+from benchmarks.judges.identified import CONTACT_SEARCH, Case, add_options, run
 from benchmarks.judges.true_soil import drive_name
 from softsoil.recording.log_names import named_n
 from softsoil.recording.read import read_drive
@@ -26,6 +26,7 @@ KNOWN = Known(
     },
     file="data/chrono_suv/README.md",
     simulator=load_vehicle("reference").simulator,
+    search=CONTACT_SEARCH,
 )  # fmt: skip
 FITTED = ("suv_lock_clay_n0.55", "suv_multi_sandyloam_n0.65")
 HELD = "suv_multi_clay_n0.50"
@@ -54,7 +55,7 @@ def main() -> None:
         tracks=(1.90, 1.935),
         effects=EFFECTS,
     )
-    if asked.effects:
+    if asked.effects or asked.only_effects:
         _offset(asked.data / "chrono_suv")
     run(case, asked)
 

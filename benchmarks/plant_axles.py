@@ -3,7 +3,8 @@
 The bicycle gets the plant's soil, recorded states and inputs, and nothing is fitted; its axles' forces are judged by those of
 the plant's wheels, which find the soil as cylinders and, in a second table, by the independent simulator's rough search
 (`plant/reference/raycast.py`). Per drive: mean front load, model less plant, over the plant's; gain of its lateral force on the
-plant's and rms error over rms force, front and rear, smoothed over 0.1 s.
+plant's and rms error over rms force, front and rear, smoothed over 0.1 s; and by how much larger wheels would have to be for the
+longitudinal forces to sum up to what the accelerometer reads (on the multi-sine drives).
 """
 
 from __future__ import annotations
@@ -13,12 +14,16 @@ from scipy.signal import savgol_filter
 
 from benchmarks.axle_forces import VEHICLES
 from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import Predictor
+from softsoil.estimator.shooting import shooting_drive
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed
 from softsoil.plant.simulate import drive
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
+from softsoil.refinement.vehicle_numbers import own_layout
+from softsoil.refinement.wheel_balance import BalanceModel, WheelBalance
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
@@ -27,6 +32,8 @@ SOILS = (CLAY.with_(n=0.5), CLAY.with_(n=0.7), SANDY_LOAM.with_(n=0.55), SANDY_L
 STEERING = {"turns": MultiSine(seed=3), "sine": Sine()}
 DURATION, START = 20.0, 3.0
 """s: of a drive, and what is left out at its beginning."""
+SUBSTEPS, RADIUS_SCALE = 2, 1e-3
+"""Steps of the model between two samples; m, of the derivatives."""
 
 
 def figures(log: Recording, soil: Soil) -> tuple[float, float, float, float, float]:
@@ -46,6 +53,22 @@ def figures(log: Recording, soil: Soil) -> tuple[float, float, float, float, flo
     return tuple(found)
 
 
+def larger(log: Recording, soil: Soil) -> float:
+    """m that the wheels' radius has to grow by for the longitudinal balance to hold on average, by two Newton steps."""
+    vehicle = load_vehicle(VEHICLES / "plant.toml")
+    model = bicycle(vehicle, soil, "turn_slip", None, own_layout(vehicle))
+    drive, p = shooting_drive(log, model, START), model.p.nominal
+    balance = WheelBalance(BalanceModel(model, drive.dt, SUBSTEPS), drive, p, False)
+    i = model.p.index("radius")
+    free = Free("radius", ("radius",), RADIUS_SCALE, 0.0, np.inf)
+    for _ in range(2):
+        linear = balance.linearise(p, [free])
+        slope = linear.by_free[..., 0]
+        p = p.copy()
+        p[i] -= float((slope * linear.residual).sum() / (slope**2).sum())
+    return float(p[i] - vehicle.radius)
+
+
 def main() -> None:
     """Print both tables."""
     for cast in (False, True):
@@ -55,9 +78,10 @@ def main() -> None:
                 plant = Plant(soil, start=Start(u=5.0), cast=cast)
                 log = drive(plant, Manoeuvre(name, steering, Speed(5.0, 0.5, 9.0)), DURATION)
                 load, front, front_error, rear, rear_error = figures(log, soil)
+                rolls = f"; rolls as if {1e3 * larger(log, soil):+.2f} mm larger" if name == "turns" else ""
                 print(
                     f"{soil.name:10s} n {soil.n:.2f} {name:6s} front load {100 * load:+.2f} %; force: front gain {front:.3f}, "
-                    f"error {100 * front_error:.1f} %; rear gain {rear:.3f}, error {100 * rear_error:.1f} %",
+                    f"error {100 * front_error:.1f} %; rear gain {rear:.3f}, error {100 * rear_error:.1f} %{rolls}",
                     flush=True,
                 )
 

@@ -1,7 +1,8 @@
 """A vehicle's geometry against the motion that a log records: no force law is needed for it.
 
-The front axle's path is the centre of gravity's plus l_f times the heading, (x, y) = integral of (u, v) + l_f (cos psi, sin psi):
-that gives l_f. A wheel's speed and the vehicle's give its rolling radius up to the slip.
+The front axle's path is the centre of gravity's plus l_f times the heading, (x, y) = integral of (u, v) + l_f (cos psi, sin psi),
+less the sway of the rolling body, -c a_y (-sin psi, cos psi): that gives l_f. A wheel's speed and the vehicle's give its rolling
+radius up to the slip.
 """
 
 from __future__ import annotations
@@ -11,21 +12,32 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter, savgol_filter
 
+from softsoil.estimator.inputs import sensor_std
 from softsoil.recording.clock import on_even_clock
-from softsoil.recording.drive import WHEEL_CHANNELS, Recording
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
 WINDOW = 2.0
-"""s over which the centre of gravity's velocity is integrated: its noise and its offset gather."""
-LEAST_TURN = 1.0
-"""Sum of the squared changes of the heading over all windows' rows (rad^2): less says nothing of l_f."""
+"""s: stretches that are left out in turn for the standard error."""
+MEMORY = (0.5, 4.0)
+"""s: bounds of the time over which the whitening filter remembers a place."""
+NOISE_FLOOR = np.array([0.01, 0.01, 1e-3, 0.01, 0.01, 1e-3])
+"""Noise of the states (m, m, rad, m/s, m/s, rad/s) at least: what a rigid body on a level road leaves is no smaller."""
+SLOPE_TIME = 0.2
+"""s over which the lateral velocity's slope is taken."""
+SWAY, SWAY_STD = 0.002, 0.002
+"""m per m/s^2 by which the centre of gravity leaves the front axle's middle sideways: the body rolls by 1 to 8 degrees per g,
+0.1 to 0.4 m above the axle. In a slalom part of it is in phase with the heading, as l_f is."""
+LEAST_KNOWN = 0.1
+"""m: standard error of l_f by sensor noise alone beyond which the drives say nothing of it: they hardly turn."""
 FEWEST = 4
 """Windows that a standard error needs."""
 BODY_MOTION = 0.005
-"""m by which l_f on the road differs from that at rest: the body rolls and pitches, and with it the axle's point."""
+"""m by which l_f on the road differs from that at rest: one degree of pitch, the centre of gravity 0.3 m above the axle."""
 START = 2.0
 """s left out at the beginning of a log."""
 ROLLING = 1.0
@@ -34,6 +46,8 @@ SLIPS = (-0.15, 0.45)
 """Slips that a log's median may have on soil, braked or driven."""
 DOUBT_SIGMAS, DOUBT_SHARE = 8.0, 0.15
 """l_f is wrong beyond doubt by so many standard errors, and by this share of the wheelbase."""
+SHARED = 2
+"""Columns of the normal equations that all drives share, l_f and the sway; offsets of u and v and the right-hand side follow."""
 
 
 @dataclass(frozen=True)
@@ -48,61 +62,81 @@ class Measured:
 def front_axle(recordings: Sequence[Recording], start: float = START) -> Measured | None:
     """l_f by the front axle's positions against the centre of gravity's velocity; None where the drives hardly turn.
 
-    start: seconds left out at the beginning of each. Each window has its own place, each drive its own offsets of u and v.
+    Least squares, positions with white noise and the integrated velocity with a random walk: both sides are filtered by
+    (1 - B)/(1 - (1 - K) B), B one sample back, which makes that noise white; K^2/(1 - K) is the walk's variance per sample over
+    the position's. Each drive has its own offsets of u and v; the sway is known to SWAY_STD.
+    start: seconds left out at the beginning of each.
     """
-    drives = []
-    for recording in recordings:
-        log = on_even_clock(recording)
-        size = max(round(WINDOW / log.dt), 8)
-        first = int(np.searchsorted(log.t, log.t[0] + start))
-        parts = (
-            {name: log[name][row : row + size] for name in ("x", "y", "psi", "u", "v")}
-            for row in range(first, len(log) - size + 1, size)
-        )
-        found = [_window(part, log.dt) for part in parts if all(np.isfinite(values).all() for values in part.values())]
-        if found:
-            drives.append(np.array(found))
+    drives = [windows for windows in (_windows(on_even_clock(one), start) for one in recordings) if len(windows)]
     count = sum(len(windows) for windows in drives)
-    if count < FEWEST or sum(float(windows[:, 0, 0].sum()) for windows in drives) < LEAST_TURN:
+    if count < FEWEST:
         return None
-    value = _solve([windows.sum(axis=0) for windows in drives])
+    sums = [windows.sum(axis=0) for windows in drives]
+    value, white = _solve(sums)
+    if white > LEAST_KNOWN:
+        return None
     left_out = []
     for d, windows in enumerate(drives):
-        sums = [other.sum(axis=0) for other in drives]
         whole = sums[d]
         for window in windows:
             sums[d] = whole - window
-            left_out.append(_solve(sums))
+            left_out.append(_solve(sums)[0])
+        sums[d] = whole
     spread = np.array(left_out)
     variance = (count - 1) / count * ((spread - spread.mean()) ** 2).sum()
-    return Measured(value, float(np.sqrt(variance + BODY_MOTION**2)), count)
+    return Measured(value, float(np.sqrt(max(variance, white**2) + BODY_MOTION**2)), count)
 
 
-def _solve(sums: Sequence[Array]) -> float:
-    """l_f by the normal equations (3, 4) of each drive, in l_f and the drive's offsets of u and v."""
-    information = score = 0.0
+def _solve(sums: Sequence[Array]) -> tuple[float, float]:
+    """l_f and its standard error by white noise (m) from the normal equations of each drive."""
+    information = np.diag([1e-12, SWAY_STD**-2])
+    score = np.array([0.0, SWAY / SWAY_STD**2])
     for normal in sums:
-        own = np.linalg.pinv(normal[1:, 1:3])
-        information += normal[0, 0] - normal[0, 1:3] @ own @ normal[1:, 0]
-        score += normal[0, 3] - normal[0, 1:3] @ own @ normal[1:, 3]
-    return float(score / max(information, 1e-12))
+        shared, own = slice(SHARED), slice(SHARED, -1)
+        taken = normal[shared, own] @ np.linalg.pinv(normal[own, own])
+        information = information + normal[shared, shared] - taken @ normal[own, shared]
+        score = score + normal[shared, -1] - taken @ normal[own, -1]
+    covariance = np.linalg.inv(information)
+    return float((covariance @ score)[0]), float(np.sqrt(covariance[0, 0]))
 
 
-def _window(part: dict[str, Array], dt: float) -> Array:
-    """(3, 4) normal equations of one window, its place taken out: columns heading, offsets along and across, right-hand side."""
-    psi = np.unwrap(part["psi"])
+def _windows(log: Recording, start: float) -> Array:
+    """(W, 5, 5) normal equations of the log's stretches of WINDOW s, in the units of its positions' noise."""
+    dt = log.dt
+    size = max(round(WINDOW / dt), 8)
+    std = sensor_std(log, NOISE_FLOOR)
+    place = float(np.sqrt(np.mean(std[:2] ** 2)))
+    speed = float(np.nanmean(np.abs(log["u"])))
+    walk = float(np.sqrt(np.mean(std[3:5] ** 2) + (std[2] * speed) ** 2)) * dt
+    ratio = (walk / place) ** 2
+    gain = float(np.clip(0.5 * (np.sqrt(ratio**2 + 4.0 * ratio) - ratio), dt / MEMORY[1], min(dt / MEMORY[0], 1.0)))
+    seen = np.isfinite(np.column_stack([log[name] for name in STATE_CHANNELS])).all(axis=1) & (log.t >= log.t[0] + start)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]]).astype(int))).reshape(-1, 2)
+    found = []
+    for first, last in edges:
+        if last - first >= size:
+            columns = _columns({name: log[name][first:last] for name in STATE_CHANNELS}, dt)
+            white = lfilter([1.0, -1.0], [1.0, gain - 1.0], columns - columns[..., :1]) / place
+            parts = (white[..., row : row + size].reshape(len(white), -1) for row in range(0, last - first - size + 1, size))
+            found += [part @ part.T for part in parts]
+    return np.array(found)
+
+
+def _columns(part: dict[str, Array], dt: float) -> Array:
+    """(5, 2, N) of a stretch without gaps: heading, sway, offsets along and across, positions less the integrated velocity."""
+    psi, u, v = np.unwrap(part["psi"]), part["u"], part["v"]
     cos, sin = np.cos(psi), np.sin(psi)
-    path = np.array([_integral(part["u"] * cos - part["v"] * sin, dt), _integral(part["u"] * sin + part["v"] * cos, dt)])
-    columns = np.array(
+    lateral = u * part["omega_z"] + savgol_filter(v, max(2 * round(0.5 * SLOPE_TIME / dt) + 1, 5), 2, deriv=1, delta=dt)
+    path = np.array([_integral(u * cos - v * sin, dt), _integral(u * sin + v * cos, dt)])
+    return np.array(
         [
             [cos, sin],
+            [-lateral * sin, lateral * cos],
             [_integral(cos, dt), _integral(sin, dt)],
             [_integral(-sin, dt), _integral(cos, dt)],
             [part["x"] - path[0], part["y"] - path[1]],
         ]
     )
-    centred = (columns - columns.mean(axis=2, keepdims=True)).reshape(len(columns), -1)
-    return centred[:3] @ centred.T
 
 
 def _integral(rate: Array, dt: float) -> Array:

@@ -22,12 +22,12 @@ from softsoil.refinement.identify_result import Contradiction, Found, Identifica
 from softsoil.refinement.identify_rules import RULES, Rules
 from softsoil.refinement.known_vehicle import Known, as_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehicle_of
-from softsoil.refinement.wheel_balance import EXCESS, EXCESS_STD
+from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 
 Values = dict[str, float]
-ROLLING_STEPS = 2
-"""Newton steps of the radius: the balance is nearly linear in it."""
+ROLLING_ERROR = 0.0015
+"""What the force law's longitudinal error makes of the radius, as a share (`python -m benchmarks.identify_plant` prints it)."""
 
 
 def identify(
@@ -50,7 +50,7 @@ def identify(
     Example:
         >>> import softsoil
         >>> known = {"mass": 1378.3, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.3302, "width": 0.212}
-        >>> known["simulator"] = softsoil.load_vehicle("reference").simulator
+        >>> known["simulator"] = {**softsoil.load_vehicle("reference").simulator, "contact_search": 0.0018}
         >>> multi, lock, _ = softsoil.example_logs()
         >>> found = softsoil.identify([lock, multi], softsoil.load_soil("clay"), known)
         >>> found.verdict, found.judged.log
@@ -69,7 +69,8 @@ def identify(
     bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]
     fitted = bench.only([i for i in range(len(recordings)) if i != last])
-    state = _fit(fitted, _by_motion(bench, rules), rules, progress)
+    moved, place = _by_motion(bench, rules)
+    state = _fit(fitted, moved, rules, progress)
     had = excitation(fitted.recordings, start)
     judgement = judge(bench.only([last]), state.values, rules.model_error_n)
     numbers = _numbers(fitted, state)
@@ -89,7 +90,7 @@ def identify(
         vehicle=vehicle,
         known=known,
         seconds=time.perf_counter() - began,
-        notes=tuple(f"{r.name}: {note}" for r in recordings for note in r.notes),
+        notes=(*place, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
     )
 
 
@@ -118,7 +119,8 @@ def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
 
 def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progress: Callable[[float], None]) -> _State:
     """All numbers free, given ones within their error of measuring; those that the logs contradict freed; those that they do not
-    see fixed as expected, and the rest fitted once more."""
+    see fixed as expected, and the rest fitted once more. The fits that judge what is given leave the radius free: a wrong one
+    would move n and the numbers, and they the evidence against it."""
     before = expected(bench.known)
     names = [number.name for number in NUMBERS if number.free]
     contradictions = list(by_motion)
@@ -126,15 +128,22 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     values: Values = _moved(bench, contradictions)
     n = first_n(bench, values)
     for _ in range(rules.rounds):
-        fit = fit_numbers(bench, free_numbers(bench, names, doubted), values, n)
+        fit = fit_numbers(bench, free_numbers(bench, names, [*doubted, "radius"]), values, n)
         progress(0.5)
         values, n = {**values, **_values(fit)}, _n(fit)
         errors = errors_of(fit)
-        found = _by_rolling(bench, values, n, doubted, rules) or _worst(bench, fit, errors, doubted, rules)
+        found = _worst(bench, fit, errors, doubted, rules)
         if found is None:
             break
         doubted.append(found.name)
         contradictions.append(found)
+    rolling = by_rolling(bench.known, values, errors, rules)
+    if rolling is not None:
+        doubted.append(rolling.name)
+        contradictions.append(rolling)
+    else:
+        fit = fit_numbers(bench, free_numbers(bench, names, doubted), values, n)
+        values, n, errors = {**values, **_values(fit)}, _n(fit), errors_of(fit)
     contradictions = [_settled(c, values, errors) for c in contradictions]
     std = {name: min(errors.std[name], before[name][1]) if name not in doubted else errors.std[name] for name in names}
     kept = [name for name in names if name in doubted or std[name] <= rules.seen * before[name][1]]
@@ -173,38 +182,36 @@ def _n(fit: WindowFit) -> list[float]:
     return [float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is not None]
 
 
-def _by_motion(bench: Bench, rules: Rules) -> list[Contradiction]:
-    """l_f against position and course of all logs, the one left out among them: no force law and no n are in it."""
+def _by_motion(bench: Bench, rules: Rules) -> tuple[list[Contradiction], tuple[str, ...]]:
+    """l_f against position and course of all logs, the one left out among them: no force law and no n are in it. Whether it is
+    contradicted, and a note of what the logs say."""
     place = front_axle(bench.recordings)
     given, std = expected(bench.known)["l_f"]
     if place is None:
-        return []
-    sigmas = abs(place.value - given) / np.hypot(place.std, std)
+        return [], ("l_f: the logs turn too little to say where the front axle is",)
+    own = float(np.hypot(place.std, std))
+    sigmas = abs(place.value - given) / own
+    note = (
+        f"l_f: given as {given:.3f} m, {with_error(place.value, place.std)} m by position against course ({sigmas:.1f} standard "
+        f"deviations); these logs contradict one that is {1e3 * rules.contradicted_motion * own:.0f} mm off"
+    )
     if sigmas < rules.contradicted_motion or abs(place.value - given) < rules.material * bench.known.wheelbase:
-        return []
-    return [Contradiction("l_f", given, place.value, place.std, float(sigmas), "position against course")]
+        return [], (note,)
+    return [Contradiction("l_f", given, place.value, place.std, float(sigmas), "position against course")], (note,)
 
 
-def _by_rolling(
-    bench: Bench, values: Mapping[str, float], n: Sequence[float], doubted: Sequence[str], rules: Rules
-) -> Contradiction | None:
-    """The radius, as a tape would say it, against the longitudinal balance of the wheels, everything else as fitted."""
-    given, std = expected(bench.known)["radius"]
-    if "radius" in doubted:
+def by_rolling(known: Known, values: Mapping[str, float], errors: Errors, rules: Rules) -> Contradiction | None:
+    """The radius, as a tape would say it, against wheel speeds, motion and the balances of the wheels.
+
+    values, errors: of a fit that did not know the radius.
+    """
+    given, (rolls, std) = known["radius"], expected(known)["radius"]
+    own = float(np.hypot(errors.std["radius"], ROLLING_ERROR * given))
+    off = values["radius"] - rolls
+    sigmas = float(abs(off) / np.hypot(own, std))
+    if sigmas < rules.contradicted_motion or abs(off) < rules.material * given:
         return None
-    radius = values["radius"]
-    for _ in range(ROLLING_STEPS):
-        p = bench.parameters({**values, "radius": radius}, n)
-        parts = [balance.radius(row) for balance, row in zip(bench.balances, p, strict=True)]
-        information, score = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
-        radius += float(score.sum() / information.sum())
-    spread = (score - information * (score.sum() / information.sum())) / information.mean()
-    own = float(np.hypot(np.std(spread) / np.sqrt(len(spread)), EXCESS_STD * given))
-    radius /= 1.0 + EXCESS
-    sigmas = float(abs(radius - given) / np.hypot(own, std))
-    if sigmas < rules.contradicted_motion or abs(radius - given) < rules.material * given:
-        return None
-    return Contradiction("radius", given, radius, own, sigmas, "speed and the longitudinal balance of the wheels")
+    return Contradiction("radius", given, given + off, own, sigmas, "the speeds that its wheels roll at")
 
 
 def _moved(bench: Bench, contradictions: Sequence[Contradiction]) -> Values:
@@ -229,7 +236,7 @@ def _worst(bench: Bench, fit: WindowFit, errors: Errors, doubted: Sequence[str],
 
 def _settled(c: Contradiction, values: Mapping[str, float], errors: Errors) -> Contradiction:
     """The contradiction with the value and error of the fit in which its number was free."""
-    if c.name not in errors.names or c.name == "radius":  # the fit's is what rolls, not what a tape says
+    if c.name not in errors.names or c.name == "radius":  # the fit's is what rolls, not what a tape measures
         return c
     return Contradiction(c.name, c.given, values[c.name], errors.std[c.name], c.sigmas, c.evidence)
 

@@ -10,8 +10,8 @@ class Rules:
     """Thresholds.
 
     seen: largest share of its prior standard deviation that a number's standard error keeps for it to be identified;
-    contradicted_motion: the same by kinematics or the wheels' longitudinal balance, which depend on little else;
-    contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted; material: the
+    contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted;
+    contradicted_motion: the same of l_f by position and of the radius by rolling, which depend on little else; material: the
     least departure of a given number that matters, as a share of its value; n_std: largest standard error of n, as a share of it;
     inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error that
     one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after another;

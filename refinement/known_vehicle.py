@@ -15,6 +15,8 @@ NEEDED = ("mass", "l_f", "l_r", "track", "radius", "width")
 """What a scale and a tape give: without them nothing can be said of the rest."""
 LOADS = ("load_front", "load_rear", "wheelbase")
 """In the place of l_f and l_r."""
+SEARCH = "contact_search"
+"""Key of [simulator] that only known numbers have: an identified radius is the one that rolls."""
 HEIGHT_OVER_TRACK = 0.38
 BOUNDS = {n.name: (n.lower, n.upper, n.unit) for n in NUMBERS}
 
@@ -25,7 +27,8 @@ class Known:
 
     name; numbers: of the vehicle itself; effects: of declared effects, as in a vehicle file; stated: standard deviations that the
     file states in its table [uncertainty]; file: where it comes from; simulator: as in a vehicle file, of a simulated soil;
-    steering: map of the steering.
+    steering: map of the steering; search: how far below a wheel the simulated soil's contact search finds it (m): its wheels roll
+    as if their radius were larger by as much.
     """
 
     name: str
@@ -35,6 +38,7 @@ class Known:
     file: str = ""
     simulator: dict[str, float] = field(default_factory=dict)
     steering: SteeringMap | None = None
+    search: float = 0.0
 
     def __getitem__(self, name: str) -> float:
         """A number that every known vehicle has."""
@@ -133,11 +137,14 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     simulator = {
         str(key): finite(value, f"{where}: simulator.{key}") for key, value in _table(table.get("simulator", {}), where).items()
     }
+    search = simulator.pop(SEARCH, 0.0)
+    if not 0.0 <= search <= numbers["radius"] / 10:
+        raise ValueError(f"{where}: simulator.{SEARCH}: expected 0 to a tenth of the radius (m), found {search:g}")
     for key in simulator:
         if key not in SIMULATOR:
-            raise ValueError(f"{where}: simulator: expected keys {', '.join(SIMULATOR.names)}; found {key!r}")
+            raise ValueError(f"{where}: simulator: expected keys {', '.join((*SIMULATOR.names, SEARCH))}; found {key!r}")
     steering = steering_from_table(table.get("steering", {}), where)
-    return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator, steering)
+    return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator, steering, search)
 
 
 def _table(value: Any, where: str) -> dict[str, Any]:

@@ -12,6 +12,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from softsoil.files.toml_file import read_toml
 from softsoil.refinement.known_vehicle import BOUNDS, Known
 from softsoil.symbolic.signals import Layout, Signal
@@ -121,6 +123,8 @@ OWN: tuple[Number, ...] = (
            "0 for a real soil; simulators of soil contact step by 0.5 to 2 ms", _plain(1e-6), "settings of the simulator"),
 )  # fmt: skip
 """Numbers of the vehicle itself, in the order of its file, and of the simulated soil that its logs may come from."""
+SEARCH_STD = 0.0003
+"""m: how well it is known by how much a simulator's contact search enlarges its wheels (`python -m benchmarks.plant_axles`)."""
 WIDE = 0.1
 """Share of its value within which a given number lies whose error of measuring is not believed."""
 REAL_SOIL = 2e-4
@@ -141,7 +145,8 @@ def by_name() -> dict[str, Number]:
 
 
 def expected(known: Known) -> dict[str, tuple[float, float]]:
-    """Name -> (value, standard deviation) before any log: as given with the error of measuring it, or the prior."""
+    """Name -> (value, standard deviation) before any log: as given with the error of measuring it, or the prior; the radius as it
+    rolls."""
     table = {}
     for number in NUMBERS:
         given = known.value(number.name)
@@ -150,6 +155,9 @@ def expected(known: Known) -> dict[str, tuple[float, float]]:
         else:
             std = known.stated.get(number.name) or number.measured(known, given)
             table[number.name] = (given, max(std, 1e-9))
+    if known.search:
+        tape, std = table["radius"]
+        table["radius"] = (tape + known.search, float(np.hypot(std, SEARCH_STD)))
     return table
 
 

@@ -30,9 +30,6 @@ AVERAGED = 0.25
 MODEL_STD = np.array([0.3, 0.03, 0.03])
 """What a right model leaves (m/s^2, 1, 1): the force law's longitudinal error, 3 % of the weight, and as much of the axle's load
 between the wheels of an axle, the friction of its differential among it."""
-EXCESS, EXCESS_STD = 0.004, 0.0015
-"""Share by which a wheel in soil rolls as if larger than a tape says, and how well that is known: on the reference vehicle
-(`vehicles/reference.toml`: radius, identified) 0.3 to 0.5 %, since the force law resists rolling a little too much."""
 BALANCES = ("longitudinal", "front", "rear")
 
 
@@ -107,16 +104,6 @@ class WheelBalance:
         values = self._averaged(self._series(np.array(sets)))
         slope = (values[1:] - values[0]) / np.array(steps).reshape(-1, 1, 1)
         return Linear(values[0], np.zeros((*values[0].shape, 0)), np.moveaxis(slope, 0, -1))
-
-    def radius(self, p: Array) -> tuple[Array, Array]:
-        """Information (C,) on the radius (1/m^2) and its score (C,) of each cluster's longitudinal balance, at p (n_p,)."""
-        index = self._compiled.model.p.index("radius")
-        step = 1e-5 * float(p[index])
-        moved = p.copy()
-        moved[index] += step
-        here, there = self._averaged(self._series(np.array([p, moved]))).reshape(2, len(self._rows), -1, len(BALANCES))[..., 0]
-        slope = (there - here) / step
-        return (slope**2).sum(axis=1), -(slope * here).sum(axis=1)
 
     def _averaged(self, series: Array) -> Array:
         """(K, C, m) means in standard deviations of the series (K, N, 3)."""

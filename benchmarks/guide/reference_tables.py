@@ -9,6 +9,7 @@ import softsoil
 from benchmarks.guide.markdown import code, number, table, unit_of
 from softsoil.files.package_data import VEHICLE_NAMES, vehicle_file
 from softsoil.recording.drive import CHANNEL_UNITS
+from softsoil.refinement.known_vehicle import SEARCH
 from softsoil.symbolic.soil import SOIL_SIGNALS, SOILS
 from softsoil.symbolic.vehicle import NUMBERS, SIMULATOR, load_vehicle
 
@@ -31,6 +32,7 @@ def vehicle_reference() -> str:
         for name, vehicle in zip(VEHICLE_NAMES, vehicles, strict=True)
     ]
     simulator = [(code(s.name), unit_of(s.unit), s.doc, number(s.nominal)) for s in SIMULATOR]
+    simulator.append((code(SEARCH), "m", "how far below a wheel its contact search finds it; in known numbers", "0"))
     return (
         table(head, rows)
         + "\n\n## Effects that the built-in vehicles declare\n\nA table `[effects.<name>]` in the file.\n\n"

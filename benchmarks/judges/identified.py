@@ -1,8 +1,8 @@
 """`softsoil identify` judged on a vehicle of the independent simulator: n, yaw inertia, predictions and traced effects.
 
-Fitted: the drives of the case with the noise named "good". Judged, on all its other drives: n by the filter and by the horizon
-with Table-5 noise from two initial guesses, n by all windows at once, predictions over 2.5 s from clean states; the yaw inertia
-against what the true wheel forces balance with (read here only, to judge); what `refine` names on drives with an effect.
+Fitted: the drives of the case with the noise named "good". Judged, on all its other drives (`vehicle_judge.py`): n by the filter
+and by the horizon with Table-5 noise from two initial guesses, predictions over 2.5 s from clean states; the yaw inertia against
+what the true wheel forces balance with (read to judge only); what `refine` names on drives with an effect and on the others.
 """
 
 from __future__ import annotations
@@ -16,35 +16,22 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judges.true_soil import drive_name
+from benchmarks.judges.vehicle_judge import GUESSES, joined, judge_drive, lines, words
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.estimate import METHODS, run_method
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.horizons import Replay
-from softsoil.estimator.inputs import sensor_std
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.unknown_ground import N_NAMES, N_SCALE
-from softsoil.estimator.window_fit import fit_windows
 from softsoil.mpc_demo.blind_test import score
-from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.refinement.identify import identify
-from softsoil.refinement.identify_bench import FASTEST, MODEL_STD, NOISE_FLOOR
-from softsoil.refinement.identify_bench import HORIZON as HORIZON_OF_FIT
-from softsoil.refinement.identify_result import JUDGED_STATES, Identification
+from softsoil.refinement.identify_result import Identification
 from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.refine import refine
-from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
-from softsoil.symbolic.soil import Soil, load_soil
+from softsoil.symbolic.soil import load_soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
-HORIZON = 2.5
-"""s, of the predictions."""
-GUESSES = (0.2, -0.15)
-"""Initial guesses of n, off the true one."""
+CONTACT_SEARCH = 0.0018
+"""m below a wheel where the reference simulator's contact search finds it (`python -m benchmarks.plant_axles`: rolls as if)."""
 ROWS = 9
 """Samples over which true forces and yaw rate are averaged."""
 START_UP = 2.0
@@ -81,6 +68,7 @@ class Case:
 def add_options(parser: argparse.ArgumentParser, out: str) -> None:
     """Options of such a benchmark; out: where the identified vehicle file is written by default."""
     parser.add_argument("--effects", action="store_true", help="trace the drives with an effect, and the nominal ones, too")
+    parser.add_argument("--only-effects", action="store_true", help="trace only")
     parser.add_argument("--vehicle", type=Path, help="judge this vehicle file in the place of a new identification")
     parser.add_argument("--out", type=Path, default=Path(out), help="where the vehicle file is written")
 
@@ -96,8 +84,9 @@ def run(case: Case, asked: argparse.Namespace) -> None:
     else:
         vehicle = load_vehicle(asked.vehicle)
     print_inertia(case, vehicle)
-    judge(case, vehicle)
-    if asked.effects:
+    if not asked.only_effects:
+        judge(case, vehicle)
+    if asked.effects or asked.only_effects:
         trace(case, vehicle)
 
 
@@ -141,53 +130,13 @@ def print_inertia(case: Case, vehicle: Vehicle) -> None:
 
 def judge(case: Case, vehicle: Vehicle) -> None:
     """Print n and predictions of the drives that no fit has seen."""
-    errors: dict[str, list[float]] = {method: [] for method in (*METHODS, "windows")}
-    logs: list[np.ndarray] = []
+    parts = []
     for i, path in enumerate(case.judged):
-        name, soil = drive_name(path), load_soil(str(named_soil(path.name)))
-        clean, n_true = read_drive(path), float(named_n(name) or np.nan)
-        noisy = add_noise(clean, "table5", 100 + i)
-        model = Declaration(vehicle, soil).build()
-        words = []
-        for method in METHODS:
-            found = [float(run_method(noisy, model, n_true + off, method).n_front[-1]) / n_true - 1 for off in GUESSES]
-            errors[method] += found
-            words.append(f"{method} " + ", ".join(f"{100 * e:+.1f}" for e in found) + " %")
-        mse = []
-        for numbers in (declared_vehicle(case.known), vehicle_of(case.known, {"max_steer": vehicle.max_steer}), vehicle):
-            n = n_by_windows(numbers, noisy, soil)
-            built = Declaration(numbers, soil.with_(n=n)).build()
-            mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
-        errors["windows"].append(n / n_true - 1)
-        ratio = [float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2]]
-        logs.append(np.log(ratio))
-        print(
-            f"{name:28s} n {n_true:.2f}: {', '.join(words)}, windows {100 * errors['windows'][-1]:+.1f} %; "
-            f"mse at {HORIZON} s {ratio[0]:.1f} ({ratio[1]:.1f}) times smaller",
-            flush=True,
-        )
-    for kind, values in errors.items():
-        size = 100 * np.abs(values)
-        print(f"n by {kind}, Table-5 noise: median {np.median(size):.1f} %, worst {size.max():.1f} %")
-    plain, expected = np.exp(np.mean(logs, axis=0))
-    print(
-        f"mse at {HORIZON} s, geometric mean: {plain:.1f} times smaller than with the known file as it stands (no effects), "
-        f"{expected:.1f} times than with everything else as expected of any vehicle"
-    )
-
-
-def n_by_windows(vehicle: Vehicle, drive: Recording, soil: Soil) -> float:
-    """n of a drive by all its windows at once, their initial states free."""
-    model = Declaration(vehicle, soil).build()
-    ready = shooting_drive(drive, model, START_UP)
-    sigma = np.hypot(MODEL_STD, sensor_std(drive, NOISE_FLOOR))
-    windows = FreeWindows(WindowModel(model, ready.dt), ready, HORIZON_OF_FIT, sigma, FASTEST)
-    free = [Free("n", N_NAMES, N_SCALE, 0.2, 1.6)]
-    fits = []
-    for guess in (0.4, 0.9):
-        p = model.p.pack(n_f=guess, n_r=guess)
-        fits.append(fit_windows([windows], free, np.array([guess]), p))
-    return float(min(fits, key=lambda fit: fit.cost).value[0])
+        name = drive_name(path)
+        soil, n = load_soil(str(named_soil(path.name))), float(named_n(name) or np.nan)
+        parts.append(judge_drive(vehicle, case.known, read_drive(path), soil, n, 100 + i, GUESSES))
+        print(f"{name:28s} n {n:.2f}: {words(parts[-1])}", flush=True)
+    print(*lines(joined(parts)), sep="\n")
 
 
 def trace(case: Case, vehicle: Vehicle) -> None:

@@ -58,10 +58,19 @@ class Judgement:
         return sum(e.verdict == "identified" and abs(e.error) > TRUSTED for e in self.estimates)
 
 
-def judge_drive(vehicle: Vehicle, known: Known, clean: Recording, soil: Soil, n: float, seed: int) -> Judgement:
+def judge_drive(
+    vehicle: Vehicle,
+    known: Known,
+    clean: Recording,
+    soil: Soil,
+    n: float,
+    seed: int,
+    horizon_guesses: Sequence[float] = GUESSES[1:],
+) -> Judgement:
     """The vehicle on one drive; verdicts as of `softsoil.estimate`, with the windows behind them fitted once for all estimates.
 
-    vehicle: judged file; known: what its owner knows; clean: without noise; soil: class; n: true one; seed: of the noise.
+    vehicle: judged file; known: what its owner knows; clean: without noise; soil: class; n: true one; seed: of the noise;
+    horizon_guesses: first guesses of the horizon, the last of which predictions take n from; the filter has GUESSES.
     """
     noisy = add_noise(clean, "table5", seed)
     model = Declaration(vehicle, soil).build()
@@ -72,8 +81,9 @@ def judge_drive(vehicle: Vehicle, known: Known, clean: Recording, soil: Soil, n:
     def final(method: str, guess: float) -> float:
         return float(run_method(noisy, model, guess, method).n_front[-1])
 
-    best = final("horizon", GUESSES[1])
-    ends = [("horizon", GUESSES[1], best, ())]
+    ends: list[tuple[str, float, float, tuple[float, ...]]] = []
+    ends += [("horizon", guess, final("horizon", guess), ()) for guess in horizon_guesses]
+    best = ends[-1][2]
     others = (final("ukf", float(np.clip(evidence.n[0], *BOUNDS))),)
     ends += [("ukf", guess, final("ukf", guess), others) for guess in GUESSES]
     estimates = [
@@ -87,6 +97,13 @@ def judge_drive(vehicle: Vehicle, known: Known, clean: Recording, soil: Soil, n:
         mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
     before, expected = (float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2])
     return Judgement(tuple(estimates), ((before, expected),))
+
+
+def words(part: Judgement) -> str:
+    """The judgement of one drive in one line."""
+    estimates = ", ".join(f"{e.method} from {e.guess:g} {100 * e.error:+.1f} % {e.verdict}" for e in part.estimates)
+    before, expected = part.ratios[0]
+    return f"{estimates}; mse {before:.0f} ({expected:.1f}) times smaller"
 
 
 def joined(parts: Sequence[Judgement]) -> Judgement:
@@ -104,9 +121,9 @@ def lines(judgement: Judgement) -> list[str]:
             f"n by {method}, Table-5 noise, {len(errors)} estimates: median {np.median(errors):.1f} %, worst {errors.max():.1f} %"
             f", {within:.0f} % within 10 %"
         )
-    words = [e.verdict for e in judgement.estimates]
-    counts = ", ".join(f"{word} {words.count(word)}" for word in sorted(set(words), key=words.count, reverse=True))
-    out.append(f"verdicts: {counts}; more than 10 % off and called identified: {judgement.trusted_wrongly} of {len(words)}")
+    verdicts = [e.verdict for e in judgement.estimates]
+    counts = ", ".join(f"{word} {verdicts.count(word)}" for word in sorted(set(verdicts), key=verdicts.count, reverse=True))
+    out.append(f"verdicts: {counts}; more than 10 % off and called identified: {judgement.trusted_wrongly} of {len(verdicts)}")
     plain, expected = np.exp(np.mean(np.log(judgement.ratios), axis=0))
     out.append(
         f"mse at {HORIZON} s, geometric mean: {plain:.1f} times smaller than with the known file as it stands, {expected:.1f} "

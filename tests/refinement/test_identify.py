@@ -26,9 +26,10 @@ KNOWN = Known(
     "paper",
     {"mass": 1378.33, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.330229, "width": 0.2121, "h_cg": 0.63},
     simulator=load_vehicle("reference").simulator,
+    search=0.0018,
 )
 TRUE = {"yaw_inertia": 2300.0, "scrub": 0.09, "toe": 0.012, "toe_rear": -0.015, "kappa": 0.8, "steering_offset": 0.008}
-SIMULATOR = ["[simulator]", *(f"{k} = {v}" for k, v in KNOWN.simulator.items())]
+SIMULATOR = ["[simulator]", *(f"{k} = {v}" for k, v in KNOWN.simulator.items()), f"contact_search = {KNOWN.search}"]
 TOML = "\n".join([*(f"{k} = {v}" for k, v in KNOWN.numbers.items()), 'name = "paper"', *SIMULATOR])
 
 

@@ -11,9 +11,11 @@ from softsoil.estimator.window_fit import WindowFit
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.geometry_check import beyond_doubt, front_axle, rolling_radius
+from softsoil.refinement.identify import by_rolling
 from softsoil.refinement.identify_asks import asks, excitation
-from softsoil.refinement.identify_errors import departures, errors_of, n_costs
+from softsoil.refinement.identify_errors import Errors, departures, errors_of, n_costs
 from softsoil.refinement.identify_result import Found
+from softsoil.refinement.identify_rules import RULES
 from softsoil.refinement.known_vehicle import Known, known_from_table, load_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, declared_vehicle, expected, free_layout, vehicle_of
 
@@ -73,13 +75,40 @@ def test_the_vehicle_carries_numbers_effects_and_their_uncertainty():
     assert declared_vehicle(KNOWN).effects == {}
 
 
-def moving(l_f=1.4, seconds=40.0, dt=0.012):
-    """A body that moves as it is told, positions of its front axle recorded: kinematics alone."""
+def test_a_contact_search_enlarges_the_expected_radius_and_is_no_number_of_the_vehicle():
+    table = {**NUMBERS_GIVEN, "simulator": {"contact_step": 0.002, "contact_search": 0.002}}
+    known = known_from_table(table, "car.toml", "car")
+    value, std = expected(known)["radius"]
+    assert value == pytest.approx(0.332) and std > expected(KNOWN)["radius"][1]
+    assert known.value("radius") == 0.33 and vehicle_of(known, {}).simulator == {"contact_step": 0.002}
+    with pytest.raises(ValueError, match="contact_search: expected 0 to a tenth of the radius"):
+        known_from_table({**NUMBERS_GIVEN, "simulator": {"contact_search": 0.2}}, "car.toml", "car")
+
+
+def radius_errors(std):
+    return Errors(("radius",), np.array([0.33]), np.array([[std**2]]), np.array([std**2]), np.zeros(1), np.ones(1))
+
+
+@pytest.mark.parametrize(("share", "said"), [(1.0, False), (1.002, False), (1.01, True), (0.99, True)])
+def test_a_radius_that_does_not_roll_is_contradicted(share, said):
+    errors = radius_errors(0.0002)
+    contradiction = by_rolling(KNOWN, {"radius": share * 0.33}, errors, RULES)
+    assert (contradiction is not None) == said
+    if said:
+        assert contradiction.value == pytest.approx(share * 0.33) and contradiction.sigmas > RULES.contradicted_motion
+    rough = known_from_table({**NUMBERS_GIVEN, "simulator": {"contact_search": 0.0033}}, "car.toml", "car")
+    assert by_rolling(rough, {"radius": 1.01 * 0.33}, errors, RULES) is None, "the search makes up for it"
+
+
+def moving(l_f=1.4, seconds=40.0, dt=0.012, sway=0.0):
+    """A body that moves as prescribed, positions of its front axle recorded: kinematics alone. sway: m per m/s^2."""
     fine = dt / 20
     t = fine * np.arange(round(seconds / fine))
     psi, u, v = 0.5 * np.sin(2.1 * t), 5.0 + np.sin(0.6 * t), 0.3 * np.cos(2.1 * t)
     x = np.cumsum(u * np.cos(psi) - v * np.sin(psi)) * fine + l_f * np.cos(psi)
     y = np.cumsum(u * np.sin(psi) + v * np.cos(psi)) * fine + l_f * np.sin(psi)
+    aside = sway * (np.gradient(v, fine) + u * 1.05 * np.cos(2.1 * t))
+    x, y = x - aside * np.sin(psi), y + aside * np.cos(psi)
     channels = {"t": t, "x": x, "y": y, "psi": psi, "u": u, "v": v, "omega_z": 1.05 * np.cos(2.1 * t)}
     return Recording("moving", {name: values[::20] for name, values in channels.items()})
 
@@ -91,6 +120,20 @@ def test_the_front_axle_is_where_positions_and_course_say():
     noisy = [front_axle([add_noise(drive, "good", seed)]) for seed in range(5)]
     assert all(abs(place.value - 1.4) < 3.5 * place.std for place in noisy)
     assert all(exact.std < place.std < 0.05 for place in noisy)
+
+
+def test_the_sway_of_a_rolling_body_is_no_length():
+    swaying = [front_axle([moving(1.4, sway=sway)]).value for sway in (0.0, 0.002, 0.004)]
+    assert np.abs(np.array(swaying) - 1.4).max() < 2e-3
+    noisy = [front_axle([add_noise(moving(1.4, sway=0.004), "good", seed)]) for seed in range(5)]
+    assert all(abs(place.value - 1.4) < 3.0 * place.std for place in noisy)
+
+
+def test_a_gap_in_a_log_costs_windows_only():
+    drive = moving(1.4)
+    gap = np.where((drive.t > 11.0) & (drive.t < 13.0), np.nan, 1.0)
+    place = front_axle([drive.with_channels(x=drive["x"] * gap, y=drive["y"] * gap)])
+    assert place.value == pytest.approx(1.4, abs=2e-3) and place.windows < front_axle([drive]).windows
 
 
 def test_a_drive_straight_on_says_nothing_of_the_front_axle():
