@@ -17,7 +17,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
-from benchmarks.plant_vehicle import SETTLE, conditions, with_the_others_steering
+from benchmarks.judges.drive_windows import SETTLE, conditions, with_the_others_steering
 from softsoil.mpc_demo.study import GUESS_OFF, LATERAL
 from softsoil.plant.replay import LEAD, replay
 from softsoil.recording.drive import Recording
