@@ -72,7 +72,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         o.standstill_speed = number(&b, 1.0);
         o.gate_patience = (int32_t)byte(&b) - 8;
         o.gate_patience_rates = (int32_t)byte(&b) % 8 - 1;
-        for (int i = 0; i < SOFTSOIL_N_X; ++i) o.force_std[i] = number(&b, 1.0);
+        for (int i = 0; i < SOFTSOIL_N_Y; ++i) o.miss_std[i] = number(&b, 1.0);
+        for (int i = 0; i < SOFTSOIL_N_X; ++i) o.kick_std[i] = number(&b, 1.0);
+        o.fastest = number(&b, 2.0);
+        o.run_in = number(&b, 1.0);
+        o.common_error = number(&b, 1.0);
         o.change_after = number(&b, 1.0);
         o.change_sigmas = number(&b, 2.0);
         o.change_std = number(&b, 1.0);

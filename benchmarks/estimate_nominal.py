@@ -2,7 +2,7 @@
 
 Each nominal drive (`paper_*`, `multi_*`, `steps_*`) gets sensor noise, n is estimated from first guesses off by +0.2 and
 -0.15 (one n for both axles), and the value at the end is held against the n in the drive's name. Nothing is fitted here.
-`--set force_error=0,0` runs the filter with another number of its tuning (`estimator/tuning.py`), to see what that one is worth.
+`--set run_in=0` runs the filter with another number of its tuning (`estimator/tuning.py`), to see what that one is worth.
 """
 
 import argparse

@@ -68,7 +68,7 @@ class LiveEstimator:
     @property
     def n_std(self) -> float:
         """Its standard deviation."""
-        return float(np.sqrt(self.filter.variance[self._n_at]))
+        return float(self.terrain.n_std[0])
 
     @property
     def states(self) -> Array:

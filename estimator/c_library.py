@@ -48,7 +48,8 @@ def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
     states = model.x
     return FilterNumbers(
         q_std=_floats(tuning.q_std(states)), r_std=tuning.sensor_floor, gate=tuning.gate,
-        std0=_floats(tuning.std0(states, tuning.sensor_floor)), force_std=_floats(tuning.force_std(states)),
+        std0=_floats(tuning.std0(states, tuning.sensor_floor)), miss_std=tuning.output_error,
+        kick_std=_floats(tuning.kick_std(states)), fastest=tuning.fastest, run_in=tuning.run_in, common_error=tuning.common_error,
         ceiling=_floats(by_unit(states, tuning.ceiling, 1e5)), patience=tuning.patience, patience_rates=tuning.patience_rates,
         pose=tuple(int(name in POSE) for name in model.y.names), soil=tuple(name for name in states.names if name in N_NAMES),
         change_after=tuning.change_after, change_sigmas=tuning.change_sigmas, change_std=tuning.change_std,

@@ -37,15 +37,15 @@ class DriftChannel:
 
 
 CHANNELS = (
-    DriftChannel("along", 0.0191, 0.089, "x", ("late or displaced sensor",)),
-    DriftChannel("side", 0.0211, 0.094, "y", ("late or displaced sensor",)),
-    DriftChannel("heading", 0.0023, 0.018, "psi", ("late or displaced sensor",)),
-    DriftChannel("speed", 0.0369, 0.223, "u", ("resistance",)),
-    DriftChannel("lateral", 0.0758, 0.433, "v", ("constant side force",)),
-    DriftChannel("yaw", 0.0907, 0.344, "omega_z", ("constant side force",)),
-    DriftChannel("yaw_turning", 0.0999, 0.292, "omega_z", ("turning moment",)),
-    DriftChannel("yaw_steering", 0.0702, 0.346, "omega_z", ("late steering",)),
-    DriftChannel("n", 0.0257, 0.099, "", ("cornering slope",)),
+    DriftChannel("along", 0.0206, 0.086, "x", ("late or displaced sensor",)),
+    DriftChannel("side", 0.0174, 0.105, "y", ("late or displaced sensor",)),
+    DriftChannel("heading", 0.0038, 0.012, "psi", ("late or displaced sensor",)),
+    DriftChannel("speed", 0.0309, 0.152, "u", ("resistance",)),
+    DriftChannel("lateral", 0.0269, 0.216, "v", ("constant side force",)),
+    DriftChannel("yaw", 0.0317, 0.094, "omega_z", ("constant side force",)),
+    DriftChannel("yaw_turning", 0.0227, 0.071, "omega_z", ("turning moment",)),
+    DriftChannel("yaw_steering", 0.0222, 0.074, "omega_z", ("late steering",)),
+    DriftChannel("n", 0.0181, 0.278, "", ("cornering slope",)),
 )
 """along, side: of the vehicle's position, in its own frame (m); heading (rad); speed, lateral (m/s); yaw (rad/s): what is
 corrected whatever happens, in turning to the side of the turn, and while the steering moves to the side it moves to; n: the soil.

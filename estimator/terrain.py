@@ -118,12 +118,12 @@ def estimate_terrain(
         if (k + 1) % every == 0 and seen_rows[k + 1]:
             seen = own.update(measured[k + 1])
             step_us.append((time.perf_counter() - began) * 1e6)
-            kept.append((log.t[k + 1], seen.nis, seen.dof, own.ukf.x, own.ukf.variance))
+            kept.append((log.t[k + 1], seen.nis, seen.dof, own.ukf.x, own.n_std))
             if progress is not None and len(kept) % 64 == 0:
                 progress((k + 1) / len(log))
     where = [augmented.x.index(name) for name in (("n", "n") if tied else ("n_f", "n_r"))]
-    t, nis, dof, states, variances = (np.array(column) for column in zip(*kept, strict=True))
-    n, std = states[:, where], np.sqrt(variances[:, where])
+    t, nis, dof, states, n_std = (np.array(column) for column in zip(*kept, strict=True))
+    n, std = states[:, where], n_std[:, [0, -1]]
     return TerrainEstimate(
         t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
         states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=own.ukf.counts, step_us=np.array(step_us),

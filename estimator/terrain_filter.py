@@ -2,8 +2,9 @@
 
 The rules, in the order in which they act; the generated C library has the same (`softsoil_filter.c`, `softsoil_policy.h`):
 an input that is missing or beyond reason keeps its last value; a vehicle that stands or reverses keeps its place and soil; the
-process noise grows with the lateral force; a measurement that is missing, beyond reason or outside the gate is left out; one
-that stays outside the gate to the same side is believed, its state put where it is; an n that moves on and on is opened.
+process noise grows while histories are not yet the drive's or the steering kicks; a measurement that is missing, beyond reason or
+outside the gate is left out; one that stays outside the gate to the same side is believed, its state put where it is; an n that
+moves on and on is opened.
 """
 
 from __future__ import annotations
@@ -60,8 +61,8 @@ class TerrainFilter:
         tuning, states = self.tuning, model.x
         self._parts = max(1, math.ceil(dt / LONGEST_STEP - CLOCK_SLACK))
         self._step = dt / self._parts
-        self._q, self._force = tuning.q_std(states) ** 2, tuning.force_std(states) ** 2
-        self._forced = np.flatnonzero(self._force)
+        self._q, self._kick = tuning.q_std(states) ** 2, tuning.kick_std(states) ** 2
+        self._kicked = np.flatnonzero(self._kick)
         self._ceiling = by_unit(states, tuning.ceiling, 1e5)
         self._soil = [i for i, name in enumerate(states.names) if name in N_NAMES]
         self._fades = [i for i, name in enumerate(states.names) if name in FADING]
@@ -73,9 +74,10 @@ class TerrainFilter:
         self._wheels = [i for i, name in enumerate(model.external.names) if name in WHEEL_CHANNELS]
         self._patience = tuning.patiences(model.y)
         self._opens = [states.names.index(name) if name in states.names else -1 for name in model.y.names]
-        self._r = np.asarray(r_std, dtype=float) ** 2
+        sensor = np.asarray(r_std, dtype=float)
+        self._r = sensor**2 + np.array(tuning.output_error) ** 2
         self._steer_rate = model.external.names.index("steer_rate") if "steer_rate" in model.external.names else -1
-        self.drift = DriftMonitor(self._noise_scale())
+        self.drift = DriftMonitor(self._noise_scale(sensor))
         self.ukf = UnscentedKalmanFilter(
             model, self._step, q=self._q * self._step, r=self._r, x0=states.nominal,
             p0=np.ones(len(states)), gate=tuning.gate, order=factor_order(model),
@@ -90,15 +92,15 @@ class TerrainFilter:
         self._q = self.tuning.q_std(self.model.x) ** 2
         if not learn:
             std0[self._soil] = self._q[self._soil] = 0.0
-        self.learn, self.t = learn, t
+        self.learn, self.t, self._run_in_to = learn, t, t + self.tuning.run_in
         self.ukf.restart(x0, std0**2)
         self.ukf.set_process_variance(range(len(self._q)), self._q * self._step)
         self.status = FilterStatus()
         self.changes: list[float] = []
         self.drift.start(t)
-        self._reversing = False
+        self._reversing, self._kicks, self._rate = False, False, 0.0
         self._runs = np.zeros(len(self.model.y), dtype=int)
-        self._past: deque[Array] = deque(maxlen=CHANGE_SAMPLES)
+        self._past: deque[tuple[Array, Array]] = deque(maxlen=CHANGE_SAMPLES)
         # Twice the time: the first seconds are convergence from the first guess, not a change.
         self._settled, self._keep = t + 2 * self.tuning.change_after, t
 
@@ -118,6 +120,7 @@ class TerrainFilter:
             self._stay_below_ceilings()
             u = self.ukf.held_inputs
         self.t += self.dt
+        self._rate = float(u[self._steer_rate]) if self._steer_rate >= 0 else 0.0
         self.status = FilterStatus(standing=standing, refused=refused, drift=self.drift.level)
 
     def update(self, y: ArrayLike) -> Innovation:
@@ -137,7 +140,8 @@ class TerrainFilter:
             self.ukf.undo_update()
             self.status = FilterStatus(hold, refused=True)
             return seen
-        drifting = bool(seen.dof) and not hold and self._drifts(before)
+        kicked = abs(self._rate) > self.tuning.fastest  # then velocities follow their sensors, which is no drift
+        drifting = bool(seen.dof) and not hold and not kicked and self._drifts(before)
         jumped = self._believe_jumps(seen, y) if seen.dof < len(seen.used) or self._runs.any() else ()
         changed = bool(seen.dof) and self.learn and not hold and self._soil_changed()
         self._stay_below_ceilings()
@@ -154,7 +158,7 @@ class TerrainFilter:
     @property
     def n_std(self) -> Array:
         """(A,) its standard deviation."""
-        return np.sqrt(self.ukf.variance[self._soil])
+        return np.sqrt(self.ukf.variance[self._soil] + (self.tuning.common_error * self.n) ** 2)
 
     def set_n(self, n: float) -> None:
         """Set n of a filter that does not learn."""
@@ -166,10 +170,14 @@ class TerrainFilter:
     def _move(self, u: Array) -> bool:
         """One step of the model; False where it has no usable answer, and nothing was done."""
         before = self.ukf.x
-        if len(self._forced):
-            a_y = before[self._u] * before[self._turn]
-            noise = (self._q + self._force * (a_y * a_y)) * self._step
-            self.ukf.set_process_variance(self._forced, noise[self._forced])
+        rate = float(u[self._steer_rate]) if self._steer_rate >= 0 else 0.0
+        if not math.isfinite(rate):
+            rate = self._rate
+        kicks = self.t < self._run_in_to - CLOCK_SLACK or abs(rate) > self.tuning.fastest
+        if kicks != self._kicks:
+            self._kicks = kicks
+            noise = (self._q + self._kick * kicks) * self._step
+            self.ukf.set_process_variance(self._kicked, noise[self._kicked])
         self.ukf.predict(u)
         good = bool(np.all(np.abs(self.ukf.x - before) <= LEAP * self._ceiling)) and bool(np.isfinite(self.ukf.P).all())
         if not good:
@@ -211,24 +219,24 @@ class TerrainFilter:
             self._runs[i] = 0
         return tuple(self.model.y.names[i] for i in due)
 
-    def _noise_scale(self) -> Array:
-        """(9,) factor on the limit of each drift channel, for a sensor that is noisier than the floor."""
+    def _noise_scale(self, sensor: Array) -> Array:
+        """(9,) factor on the limit of each drift channel, for a sensor (n_y,) that is noisier than the floor."""
         floor = dict(zip(self.model.y.names, self.tuning.sensor_floor, strict=False))
-        noise = dict(zip(self.model.y.names, np.sqrt(self._r), strict=True))
+        noise = dict(zip(self.model.y.names, sensor, strict=True))
         return np.array([max(1.0, noise[c.state] / floor[c.state]) if c.state in floor else 1.0 for c in CHANNELS])
 
     def _drifts(self, before: Array) -> bool:
         """Whether corrections have gone to one side for too long; before (n_x,): the estimate before this one."""
         moved = self.ukf.x - before
         motion = (float(before[self._heading]), float(before[self._u]), float(before[self._turn]))
-        steer_rate = float(self.ukf.held_inputs[self._steer_rate]) if self._steer_rate >= 0 else 0.0
-        return self.drift.see(self.t, moved[self._motion], float(moved[self._soil].mean()), motion, steer_rate)
+        return self.drift.see(self.t, moved[self._motion], float(moved[self._soil].mean()), motion, self._rate)
 
     def _soil_changed(self) -> bool:
-        """Whether n has moved too far to be the same soil's, and was opened; called after each update."""
+        """Whether n has moved by more than was left open about it some seconds ago, and was opened; called after each update."""
         tuning, n, changed = self.tuning, self.n, False
         if len(self._past) == CHANGE_SAMPLES and self.t > self._settled + CLOCK_SLACK:
-            moved = np.abs(n - self._past[0]) > tuning.change_sigmas * self.n_std
+            before, std = self._past[0]
+            moved = np.abs(n - before) > tuning.change_sigmas * std
             changed = bool(moved.any())
             if changed:
                 rows = np.array(self._soil)[moved]
@@ -237,7 +245,7 @@ class TerrainFilter:
                 self._settled, self._keep = self.t + tuning.change_after, self.t
                 self.changes.append(self.t)
         if self.t > self._keep - CLOCK_SLACK:
-            self._past.append(n)
+            self._past.append((n, self.n_std))
             every = tuning.change_after / CHANGE_SAMPLES
             self._keep = max(self._keep, self.t - every) + every
         return changed

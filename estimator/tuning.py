@@ -13,7 +13,7 @@ N_NAMES = ("n", "n_f", "n_r")
 """States that are the sinkage exponent: of both axles, or of each."""
 POSE = ("x", "y", "psi")
 FADING = ("v", "omega_z")
-"""Velocities that go to zero when a vehicle stands, and those on which an error of the force laws acts."""
+"""Velocities that go to zero when a vehicle stands, and those that a kick of the steering moves."""
 ByUnit = tuple[tuple[str, float], ...]
 
 
@@ -21,25 +21,31 @@ ByUnit = tuple[tuple[str, float], ...]
 class Tuning:
     """Numbers of the filter that the paper leaves open; the same for every soil, vehicle and log.
 
-    model_error: what the equations miss, as densities per state: standard deviation after one second of accumulation
-    (units of x, y, psi, u, v, omega_z); force_error: what they miss in proportion to the lateral acceleration |u omega_z|,
-    the same densities for v (m/s per m/s^2) and omega_z (rad/s per m/s^2): a force law errs by a share of the force;
-    n_walk: of the sinkage exponent per square root of a second; n_std: of the first guess; extra_std, extra_walk: the same of
-    states that an effect brings; sensor_floor: least standard deviation that a sensor is believed to have; gate: innovation in
-    standard deviations; patience, patience_rates: updates in a row that a measurement of the pose (x, y, psi), or of another
-    state, may fail the gate to the same side before the state is taken to have jumped there (0: never): a pose integrates
-    velocities and leaps by a fault of its sensor only, a velocity by forces that the model misses; change_after, change_sigmas,
-    change_std: an n that has moved by more than change_sigmas of its standard deviation within change_after seconds belongs to
-    another soil, and change_std is added to its uncertainty; standstill: m/s, below it the vehicle is taken to stand: place and
-    soil are held and no force is evaluated; fade: s, time in which slip velocities then go to zero; input_limit, output_limit:
-    beyond these, by unit, a value is none of a vehicle; ceiling: of a standard deviation, by unit; update_every: predictions per
-    update (the paper: 12 ms and 24 ms), 1 for slow logs.
+    model_error: what the equations miss, as densities per state: standard deviation after one second of accumulation (units of
+    x, y, psi, u, v, omega_z); output_error: what a right model misses of each measurement whatever its sensor (same units; of v
+    and omega_z as in the moving horizon), added to the sensor's variance; kick: of v and omega_z, densities beside model_error
+    while the road wheels steer faster than `fastest` (rad/s), which no actuator follows, and in the first `run_in` (s), since
+    histories start straight; common_error: share of n that an error common to all updates makes, which no number of them
+    removes; n_walk: of the sinkage exponent per square root of a second; n_std: of the first guess; extra_std, extra_walk: the
+    same of states that an effect brings; sensor_floor: least standard deviation that a sensor is believed to have; gate:
+    innovation in standard deviations; patience, patience_rates: updates in a row that a measurement of the pose (x, y, psi), or
+    of another state, may fail the gate to the same side before the state is taken to have jumped there (0: never): a pose
+    integrates velocities and leaps by a fault of its sensor only, a velocity by forces that the model misses; change_after,
+    change_sigmas, change_std: an n that has moved by more than change_sigmas of the standard deviation that it had change_after
+    seconds ago belongs to another soil, and change_std is added to its uncertainty; standstill: m/s, below it the vehicle is
+    taken to stand: place and soil are held and no force is evaluated; fade: s, time in which slip velocities then go to zero;
+    input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a standard deviation, by unit;
+    update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
     `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle` prints what they give.
     """
 
-    model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.1, 0.1, 0.05)
-    force_error: tuple[float, float] = (0.2, 0.1)
-    n_walk: float = 0.002
+    model_error: tuple[float, ...] = (0.02, 0.02, 0.002, 0.04, 0.015, 0.05)
+    output_error: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.015, 0.024)
+    kick: tuple[float, float] = (2.0, 3.0)
+    fastest: float = 1.5
+    run_in: float = 0.6
+    common_error: float = 0.02
+    n_walk: float = 0.003
     n_std: float = 0.3
     extra_std: float = 0.01
     extra_walk: float = 1e-4
@@ -67,9 +73,9 @@ class Tuning:
         extra = states.names[len(self.model_error) :]
         return np.array([*sensors, *(self.n_std if name in N_NAMES else self.extra_std for name in extra)])
 
-    def force_std(self, states: Layout) -> NDArray[np.float64]:
-        """(n_x,) process noise per m/s^2 of lateral acceleration, standard deviation after one second."""
-        return np.array([dict(zip(FADING, self.force_error, strict=True)).get(name, 0.0) for name in states.names])
+    def kick_std(self, states: Layout) -> NDArray[np.float64]:
+        """(n_x,) process noise beside the usual one while histories or the steering are none of the model's, after one second."""
+        return np.array([dict(zip(FADING, self.kick, strict=True)).get(name, 0.0) for name in states.names])
 
     def patiences(self, outputs: Layout) -> NDArray[np.int_]:
         """(n_y,) patience with each measurement."""
@@ -82,7 +88,9 @@ LEAP = 10.0
 """Ceilings that a state may move by in a step: beyond them the equations diverge."""
 WHEELS_TURN = 0.5
 """rad/s: a wheel that is faster turns, and a vehicle that was standing is about to drive."""
-EXACT_MODEL = Tuning(model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), force_error=(0.0, 0.0), change_sigmas=3.0)
+EXACT_MODEL = Tuning(
+    model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), output_error=(0.0,) * 6, common_error=0.0, n_walk=0.002, change_sigmas=3.0
+)
 """For drives of the model itself, whose equations miss nothing: what is left is rounding and the sampling of inputs. The stated
 uncertainty is then all there is, so that n must move by more of it before the soil is taken to have changed."""
 

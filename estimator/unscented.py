@@ -100,27 +100,37 @@ def predict_function(
 ) -> ca.Function:
     """[x, P, u, p, Q] -> [x, P]: the time update, eqs. (x_propigate)-(P_k-), with additive Q (L, L) per step.
 
+    The step runs from points inside the bounds, and what it does is added to the points as they are: a state near a bound
+    keeps its variance, and its mean is not pushed away from the bound.
     step: [x, u, p] -> [x_next]; layout: of x; at_points: [X (L, 2L + 1), u, p] -> [X_next], default `step` mapped;
     order: of `sigma_points`.
     """
     size = len(layout)
     x, cov, noise = ca.MX.sym("x", size), ca.MX.sym("P", size, size), ca.MX.sym("Q", size, size)
     u, p = ca.MX.sym("u", step.size1_in(1)), ca.MX.sym("p", step.size1_in(2))
-    points = sigma_points(layout, scaling, order)(x, cov)
-    moved = (at_points or step.map(2 * size + 1))(points, u, p)
-    mean, spread = _moments(size, scaling)(moved)
+    points = sigma_points(layout, scaling, order, inside=False)(x, cov)
+    inside = _clipped(layout, 2 * size + 1)(points)
+    moved = points + (at_points or step.map(2 * size + 1))(inside, u, p) - inside
+    mean, spread = _moments(layout, scaling)(moved)
     return ca.Function(
         "predict", [x, cov, u, p, noise], [mean, spread + noise], ["x", "P", "u", "p", "Q"], ["x_next", "P_next"]
     )
 
 
-def _moments(size: int, scaling: UnscentedScaling) -> ca.Function:
-    """[X] -> [mean, covariance] of (L, 2L + 1) points; exactly symmetric."""
+def _clipped(layout: Layout, count: int) -> ca.Function:
+    """[X] -> [X]: (L, count) points held inside the bounds."""
+    points = ca.SX.sym("X", len(layout), count)
+    return ca.Function("clipped", [points], [ca.densify(ca.horzcat(*[clip(layout, points[:, i]) for i in range(count)]))])
+
+
+def _moments(layout: Layout, scaling: UnscentedScaling) -> ca.Function:
+    """[X] -> [mean, covariance] of (L, 2L + 1) points, the mean inside the bounds; the covariance exactly symmetric."""
+    size = len(layout)
     w_mean, w_cov = scaling.weights(size)
     points = ca.SX.sym("X", size, 2 * size + 1)
     mean = points @ w_mean
     away = points - ca.repmat(mean, 1, 2 * size + 1)
-    return ca.Function("moments", [points], [mean, _spread(away, w_cov)])
+    return ca.Function("moments", [points], [ca.densify(clip(layout, mean)), _spread(away, w_cov)])
 
 
 def _spread(away: ca.SX, weights: np.ndarray) -> ca.SX:

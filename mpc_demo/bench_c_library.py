@@ -50,7 +50,7 @@ def _filter(library: CLibrary, policy: bool = False) -> CFilter:
     options.r_std[:] = np.sqrt(R)
     if not policy:
         options.gate_patience = options.gate_patience_rates = 0
-        options.force_std[:] = [0.0] * library.sizes["x"]
+        options.run_in, options.fastest = 0.0, np.inf
         options.change_sigmas = np.inf
     extra = library.sizes["x"] - 6
     x0 = np.concatenate([[0.0, 0.0, 0.0, 6.0, 0.1, 0.2], [0.5] * extra])

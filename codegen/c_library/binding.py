@@ -27,8 +27,9 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
 
         _fields_ = [
             ("p", real * p), ("q_std", real * x), ("r_std", real * y), ("gate", real), ("standstill_speed", real),
-            ("max_std", real * x), ("gate_patience", whole), ("gate_patience_rates", whole), ("force_std", real * x),
-            ("change_after", real), ("change_sigmas", real), ("change_std", real),
+            ("max_std", real * x), ("gate_patience", whole), ("gate_patience_rates", whole), ("miss_std", real * y),
+            ("kick_std", real * x), ("fastest", real), ("run_in", real), ("common_error", real), ("change_after", real),
+            ("change_sigmas", real), ("change_std", real),
         ]  # fmt: skip
 
     class Filter(ctypes.Structure):
@@ -42,8 +43,9 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
             ("nis", real), ("consistency", real), ("soil_consistency", real), ("used", whole * y), ("dof", whole),
             ("since", whole), ("root", real * (x * x)), ("m", real * max(m, 1)), ("u", real * u), ("u_full", real * full),
             ("t_y", real * y), ("settled", real), ("keep_at", real), ("past", real * n * sizes["past"]),
-            ("drift", real), ("drift_channel", whole), ("unused", whole), ("drift_t", real), ("drift_from", real),
-            ("drift_sum", real * 2 * sizes["drift"]), ("options", Options),
+            ("past_std", real * n * sizes["past"]),
+            ("drift", real), ("drift_channel", whole), ("unused", whole), ("run_in_to", real), ("drift_t", real),
+            ("drift_from", real), ("drift_sum", real * 2 * sizes["drift"]), ("options", Options),
         ]  # fmt: skip
 
     return Options, Filter

@@ -69,10 +69,11 @@ class DriftNumbers:
 class FilterNumbers:
     """The filter's rules for one model; their meaning stands in `softsoil.estimator.tuning`.
 
-    q_std, force_std (n_x,): process noise at rest, and per m/s^2 of lateral acceleration, after one second; r_std (n_y,): per
-    measurement; std0, ceiling (n_x,): of the first state, and largest; gate: in standard deviations; patience, patience_rates:
-    updates outside it; pose (n_y,): which measurements the first is for; soil: states that are n; change_after,
-    change_sigmas, change_std, change_samples: of a change of soil; standstill (m/s), fade (s), leap, wheels_turn (rad/s);
+    q_std, kick_std (n_x,): process noise, and beside it while the steering is faster than `fastest` (rad/s) and for `run_in` (s)
+    after a start; r_std, miss_std (n_y,): of a sensor, and what the model misses; common_error: share of n; std0, ceiling
+    (n_x,): of the first state, and largest; gate: in standard deviations; patience, patience_rates: updates outside it; pose
+    (n_y,): which measurements the first is for; soil: states that are n; change_after, change_sigmas, change_std,
+    change_samples: of a change of soil; standstill (m/s), fade (s), leap, wheels_turn (rad/s);
     u_limit (n_u,), y_limit (n_y,): beyond reason; drift. Raises ValueError for numbers that are not positive.
     """
 
@@ -80,7 +81,11 @@ class FilterNumbers:
     r_std: tuple[float, ...]
     std0: tuple[float, ...]
     gate: float
-    force_std: tuple[float, ...]
+    miss_std: tuple[float, ...]
+    kick_std: tuple[float, ...]
+    fastest: float
+    run_in: float
+    common_error: float
     ceiling: tuple[float, ...]
     patience: int
     patience_rates: int
@@ -240,7 +245,9 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "default_p": _list(model.p.nominal), "default_q": _list(numbers.q_std), "default_r": _list(numbers.r_std),
         "default_gate": number(numbers.gate), "default_standstill": number(numbers.standstill),
         "default_max_std": _list(numbers.ceiling), "default_patience": str(numbers.patience),
-        "default_patience_rates": str(numbers.patience_rates), "default_force": _list(numbers.force_std),
+        "default_patience_rates": str(numbers.patience_rates), "default_miss": _list(numbers.miss_std),
+        "default_kick": _list(numbers.kick_std), "default_fastest": number(numbers.fastest),
+        "default_run_in": number(numbers.run_in), "default_common": number(numbers.common_error),
         "change_after": number(numbers.change_after), "change_sigmas": number(numbers.change_sigmas),
         "change_std": number(numbers.change_std),
         "default_x0": _list(model.x.nominal), "default_std0": _list(numbers.std0), "default_u": _list(model.external.nominal),
@@ -269,8 +276,8 @@ def structure_bytes(parts: Parts, numbers: FilterNumbers) -> int:
     x, u, p, y, full = len(model.x), len(model.external), len(model.p), len(model.y), len(model.u)
     head = 4 * (1 + len(STATUSES) + 2 + 3 + 3 + y)
     middle = 4 * (y + 2)
-    doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 3 * x + y + 5
-    doubles += 2 + numbers.change_samples * len(numbers.soil) + 4 + 2 * len(numbers.drift.channels)
+    doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 3 * x + 2 * y + 8
+    doubles += 2 + 2 * numbers.change_samples * len(numbers.soil) + 5 + 2 * len(numbers.drift.channels)
     return -(-head // 8) * 8 + -(-middle // 8) * 8 + 8 * doubles + 8
 
 

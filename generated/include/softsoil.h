@@ -95,9 +95,13 @@ typedef struct {
   double max_std[SOFTSOIL_N_X];   /* ceiling of each standard deviation, for long dropouts */
   int32_t gate_patience;          /* updates in a row that a position or heading may be outside the gate; 0: for ever */
   int32_t gate_patience_rates;    /* the same of the other measurements */
-  double force_std[SOFTSOIL_N_X]; /* what the equations miss per m/s^2 of lateral acceleration, beside q_std */
+  double miss_std[SOFTSOIL_N_Y];  /* what a right model misses of each measurement, whatever the sensor */
+  double kick_std[SOFTSOIL_N_X];  /* what the equations miss, beside q_std, while the steering is faster than an actuator */
+  double fastest;                 /* rad/s: steering rate beyond which it is, */
+  double run_in;                  /* and for so long after a start (s), since histories start straight */
+  double common_error;            /* share of n that an error common to all updates makes: part of its standard deviation */
   double change_after;            /* s: an n that moves within it by more than */
-  double change_sigmas;           /* so many of its standard deviations belongs to another soil, and gets */
+  double change_sigmas;           /* so many of its standard deviations before belongs to another soil, and gets */
   double change_std;              /* so much more standard deviation */
 } softsoil_options_t;
 
@@ -128,9 +132,11 @@ typedef struct {
   double u_full[SOFTSOIL_N_U_FULL];       /* with what histories provide */
   double t_y[SOFTSOIL_N_Y];               /* s, time stamp of each measurement's last use */
   double settled, keep_at;                /* s: n is compared with its past from then on; its next past value is due */
-  double past[SOFTSOIL_PAST][SOFTSOIL_N_SOIL]; /* ring of past values of n */
+  double past[SOFTSOIL_PAST][SOFTSOIL_N_SOIL]; /* ring of past values of n, */
+  double past_std[SOFTSOIL_PAST][SOFTSOIL_N_SOIL]; /* and of its standard deviations */
   double drift;                           /* largest sum of corrections to one side over its limit: above 1 is an alarm */
   int32_t drift_channel, unused;          /* which it is, enum softsoil_drift */
+  double run_in_to;                       /* s: histories are wrong until then */
   double drift_t, drift_from;             /* s: of the last sum; nothing is said before */
   double drift_sum[SOFTSOIL_N_DRIFT][2];
   softsoil_options_t options;

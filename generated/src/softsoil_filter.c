@@ -14,7 +14,7 @@
 /* Rows of matrices end in zeros, so that whole vectors fit. */
 #define WIDE ((N + 7) / 8 * 8)
 #define WIDE_Y ((NY + 7) / 8 * 8)
-#define MAGIC 0x3331a7b6u
+#define MAGIC 0x98257ccfu
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
@@ -154,6 +154,10 @@ static void settle(softsoil_t *s) {
       for (int j = 0; j <= i; ++j) s->root[i][j] *= scale;
       s->std[at] = most;
     }
+    if (is_soil[at]) {
+      const double common = s->options.common_error * s->x[at];
+      s->std[at] = sqrt(s->std[at] * s->std[at] + common * common);
+    }
   }
 }
 
@@ -188,8 +192,9 @@ static double mean_of(const double *row) {
 
 int softsoil_defaults(softsoil_options_t *options) {
   static const softsoil_options_t declared = {
-      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7335, 0.524, 0.0, -0.2, 0.921, 0.958, -0.1667, 0.965, 0.953, 0.095, 25.1}, {0.02, 0.02, 0.002, 0.1, 0.1, 0.05, 0.002}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0},
-      12, 2, {0.0, 0.0, 0.0, 0.0, 0.2, 0.1, 0.0}, 5.0, 1.2, 0.15};
+      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7335, 0.524, 0.0, -0.2, 0.921, 0.958, -0.1667, 0.965, 0.953, 0.095, 25.1}, {0.02, 0.02, 0.002, 0.04, 0.015, 0.05, 0.003}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0},
+      12, 2, {0.0, 0.0, 0.0, 0.0, 0.015, 0.024}, {0.0, 0.0, 0.0, 0.0, 2.0, 3.0, 0.0}, 1.5,
+      0.6, 0.02, 5.0, 1.2, 0.15};
   if (!options) return SOFTSOIL_NULL_POINTER;
   *options = declared;
   return SOFTSOIL_OK;
@@ -206,7 +211,8 @@ static int options_are_good(const softsoil_options_t *o) {
     if (!isfinite(o->p[i])) return 0;
   return positive(o->q_std, N, 0.0) && positive(o->r_std, NY, 1e-9) && positive(o->max_std, N, 1e-9) && o->gate > 0.0 &&
          o->standstill_speed >= 0.0 && isfinite(o->standstill_speed) && o->gate_patience >= 0 &&
-         o->gate_patience_rates >= 0 && positive(o->force_std, N, 0.0) && positive(&o->change_after, 1, 1e-3) &&
+         o->gate_patience_rates >= 0 && positive(o->miss_std, NY, 0.0) && positive(o->kick_std, N, 0.0) && o->fastest > 0.0 &&
+         positive(&o->run_in, 1, 0.0) && positive(&o->common_error, 1, 0.0) && positive(&o->change_after, 1, 1e-3) &&
          o->change_sigmas > 0.0 && positive(&o->change_std, 1, 0.0);
 }
 
@@ -237,6 +243,7 @@ int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double
   for (int i = 0; i < NY; ++i) s->t_y[i] = -HUGE_VAL;
   /* Twice the time: the first seconds are convergence from the first guess, not a change. */
   forget_soil(s, 2.0 * s->options.change_after);
+  s->run_in_to = t + s->options.run_in;
   forget_drift(s);
   settle(s);
   s->magic = MAGIC;
@@ -258,15 +265,19 @@ static int take_inputs(softsoil_t *s, const double *u) {
   return status;
 }
 
-/* Noise of the process over dt, into the rows of A from `row` on; it grows with the lateral acceleration a_y. The soil rests
- * where it is held. */
-static int add_noise(const softsoil_t *s, double dt, int hold, double a_y, double (*a)[WIDE], int row) {
+/* Whether the road wheels steer faster than an actuator: no step of the model. */
+static int kicked(const softsoil_t *s) { return fabs(s->u[SOFTSOIL_U_steer_rate]) > s->options.fastest; }
+
+/* Noise of the process over dt, into the rows of A from `row` on; more of it while histories or a kick of the steering are none
+ * of the model's. The soil rests where it is held. */
+static int add_noise(const softsoil_t *s, double dt, int hold, double (*a)[WIDE], int row) {
+  const int kicks = !hold && (s->t < s->run_in_to - CLOCK_SLACK || kicked(s));
   for (int i = 0; i < N; ++i) {
     const int at = softsoil_order[i];
     if (hold && is_soil[at]) continue;
-    const double still = s->options.q_std[at], force = s->options.force_std[at] * a_y;
+    const double still = s->options.q_std[at], kick = kicks ? s->options.kick_std[at] : 0.0;
     for (int j = 0; j < WIDE; ++j) a[row][j] = 0.0;
-    a[row++][i] = sqrt((still * still + force * force) * dt);
+    a[row++][i] = sqrt((still * still + kick * kick) * dt);
   }
   return row;
 }
@@ -311,24 +322,26 @@ static void stand(softsoil_t *s, double dt) {
   }
   if (rolling) s->x[SOFTSOIL_X_u] += dt * s->u[SOFTSOIL_U_a_x];
   if (SOFTSOIL_N_M == 0) memcpy(s->u_full, s->u, sizeof s->u);
-  triangularise(a, add_noise(s, dt, 1, 0.0, a, N), s->root);
+  triangularise(a, add_noise(s, dt, 1, a, N), s->root);
 }
 
 /* One step of the model for all sigma points. 0 where the model has no usable answer; the filter is then unchanged. */
 static int move(softsoil_t *s, double dt) {
   static const double ceiling[N] = {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0};
-  softsoil_points_t x[N], rates[N];
+  softsoil_points_t x[N], inside[N], rates[N];
   softsoil_forces_t forces;
   double a[SOFTSOIL_POINTS + N][WIDE] = {{0.0}}, mean[WIDE] = {0.0};
-  const double a_y = s->x[SOFTSOIL_X_u] * s->x[SOFTSOIL_X_omega_z];
-  sigma_points(s, 1, x);
+  /* Forces are evaluated inside the bounds, what they do is added to the points as they are: n loses no variance at a bound. */
+  sigma_points(s, 0, x);
+  for (int i = 0; i < N; ++i)
+    for (int k = 0; k < SOFTSOIL_ROW; ++k) inside[i][k] = clipped(x[i][k], i);
   if (SOFTSOIL_N_M > 0) {
     softsoil_model_read(s->x, s->u, s->options.p, s->m, s->u_full);
   } else {
     memcpy(s->u_full, s->u, sizeof s->u);
   }
-  softsoil_model_forces((const softsoil_points_t *)x, s->u_full, s->options.p, &forces);
-  softsoil_model_rates((const softsoil_points_t *)x, s->u_full, s->options.p, &forces, rates);
+  softsoil_model_forces((const softsoil_points_t *)inside, s->u_full, s->options.p, &forces);
+  softsoil_model_rates((const softsoil_points_t *)inside, s->u_full, s->options.p, &forces, rates);
   for (int i = 0; i < N; ++i) {
     const int at = softsoil_order[i];
     for (int k = 0; k < SOFTSOIL_ROW; ++k) x[at][k] += dt * rates[at][k];
@@ -342,7 +355,7 @@ static int move(softsoil_t *s, double dt) {
     if (fabs(mean[i] - s->x[softsoil_order[i]]) > 10.0 * ceiling[softsoil_order[i]]) return 0;
   if (SOFTSOIL_N_M > 0) softsoil_model_advance(s->x, s->u_full, s->options.p, s->m, dt, &forces);
   for (int i = 0; i < N; ++i) s->x[softsoil_order[i]] = clipped(mean[i], softsoil_order[i]);
-  triangularise(a, add_noise(s, dt, 0, a_y, a, SOFTSOIL_POINTS), s->root);
+  triangularise(a, add_noise(s, dt, 0, a, SOFTSOIL_POINTS), s->root);
   return 1;
 }
 
@@ -422,6 +435,11 @@ typedef struct {
   double s[NY][WIDE_Y]; /* innovation covariance */
 } softsoil_prediction_t;
 
+/* Of a measurement about what a right model says of it: the sensor's noise and what the model misses. */
+static double output_variance(const softsoil_t *s, int i) {
+  return s->options.r_std[i] * s->options.r_std[i] + s->options.miss_std[i] * s->options.miss_std[i];
+}
+
 static int predict_measurement(softsoil_t *s, const double *y, softsoil_prediction_t *out) {
   softsoil_points_t x[N], seen[NY];
   memset(out, 0, sizeof *out);
@@ -451,7 +469,7 @@ static int predict_measurement(softsoil_t *s, const double *y, softsoil_predicti
       for (int j = 0; j < WIDE_Y; ++j) row[j] += dy * out->dy[k][j];
     }
     memcpy(out->s[i], row, sizeof row);
-    out->s[i][i] += s->options.r_std[i] * s->options.r_std[i];
+    out->s[i][i] += output_variance(s, i);
     s->innovation_std[i] = sqrt(out->s[i][i]);
   }
   return all_moderate(&out->s[0][0], NY * WIDE_Y) && all_moderate(&out->dx[0][0], SOFTSOIL_POINTS * WIDE);
@@ -475,7 +493,7 @@ static int gate(softsoil_t *s, int32_t *use, double away[N], double fresh[N], in
     *status = graver(*status, count(s, SOFTSOIL_GATE_REOPENED));
     if (softsoil_measured[i] < 0) continue;
     away[softsoil_measured[i]] = s->innovation[i];
-    fresh[softsoil_measured[i]] = s->options.r_std[i] * s->options.r_std[i];
+    fresh[softsoil_measured[i]] = output_variance(s, i);
     jumped = 1;
   }
   return jumped;
@@ -534,7 +552,7 @@ static void correct(softsoil_t *s, const softsoil_prediction_t *z, const int32_t
     memcpy(a[k], row, sizeof row);
   }
   for (int i = 0; i < n; ++i) {
-    const double r = s->options.r_std[at[i]];
+    const double r = sqrt(output_variance(s, at[i]));
     for (int j = 0; j < WIDE; ++j) {
       a[SOFTSOIL_POINTS + i][j] = gain[i][j] * r;
       step[j] += gain[i][j] * s->innovation[at[i]];
@@ -596,7 +614,8 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
   const int jumped = gate(s, use, away, more, &status);
   memcpy(before, s->x, sizeof before);
   correct(s, &z, use, hold);
-  if (s->dof > 0 && !hold && drifts(s, before)) {
+  /* What is corrected while the steering kicks is no drift: velocities follow their sensors. */
+  if (s->dof > 0 && !hold && !kicked(s) && drifts(s, before)) {
     s->flags |= SOFTSOIL_FLAG_DRIFT;
     status = graver(status, count(s, SOFTSOIL_DRIFT));
   }
@@ -637,7 +656,9 @@ int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned
   const int status = screen(s, y, valid, t, use);
   for (int i = 0; i < N; ++i) {
     const int at = softsoil_order[i];
-    double std = s->std[at];
+    double std = 0.0;
+    for (int j = 0; j <= i; ++j) std += s->root[i][j] * s->root[i][j];
+    std = sqrt(std); /* of n without the common error */
     if (!is_soil[at]) std = s->options.max_std[at] < first_std[at] ? s->options.max_std[at] : first_std[at];
     for (int k = 0; k < NY; ++k)
       if (use[k] && softsoil_measured[k] == at) {
@@ -655,6 +676,7 @@ int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned
   s->started = 0;
   s->since = 0;
   forget_soil(s, s->options.change_after);
+  s->run_in_to = t + s->options.run_in;
   forget_drift(s);
   s->consistency = s->soil_consistency = 1.0;
   settle(s);

@@ -33,7 +33,7 @@ static int is_a_jump(softsoil_t *s, int i) {
   return 1;
 }
 
-/* Whether n has moved too far within change_after to be the same soil's; variance to be added to each state in `more`. */
+/* Whether n has moved by more within change_after than was left open about it, so that it is another soil's; variance to be added to each state in `more`. */
 static int soil_has_changed(softsoil_t *s, double more[SOFTSOIL_N_X]) {
   const double every = s->options.change_after / SOFTSOIL_PAST;
   int changed = 0;
@@ -41,7 +41,7 @@ static int soil_has_changed(softsoil_t *s, double more[SOFTSOIL_N_X]) {
     for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) {
       const int at = softsoil_soil[i];
       /* The ring is full: the next place to write holds the oldest. */
-      if (fabs(s->x[at] - s->past[s->next_past][i]) > s->options.change_sigmas * s->std[at]) {
+      if (fabs(s->x[at] - s->past[s->next_past][i]) > s->options.change_sigmas * s->past_std[s->next_past][i]) {
         more[at] += s->options.change_std * s->options.change_std;
         changed = 1;
       }
@@ -49,7 +49,11 @@ static int soil_has_changed(softsoil_t *s, double more[SOFTSOIL_N_X]) {
     if (changed) forget_soil(s, s->options.change_after);
   }
   if (s->t > s->keep_at - CLOCK_SLACK) {
-    for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) s->past[s->next_past][i] = s->x[softsoil_soil[i]];
+    for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) {
+      const int at = softsoil_soil[i];
+      s->past[s->next_past][i] = s->x[at];
+      s->past_std[s->next_past][i] = sqrt(s->std[at] * s->std[at] + more[at]);
+    }
     s->next_past = (s->next_past + 1) % SOFTSOIL_PAST;
     s->n_past += s->n_past < SOFTSOIL_PAST;
     s->keep_at = (s->keep_at > s->t - every ? s->keep_at : s->t - every) + every;
@@ -60,8 +64,8 @@ static int soil_has_changed(softsoil_t *s, double more[SOFTSOIL_N_X]) {
 /* Corrections summed to both sides (Page's CUSUM, Biometrika 41, 1954), from the estimate `before` to that after an update, with
  * the allowance of a right model. */
 static int drifts(softsoil_t *s, const double before[SOFTSOIL_N_X]) {
-  static const double allowance[SOFTSOIL_N_DRIFT] = {0.0191, 0.0211, 0.0023, 0.0369, 0.0758, 0.0907, 0.0999, 0.0702, 0.0257};
-  static const double limit[SOFTSOIL_N_DRIFT] = {0.089, 0.094, 0.018, 0.223, 0.433, 0.344, 0.292, 0.346, 0.099};
+  static const double allowance[SOFTSOIL_N_DRIFT] = {0.0206, 0.0174, 0.0038, 0.0309, 0.0269, 0.0317, 0.0227, 0.0222, 0.0181};
+  static const double limit[SOFTSOIL_N_DRIFT] = {0.086, 0.105, 0.012, 0.152, 0.216, 0.094, 0.071, 0.074, 0.278};
   /* The measurement whose noise raises a limit where it is above the floor, or -1. */
   static const int32_t sensor[SOFTSOIL_N_DRIFT] = {0, 1, 2, 3, 4, 5, 5, 5, -1};
   static const double floor_std[SOFTSOIL_N_Y] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005};

@@ -43,8 +43,7 @@ def noisy():
 def test_ten_seconds_without_measurements(noisy):
     """The filter finds back without help, and n with it."""
     u, true, y = noisy
-    # The model's own drive: its forces err by nothing.
-    own = started(np.concatenate([true[0], [0.6, 0.6]]), force_std=(0.0,) * 8)
+    own = started(np.concatenate([true[0], [0.6, 0.6]]))
     gone = (slice(1000, 1000 + round(10 / STEP)), slice(None))
     seen = y.copy()
     seen[gone] = np.nan
@@ -204,8 +203,9 @@ def said_inconsistent(soil) -> int:
     options = lib.defaults()
     r = sensor_std(drive, NOISE)
     options.r_std[:] = r
-    # Forces that may err by a share of themselves explain another soil class: only a filter that takes them as exact says it.
-    options.force_std[:] = [0.0] * lib.sizes["x"]
+    # A model that may miss some of the yaw rate explains another soil class: only a filter that takes it as exact, and the first
+    # turn as the model's own, says it.
+    options.miss_std[:], options.run_in = [0.0] * lib.sizes["y"], 0.0
     for i, name in enumerate(lib.names["parameters"]):
         options.p[i] = soil.parameters().get(name, options.p[i])
     own = CFilter(lib, [*y[0], soil.n], [*r, 0.2], options, t=drive.t[0])

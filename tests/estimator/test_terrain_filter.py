@@ -1,5 +1,6 @@
 """One policy: the terrain filter in Python and the generated C library give the same n on logs where everything goes wrong."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -110,6 +111,9 @@ def moving() -> TerrainFilter:
 def test_a_place_is_believed_after_its_patience_and_a_velocity_sooner():
     own = moving()
     u = own.model.external.nominal
+    for _ in range(round(Tuning().run_in / STEP) + 20):  # in the first seconds velocities follow their sensors anyway
+        own.predict(u)
+        own.update(own.ukf.x[:6])
     y = own.ukf.x[:6].copy()
     y[0], y[5] = 40.0, 1.0
     when: dict[str, int] = {}
@@ -120,6 +124,31 @@ def test_a_place_is_believed_after_its_patience_and_a_velocity_sooner():
             when.setdefault(name, k + 1)
     assert when["x"] == Tuning().patience and when["omega_z"] == Tuning().patience_rates
     assert own.ukf["x"] == pytest.approx(40.0, abs=0.5)
+
+
+def test_a_kick_of_the_steering_and_a_start_say_little_of_n():
+    """While nothing of the model's moves the vehicle, velocities follow their sensors and n keeps its uncertainty."""
+    spread = {}
+    for name, run_in, rate in (("driving", 0.0, 0.0), ("starting", 1.0, 0.0), ("kicked", 0.0, 2.0)):
+        model = c_parts(declared("plain")).model
+        own = TerrainFilter(model, STEP, Tuning().sensor_floor, replace(Tuning(), run_in=run_in))
+        own.start(model.x.pack(u=6.0, v=0.05, omega_z=0.4, n_f=0.5, n_r=0.5), Tuning().std0(model.x, Tuning().sensor_floor))
+        u = model.external.pack(steer=0.3, steer_rate=rate, omega_fl=15.0, omega_fr=15.0, omega_rl=15.0, omega_rr=15.0)
+        for _ in range(40):
+            own.predict(u)
+            own.update(own.ukf.x[:6])
+        spread[name] = float(own.n_std[0])
+    assert spread["starting"] > 0.29 and spread["kicked"] > 0.29
+    assert spread["driving"] < 0.95 * min(spread["starting"], spread["kicked"])
+
+
+def test_an_uncertain_n_keeps_mean_and_variance_at_a_bound():
+    """Sigma points beyond a bound of n neither move nor narrow it."""
+    own = moving()
+    before = own.n.copy(), np.sqrt(own.ukf.variance[-2:])
+    own.predict(own.model.external.nominal)
+    assert own.n == pytest.approx(before[0], abs=1e-9)
+    assert np.sqrt(own.ukf.variance[-2:]) == pytest.approx(before[1], rel=1e-3)
 
 
 def test_outliers_to_both_sides_are_no_jump():
