@@ -9,7 +9,7 @@ import numpy as np
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control.driver import END, STEER_LIMIT, UNSEEN
-from softsoil.control.driver_types import DriverSettings
+from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, DriverSettings
 from softsoil.control.live_estimator import FIRST_SPREAD
 from softsoil.control.nmpc_clearance import NOWHERE
 from softsoil.control.ocp import Ocp
@@ -48,6 +48,7 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "stands",
     )  # fmt: skip
     return {f"driver_{name}": number(getattr(settings, name), 17) for name in names} | {
+        "contested": number(CONTESTED, 17), "contested_sigmas": number(CONTESTED_SIGMAS, 17),
         "driver_measurements": ", ".join(f"SOFTSOIL_DRIVER_{name}" for name in MEASUREMENTS),
         "driver_states": ", ".join(f"SOFTSOIL_X_{name}" for name in ocp.model.x.names),
         "soil_indices": ", ".join(f"SOFTSOIL_X_{name}" for name in model.x.names if name in N_NAMES),

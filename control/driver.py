@@ -14,7 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from softsoil.control.declared import for_control
 from softsoil.control.driver_types import (
+    CONTESTED,
+    CONTESTED_SIGMAS,
     IDENTIFIED,
+    INCONSISTENT,
     NOT_JUDGED,
     DriverCommand,
     DriverSettings,
@@ -79,7 +82,7 @@ class Driver:
         self._waiting: tuple[int, tuple] | None = None
         self._halting, self._still, self.status = 0, 0, Status.BAD_STATE
         self.verdict = NOT_JUDGED
-        """On the estimated n, of the last tick: that of `judge`, else "not_judged"."""
+        """On the estimated n, of the last tick: that of `judge` unless the filter contests its n, "not_judged" without one."""
         self._known = None if start is None else np.asarray(start, dtype=float)
 
     def set_n(self, n: float) -> None:
@@ -97,7 +100,7 @@ class Driver:
         else:
             self._estimate(t, measured)
         if self._begun is not None:
-            self.verdict = NOT_JUDGED if self.judge is None else self.judge.verdict
+            self.verdict = NOT_JUDGED if self.judge is None else self._verdict(self.judge)
             if self._ticks % self.settings.plan_every == 0:
                 self._solve(t)
                 solved = True
@@ -231,6 +234,12 @@ class Driver:
         if steering is not None and math.isfinite(command):
             default = float(steering.angle_of(command))
         return _steered(measured, default)
+
+    def _verdict(self, judge: Judge) -> str:
+        """The judge's verdict, "inconsistent" where the filter is sure of another n than the one that it calls identified."""
+        own, apart = self.estimator, abs(judge.n - self.estimator.n)
+        contested = apart > max(CONTESTED * own.n, CONTESTED_SIGMAS * math.hypot(judge.n_std, own.n_std))
+        return INCONSISTENT if self.learn and contested and judge.verdict == IDENTIFIED else judge.verdict
 
     @property
     def _sure(self) -> Judge | None:

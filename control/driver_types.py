@@ -26,7 +26,10 @@ the nominal slip. a_x_imu: what an accelerometer along the vehicle reads, du/dt 
 commanded acceleration is taken. steer: angle at the road wheels (rad), or steer_command, which the
 vehicle's steering map turns into it; without both the commanded one is taken.
 Other names are passed over."""
-IDENTIFIED, NOT_JUDGED = "identified", "not_judged"
+IDENTIFIED, INCONSISTENT, NOT_JUDGED = "identified", "inconsistent", "not_judged"
+CONTESTED, CONTESTED_SIGMAS = 0.1, 2.0
+"""Share of n, and standard errors of the difference, by which filter and judge must differ for neither n to be identified: a
+fault of the model moves each in its own way."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,8 @@ class DriverCommand:
     a_x, what the speed's error adds and what the resistance takes away; status: of the last solve; lost: there is no plan,
     the command is the safe one; halt: braking before what cannot be passed; finished: the end of the path; stopped: came to
     a stand; n, n_std: estimate, the judge's where its verdict is "identified", else the filter's; n_used: what the
-    controller drives on; verdict: on n, do not use n for anything else unless it is "identified"; slip: of the wheels;
+    controller drives on; verdict: on n, "inconsistent" where filter and judge contest each
+    other's (`CONTESTED`): do not use n for anything else unless it is "identified"; slip: of the wheels;
     state (n_z,): estimate that the driver acts on; solved: whether this tick has a new plan; plan_z (N + 1, n_z),
     plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m); steer_command: what gives
     `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one.

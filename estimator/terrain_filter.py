@@ -157,8 +157,9 @@ class TerrainFilter:
 
     @property
     def n_std(self) -> Array:
-        """(A,) its standard deviation."""
-        return np.sqrt(self.ukf.variance[self._soil] + (self.tuning.common_error * self.n) ** 2)
+        """(A,) its standard deviation, 0 of an n that is not estimated."""
+        common = self.tuning.common_error * self.n if self.learn else np.zeros(len(self._soil))
+        return np.sqrt(self.ukf.variance[self._soil] + common**2)
 
     def set_n(self, n: float) -> None:
         """Set n of a filter that does not learn."""

@@ -129,9 +129,12 @@ def test_a_vehicle_with_a_steering_map_is_commanded_in_its_unit_and_measured_in_
 
 
 class Sure:
-    """A judge that is sure of an n from the first tick on."""
+    """A judge that is sure of an n, the vehicle's own where nothing else is said, from the first tick on."""
 
-    verdict, n, n_std = "identified", 0.6, 0.02
+    verdict, n_std = "identified", 0.02
+
+    def __init__(self, n: float = 0.5) -> None:
+        self.n = n
 
     def start(self, t, n0):
         """A drive begins."""
@@ -146,8 +149,16 @@ def test_without_wheel_speeds_and_accelerometer_n_is_still_learnt_and_the_uncert
     assert first.n == 0.7 and first.n_used == pytest.approx(0.95) and first.verdict == "not_judged"
     assert last.n_std < first.n_std and last.n_used <= last.n + SENSORS.most
     _, judged = driven(ModelVehicle(), 2.0, judge=Sure())
-    assert all(command.n_used == command.n == Sure.n for command in judged.commands)
+    assert all(command.n_used == command.n == 0.5 for command in judged.commands)
     assert judged.commands[0].verdict == "identified" and judged.commands[0].n_std == Sure.n_std
+
+
+def test_an_n_that_the_filter_contests_is_not_identified():
+    """While the filter knows little the judge's n counts; once it is sure of another one, neither does."""
+    _, log = driven(ModelVehicle(), 2.0, judge=Sure(0.6))
+    first, last = log.commands[0], log.commands[-1]
+    assert first.verdict == "identified" and first.n_used == 0.6
+    assert last.verdict == "inconsistent" and last.n == pytest.approx(0.5, abs=0.03) and last.n_used < 0.55
 
 
 class HeldBack(ModelVehicle):

@@ -10,6 +10,7 @@ import pytest
 from nmpc_problem import small_ocp
 from softsoil.control.driver import Driver
 from softsoil.control.driver_types import NOT_JUDGED, DriverSettings
+from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.live_horizon import LiveHorizon
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.path import Path
@@ -35,11 +36,22 @@ def course(weaves: bool) -> Path:
     return Path(np.stack([x, y if weaves else 0.0 * x], axis=1))
 
 
+def believed(inertia: float) -> Declaration:
+    """The plant's bicycle, its yaw inertia times `inertia`."""
+    vehicle = load_vehicle(VEHICLES / "plant.toml")
+    return Declaration(vehicle.with_(yaw_inertia=inertia * vehicle.yaw_inertia), CLAY)
+
+
+@lru_cache(maxsize=2)
+def estimator(inertia: float) -> LiveEstimator:
+    """The filter of that bicycle."""
+    return LiveEstimator(believed(inertia).build(), SETTINGS.sensor_std, tick=SETTINGS.tick)
+
+
 @lru_cache(maxsize=2)
 def judge(inertia: float) -> LiveHorizon:
-    """Of the plant's bicycle, its yaw inertia times `inertia`."""
-    vehicle = load_vehicle(VEHICLES / "plant.toml")
-    return LiveHorizon(Declaration(vehicle.with_(yaw_inertia=inertia * vehicle.yaw_inertia), CLAY), SETTINGS.sensor_std)
+    """The horizon of that bicycle."""
+    return LiveHorizon(believed(inertia), SETTINGS.sensor_std)
 
 
 @lru_cache(maxsize=4)
@@ -50,8 +62,9 @@ def drive(weaves: bool, inertia: float = 1.0, seconds: float = 12.0):
     plant, sensors, pedals = Plant(CLAY, start=Start(x=x, y=y, psi=psi, u=SPEED)), NoisySensors(1), Pedals(tick=SETTINGS.tick)
     start = [x, y, psi, SPEED, 0.0, 0.0]
     driver = Driver(
-        small_ocp(), path, SPEED, n0=N_0, settings=SETTINGS, solver=Nmpc(small_ocp()), judge=own, start=start
-    )
+        small_ocp(), path, SPEED, n0=N_0, settings=SETTINGS, solver=Nmpc(small_ocp()), estimator=estimator(inertia), judge=own,
+        start=start,
+    )  # fmt: skip
     commands, measured = [], {}
     for k in range(round(seconds / SETTINGS.tick)):
         command = driver.tick(k * SETTINGS.tick, measured)
