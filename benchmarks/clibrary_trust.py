@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks.judges.c_library import CORPUS, SANITIZERS, arm_instructions, arm_numbers, build
@@ -141,9 +142,9 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as scratch:
             storm(given.folder, Path(scratch), given.amount or STEPS, ())
         return
-    run = {"storm": storm, "fuzz": fuzz, "arm": arm}[given.what]
+    runs: dict[str, Callable[[Path, Path, int], object]] = {"storm": storm, "fuzz": fuzz, "arm": arm}
     with tempfile.TemporaryDirectory() as scratch:
-        run(given.folder, Path(scratch), given.amount or {"storm": STEPS, "fuzz": SECONDS, "arm": 0}[given.what])
+        runs[given.what](given.folder, Path(scratch), given.amount or {"storm": STEPS, "fuzz": SECONDS, "arm": 0}[given.what])
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import Fit, Free, Weights, fit
 from softsoil.refinement.rules import RULES
 from softsoil.symbolic.catalogue import bicycle
-from softsoil.symbolic.effect import Effect, add_effect
+from softsoil.symbolic.effect import Correction, Effect, add_effect
 from softsoil.symbolic.model import Model, Quantities
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOILS
@@ -34,21 +34,21 @@ def constants() -> Effect:
     """Rear lateral force times a constant, and a yaw moment -c M a_y with a_y of the forces."""
 
     def balance(q: Quantities) -> Quantities:
-        rear = q["force_r"] * q["rear_gain"]
-        force = q["force_f"] + rear
-        arm = q["moment_z"] - (rear - q["force_r"]) * q["l_r"] - q["moment_arm"] * force
-        return {"force_r": rear, "force_y": force, "moment_z": arm}
+        more = q["force_r"] * (q["rear_gain"] - 1.0)
+        moment = -more * q["l_r"] - q["moment_arm"] * (q["force_f"] + q["force_r"] + more)
+        return {"force_y": q["force_y"] + more, "moment_z": q["moment_z"] + moment}
 
     return Effect(
         name="constants",
         doc="a constant rear gain and a yaw moment proportional to the lateral acceleration",
+        kind="load",
         reference="none: two numbers in the place of causes",
         parameters=Layout.of(
             Signal("rear_gain", "", "factor of the rear lateral force", 1.0, 0.3, 4.0),
             Signal("moment_arm", "m", "c of the moment -c M a_y", 0.0, -0.5, 1.0),
         ),
         typical={"rear_gain": 1.5, "moment_arm": 0.2},
-        corrections={"balance": balance},
+        corrections={"balance": Correction(balance, reads=("force_f", "force_r", "l_r"), adds=("force_y", "moment_z"))},
     )
 
 

@@ -9,6 +9,7 @@ import argparse
 import re
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -76,7 +77,7 @@ def main() -> None:
 def changed(settings: list[str]) -> Tuning:
     """The filter's tuning with the settings NAME=VALUE[,VALUE] in it; ValueError for a name that it lacks."""
     known = {field.name: getattr(Tuning(), field.name) for field in fields(Tuning)}
-    found = {}
+    found: dict[str, Any] = {}
     for setting in settings:
         name, _, text = setting.partition("=")
         if name not in known:

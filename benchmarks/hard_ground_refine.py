@@ -34,7 +34,7 @@ SECONDS, SPEED, AMPLITUDE, STEP = 40.0, 5.5, 0.35, 0.012
 def drive(vehicle: Vehicle, effects: dict[str, dict[str, float]], seed: int) -> Recording:
     """A noisy drive of the vehicle on the road with the effects; seed: of steering and noise."""
     model = bicycle(vehicle, HARD_GROUND.with_(phi=math.atan(FRICTION), k=TREAD), "hard_ground", effects)
-    steer = MultiSine(AMPLITUDE, seed=seed)(STEP * np.arange(round(SECONDS / STEP) + 1))
+    steer = MultiSine(AMPLITUDE, seed=seed)(np.arange(round(SECONDS / STEP) + 1, dtype=np.float64) * STEP)
     return add_noise(synthetic_drive(model, vehicle.radius, seconds=SECONDS, speed=SPEED, steer=steer), "good", seed)
 
 

@@ -66,8 +66,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, nargs="?", default=Path("../shared/data"), help="folder of the shared data")
     parser.add_argument("--seeds", type=int, default=2, help="how many seeds of the noise")
-    known = ["suv", "reference", "plant0", "plant1"]
-    parser.add_argument("--vehicles", nargs="+", default=known, help="suv, reference, plantSEED")
+    parser.add_argument("--vehicles", nargs="+", default=["suv", "reference", "plant0", "plant1"], help="or plantSEED")
     parser.add_argument("--errors", nargs="+", default=list(ERRORS), choices=list(ERRORS), help="which errors")
     asked = parser.parse_args()
     said = wrong = false = runs = 0

@@ -138,7 +138,7 @@ def declared_fit(folder: Path, names: Sequence[str] = SEEN, at: Mapping[str, flo
     ]
     free += [Free(f"n_{i}", ("n_f", "n_r"), 0.1, n.lower, n.upper, drive=i) for i in range(len(windows))]
     index = model.p.index
-    given = {f.name: before[f.name][0] if f.drive is None else float(p[f.drive][index("n_f")]) for f in free}
+    given = {f.name: before[f.name][0] if f.drive is None else float(p[f.drives[0]][index("n_f")]) for f in free}
     start = np.array([(at or {}).get(name, value) for name, value in given.items()])
     rows = np.array(p)
     for name, value in (at or {}).items():

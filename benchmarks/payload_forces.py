@@ -45,10 +45,15 @@ class Watched:
     """A driver beside whom the rear suspension is watched; steer: angles of the rear wheels, left and right, a row each (rad)."""
 
     def __init__(self, driver: Driver, plant: Plant) -> None:
-        self.name, self.steer = "payload", list[list[float]]()
+        self.steer: list[list[float]] = []
         self._driver, self._plant, self._paths = driver, plant, load_plant_vehicle().machine.paths
 
-    def __call__(self, t: Array, seen: Sample) -> Array:
+    @property
+    def name(self) -> str:
+        """Name of the recording."""
+        return "payload"
+
+    def __call__(self, t: Array, sample: Sample) -> Array:
         """What the driver commands at the times t (s)."""
         value, by_q, by_angle = np.empty(COUNT), np.empty(COUNT), np.empty(COUNT)
         angles = []
@@ -56,7 +61,7 @@ class Watched:
             carrier(self._paths[wheel], self._plant.state[TRAVEL + wheel], 0.0, value, by_q, by_angle)
             angles.append(-float(value[AXLE_X]))
         self.steer.append(angles)
-        return self._driver(t, seen)
+        return self._driver(t, sample)
 
 
 def run(soil: Soil, payload: float, ruts: bool, seed: int) -> tuple[Recording, Array]:

@@ -17,7 +17,7 @@ from softsoil.estimator.inputs import measured_inputs, measured_states
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import Predictor
 from softsoil.estimator.shooting import shooting_drive
-from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed
+from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steer
 from softsoil.plant.simulate import drive
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
@@ -29,7 +29,7 @@ from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
 
 SOILS = (CLAY.with_(n=0.5), CLAY.with_(n=0.7), SANDY_LOAM.with_(n=0.55), SANDY_LOAM.with_(n=0.8), SAND.with_(n=1.08))
-STEERING = {"turns": MultiSine(seed=3), "sine": Sine()}
+STEERING: dict[str, Steer] = {"turns": MultiSine(seed=3), "sine": Sine()}
 DURATION, START = 20.0, 3.0
 """s: of a drive, and what is left out at its beginning."""
 SUBSTEPS, RADIUS_SCALE = 2, 1e-3

@@ -127,7 +127,9 @@ def draw(kind: str, rng: np.random.Generator, seed: int) -> Case:
     if kind == "hard ground":
         friction = float(rng.uniform(0.45, 0.9))
         return Case(on_road(vehicle, rng, friction, noise, seed), vehicle, declared, n, n0, f"friction {friction:.2f}, {noise}")
-    soil, effects, sensors = declared.with_(n=n), {}, {}
+    soil = declared.with_(n=n)
+    effects: dict[str, Any] = {}
+    sensors: dict[str, Any] = {}
     ground: Soil | SoilField = soil
     steer: Steer = MultiSine(seed=seed)
     speed = Speed(float(rng.uniform(4.5, 6.5)), float(rng.uniform(0.8, 1.8)), float(rng.uniform(9.0, 13.0)))
@@ -153,7 +155,7 @@ def draw(kind: str, rng: np.random.Generator, seed: int) -> Case:
         n = after
     elif kind == "first 5 s":
         seconds = 7.0
-    kept = {key: tuple(value) if isinstance(value, list) else value for key, value in sensors.items()}
+    kept: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in sensors.items()}
     drive = simulate(
         Manoeuvre("fresh", steer, speed), ground, seconds, effects=Effects.from_table(effects), sensors=Sensors(noise, **kept),
         seed=seed, start=Start(u=start, psi=heading),
@@ -171,7 +173,7 @@ def on_road(vehicle: Vehicle, rng: np.random.Generator, friction: float, noise: 
     t = 0.012 * np.arange(round(SECONDS / 0.012) + 1)
     drive = synthetic_drive(
         model, vehicle.radius, seconds=SECONDS, speed=float(rng.uniform(4.5, 6.5)), swing=1.0, slip=0.005,
-        steer=0.6 * MultiSine(seed=seed)(t),
+        steer=0.6 * MultiSine(seed=seed)(np.asarray(t, dtype=np.float64)),
     )  # fmt: skip
     return add_noise(drive, noise, seed)
 

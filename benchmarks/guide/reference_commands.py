@@ -33,7 +33,8 @@ def commands() -> Iterator[tuple[str, Callable[..., Any]]]:
 
 
 def _section(name: str, function: Callable[..., Any]) -> str:
-    text, examples = [], []
+    text: list[str] = []
+    examples: list[str] = []
     for paragraph in inspect.cleandoc(function.__doc__ or "").split("\n\n"):
         found = re.match(r"([^:]*): (softsoil .*)", paragraph.replace("\n", " "))
         (examples if found else text).append(found[2] if found else paragraph)

@@ -111,7 +111,7 @@ def circles(edges: Mapping[str, Set[str]]) -> list[tuple[str, ...]]:
             elif other in stack:
                 low[node] = min(low[node], index[other])
         if low[node] == index[node]:
-            group = []
+            group: list[str] = []
             while not group or group[-1] != node:
                 group.append(stack.pop())
             if len(group) > 1:

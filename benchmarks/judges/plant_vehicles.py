@@ -12,7 +12,7 @@ import numpy as np
 from softsoil.mpc_demo.blind_cases import N_RANGES
 from softsoil.plant.drawn_vehicle import DrawnVehicle, draw_vehicle
 from softsoil.plant.effects import Effects
-from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steps
+from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steer, Steps
 from softsoil.plant.simulate import simulate
 from softsoil.plant.start import Start
 from softsoil.plant.world import STEP, Plant
@@ -85,7 +85,7 @@ def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None
     limit = case.drawn.vehicle.max_steer
     speed, period = float(rng.uniform(4.5, 6.0)), float(rng.uniform(9.0, 13.0))
     multi = MultiSine(amplitude=0.85 * limit, seed=1000 * case.seed + number)
-    steers = {
+    steers: dict[str, tuple[Steer, Speed]] = {
         "lock": (Sine(0.98 * limit, 3.0), Speed(speed - 0.5, 0.4, period)),
         "multi": (multi, Speed(speed, 1.5, period)),
         "held": (multi, Speed(speed, 1.2, period)),

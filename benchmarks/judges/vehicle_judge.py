@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -91,8 +91,8 @@ def judge_drive(
         for method, guess, value, more in ends
     ]
     mse = []
-    steering = {"max_steer": float(np.abs(clean["steer"]).max() * 1.02)}
-    for numbers in (replace(declared_vehicle(known), **steering), vehicle_of(known, steering), vehicle):
+    most = float(np.abs(clean["steer"]).max() * 1.02)
+    for numbers in (declared_vehicle(known).with_(max_steer=most), vehicle_of(known, {"max_steer": most}), vehicle):
         built = Declaration(numbers, soil.with_(n=best)).build()
         mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
     before, expected = (float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2])

@@ -1,4 +1,4 @@
-"""A type error in a room fails `make test`: mypy follows the links of the package to the rooms."""
+"""A type error in a room, and an import of what is not there, fail `make test`: mypy follows the links of the package."""
 
 import re
 import shutil
@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from benchmarks.judges.house import ROOMS
 from drives import PROJECT
 
 SEEDED = '''"""A module with a type error."""
@@ -16,34 +17,25 @@ def length(words: list[str]) -> str:
     """Number of words."""
     return len(words)
 '''
-
-
-@pytest.fixture
-def copy(tmp_path):
-    """The package with two of its rooms, its configuration and links as they are."""
-    shutil.copy(PROJECT / "pyproject.toml", tmp_path)
-    shutil.copytree(PROJECT / "softsoil", tmp_path / "softsoil", symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
-    for room in ("files", "recording"):
-        shutil.copytree(PROJECT / room, tmp_path / room)
-    for link in (tmp_path / "softsoil").iterdir():
-        if link.is_symlink() and not link.exists():
-            link.unlink()
-    return tmp_path
-
-
-def mypy(folder):
-    # As `make test` calls it, in a folder of its own: without arguments, by the configuration alone.
-    return subprocess.run([sys.executable, "-m", "mypy"], cwd=folder, capture_output=True, text=True, check=False)
+MISSING = """from softsoil.files.toml_file import nothing_of_the_kind
+from softsoil.files.gone import anything
+"""
 
 
 @pytest.mark.slow
-def test_a_seeded_type_error_fails(copy):
-    clean = mypy(copy)
-    assert clean.returncode == 0, clean.stdout
-    (copy / "files" / "seeded.py").write_text(SEEDED, encoding="utf-8")
-    found = mypy(copy)
-    assert found.returncode == 1
-    assert re.search(r"files/seeded\.py:6: error: Incompatible return value type", found.stdout)
+def test_what_is_seeded_fails(tmp_path):
+    shutil.copy(PROJECT / "pyproject.toml", tmp_path)
+    for folder in ("softsoil", "benchmarks", *ROOMS):
+        shutil.copytree(PROJECT / folder, tmp_path / folder, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "files" / "seeded.py").write_text(SEEDED, encoding="utf-8")
+    (tmp_path / "benchmarks" / "seeded.py").write_text(MISSING, encoding="utf-8")
+    # As `make test` calls it, in a folder of its own: without arguments, by the configuration alone.
+    done = subprocess.run([sys.executable, "-m", "mypy"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    errors = [line for line in done.stdout.splitlines() if ": error:" in line]
+    assert done.returncode == 1 and len(errors) == 3, done.stdout
+    assert re.search(r"files/seeded\.py:6: error: Incompatible return value type", done.stdout)
+    assert re.search(r"benchmarks/seeded\.py:1: error: .* has no attribute \"nothing_of_the_kind\"", done.stdout)
+    assert re.search(r"benchmarks/seeded\.py:2: error: Cannot find implementation", done.stdout)
 
 
 def test_make_test_runs_mypy_and_all_tests():
