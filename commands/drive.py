@@ -210,8 +210,8 @@ def _say(logs: Sequence[LoopLog]) -> None:
         "p99",
         "failed",
         "late",
-        "n",
         "verdict on n",
+        "n",
     ):
         table.add_column(heading)
     for name in dict.fromkeys(log.scenario for log in logs):
@@ -225,8 +225,8 @@ def _say(logs: Sequence[LoopLog]) -> None:
             n += f" +- {np.mean([log.column('n_std')[-1] for log in mine]):.2f}" if controller == "n_estimated" else ""
             table.add_row(
                 name, controller, f"{s['tracking_rms']:.3f}", f"{s['max_error']:.2f}", clear, f"{s['collisions']}",
-                f"{s['solve_ms']['median']:.2f}", f"{s['solve_ms']['p99']:.2f}", f"{s['failures']}", f"{s['late']}", n,
-                verdicts_in_words(mine),
+                f"{s['solve_ms']['median']:.2f}", f"{s['solve_ms']['p99']:.2f}", f"{s['failures']}", f"{s['late']}",
+                verdicts_in_words(mine), n,
             )  # fmt: skip
     console.print(table)
     for log in logs:

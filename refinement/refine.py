@@ -148,9 +148,11 @@ def refine(
 def _judged(
     recordings: Sequence[Recording], refined: Declaration, soils: Sequence[Soil], n: Sequence[float], start: float
 ) -> tuple[Verdict, ...]:
-    """The verdict on n of each drive, by the rules of an estimate, with the refined model on the drive's own soil, if any."""
+    """The verdict on n of each drive, by the rules of an estimate, with the refined model on its own soil; none without n."""
+    if not n:
+        return ()
     found = []
-    for recording, soil, value in zip(recordings, soils, n, strict=bool(n)):
+    for recording, soil, value in zip(recordings, soils, n, strict=True):
         model = Declaration(refined.vehicle, soil, refined.law).build()
         found.append(judge(recording, model, float(soil.n), (value,), tied=True, start=start))
     return tuple(found)

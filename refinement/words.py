@@ -42,9 +42,11 @@ def number_words(number: FittedNumber) -> str:
 
 
 def n_sentences(found: Refinement) -> list[str]:
-    """Per drive, the verdict on n and then n, with the declared and with the refined model."""
+    """Per drive, the verdict on n and then n, with the declared and with the refined model; none on hard ground."""
+    if found.ground:
+        return []
     names = [shooting.drive.name for shooting in found.bench.shootings]
-    entries = zip(names, found.soils, found.judged, found.n_before, found.n_after, found.n_std, strict=not found.ground)
+    entries = zip(names, found.soils, found.judged, found.n_before, found.n_after, found.n_std, strict=True)
     return [
         f"{name} on {soil.name}: n {verdict.word}: {verdict.reason}{'' if verdict.usable else '; do not use this n'}: "
         f"{with_error(after, std)} with the refined model, {before:.3f} with the declared"
