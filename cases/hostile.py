@@ -86,7 +86,7 @@ def _straight(c: Channels) -> Channels:
     noise = {name: s * rng.standard_normal(count) for name, s in (("v", 0.01), ("omega_z", 1e-3), ("steer", 1e-3))}
     x = np.cumsum(u) * float(np.median(np.diff(c["t"])))
     return {**c, **noise, "x": x, "y": none + 0.01 * rng.standard_normal(count), "psi": 1e-3 * rng.standard_normal(count),
-            "a_y_imu": 0.05 * rng.standard_normal(count), **dict.fromkeys(WHEEL_CHANNELS, u / 0.3313)}  # fmt: skip
+            "a_y_imu": 0.05 * rng.standard_normal(count), **dict.fromkeys(WHEEL_CHANNELS, u / RADIUS)}  # fmt: skip
 
 
 def _backwards(c: Channels) -> Channels:
@@ -97,16 +97,15 @@ def _hard_ground(c: Channels) -> Channels:
     """A kinematic vehicle: no slip angle at any wheel, so no sinkage exponent in the motion."""
     t, u, steer = c["t"], c["u"], c["steer"]
     dt = float(np.median(np.diff(t)))
-    l_f, l_r = 1.546, 1.175
-    omega = u * np.tan(steer) / (l_f + l_r)
-    v = l_r * omega
+    omega = u * np.tan(steer) / (L_F + L_R)
+    v = L_R * omega
     psi = np.cumsum(omega) * dt
-    aside = v + l_f * omega
+    aside = v + L_F * omega
     return {**c, "omega_z": omega, "v": v, "psi": psi,
             "x": np.cumsum(u * np.cos(psi) - aside * np.sin(psi)) * dt,
             "y": np.cumsum(u * np.sin(psi) + aside * np.cos(psi)) * dt,
             "a_y_imu": np.gradient(v, dt) + u * omega, "a_x_imu": np.gradient(u, dt) - v * omega,
-            **dict.fromkeys(WHEEL_CHANNELS, u / 0.3313)}  # fmt: skip
+            **dict.fromkeys(WHEEL_CHANNELS, u / RADIUS)}  # fmt: skip
 
 
 def _long(c: Channels) -> Channels:
@@ -116,6 +115,36 @@ def _long(c: Channels) -> Channels:
     dt = float(np.median(np.diff(c["t"])))
     out["t"] = np.arange(1_000_000, dtype=float) * dt
     return {name: out[name] for name in ("t", "u", "v", "omega_z", "steer", "a_x_imu", "a_y_imu", *WHEEL_CHANNELS)}
+
+
+RADIUS, L_F, L_R = 0.3313, 1.546, 1.175
+"""m: wheels and axles of the vehicle that drove the good log."""
+
+
+def _odometry(c: Channels) -> Channels:
+    """Speed, heading and position as a robot without GPS integrates them from its wheels; no lateral velocity."""
+    dt = float(np.median(np.diff(c["t"])))
+    u = RADIUS * np.mean([c[name] for name in WHEEL_CHANNELS], axis=0)
+    psi = np.cumsum(c["omega_z"]) * dt
+    place = {"x": np.cumsum(u * np.cos(psi)) * dt, "y": np.cumsum(u * np.sin(psi)) * dt}
+    return {name: values for name, values in {**c, "u": u, "psi": psi, **place}.items() if name != "v"}
+
+
+def _rear_axle(c: Channels) -> Channels:
+    """Position and velocity of the middle of the rear axle, where many robots have their base frame."""
+    behind, psi = L_F + L_R, c["psi"]
+    place = {"x": c["x"] - behind * np.cos(psi), "y": c["y"] - behind * np.sin(psi)}
+    return {**c, **place, "v": c["v"] - L_R * c["omega_z"]}
+
+
+def _one_encoder(c: Channels) -> Channels:
+    mean: Array = sum((c[name] for name in WHEEL_CHANNELS), np.zeros(len(c["t"]))) / len(WHEEL_CHANNELS)
+    return {**c, **dict.fromkeys(WHEEL_CHANNELS, mean)}
+
+
+def _no_side_slip(c: Channels) -> Channels:
+    """A lateral velocity that a filter holds at zero."""
+    return {**c, "v": 0.01 * np.random.default_rng(3).standard_normal(len(c["t"]))}
 
 
 ALL = ("x", "y", "psi", "u", "v", "omega_z", "a_x_imu", "a_y_imu", "steer", *WHEEL_CHANNELS)
@@ -128,7 +157,7 @@ _UNITS = (
     Variant("a_y in g", _scaled("a_y_imu", 1 / 9.80665)), Variant("a_x in g", _scaled("a_x_imu", 1 / 9.80665)),
     Variant("x, y in cm", lambda c: {**c, "x": 100 * c["x"], "y": 100 * c["y"]}),
     Variant("wheels in rpm", lambda c: {**c, **{n: c[n] * 30 / np.pi for n in WHEEL_CHANNELS}}),
-    Variant("wheels in m/s", lambda c: {**c, **{n: c[n] * 0.3313 for n in WHEEL_CHANNELS}}),
+    Variant("wheels in m/s", lambda c: {**c, **{n: c[n] * RADIUS for n in WHEEL_CHANNELS}}),
     Variant("one wheel in rpm", _scaled("omega_rl", 30 / np.pi)), Variant("one wheel 15 % off", _scaled("omega_fl", 1.15)),
     Variant("t in ms", _scaled("t", 1000.0)),
 )  # fmt: skip
@@ -153,12 +182,20 @@ _SENSORS = (
     Variant("a_x bias 0.5 m/s^2", _offset("a_x_imu", 0.5)), Variant("heading 0.08 rad off", _offset("psi", 0.08)),
     Variant("u 12 % fast", _scaled("u", 1.12)),
 )  # fmt: skip
+_ROBOTS = (
+    Variant("wheel odometry", _odometry), Variant("base frame at the rear axle", _rear_axle),
+    Variant("v of the front axle", lambda c: {**c, "v": c["v"] + L_F * c["omega_z"]}),
+    Variant("states 0.15 s late", _late(("x", "y", "psi", "u", "v", "omega_z"), 0.15)),
+    Variant("no side slip in v", _no_side_slip), Variant("one encoder for all wheels", _one_encoder),
+    Variant("wheels 3 % fast", lambda c: {**c, **{n: 1.03 * c[n] for n in WHEEL_CHANNELS}}),
+    Variant("steering ratio 10 % off", _scaled("steer", 1.1)), Variant("steer 0.15 s early", _late(("steer",), -0.15)),
+)  # fmt: skip
 _DRIVES = (
     Variant("standing", _still), Variant("straight", _straight), Variant("reversing", _backwards),
     Variant("hard ground", _hard_ground), Variant("5 Hz", _at_rate(5.0), harmless=True),
     Variant("1 kHz", _at_rate(1000.0), harmless=True), Variant("a million rows", _long, harmless=True),
 )  # fmt: skip
-VARIANTS = (*_SIGNS, *_UNITS, *_CLOCKS, *_SWAPS, *_SENSORS, *_DRIVES)
+VARIANTS = (*_SIGNS, *_UNITS, *_CLOCKS, *_SWAPS, *_SENSORS, *_ROBOTS, *_DRIVES)
 """All variants, in the order of the table in docs/reference/any-log.md."""
 
 

@@ -96,6 +96,14 @@ def _windows(found: TerrainEstimate) -> dict | None:
     return None if evidence is None else {"n": evidence.n, "std": evidence.std}
 
 
+NEXT = {
+    "inconsistent": "softsoil refine, with the same log, vehicle and soil, names what the model or a channel lacks",
+    "axles_disagree": "softsoil refine, with the same log, vehicle and soil, names what the model or a channel lacks",
+    "no_soil": "softsoil refine --law hard_ground fits friction and tread",
+}
+"""Verdict -> the command that answers it."""
+
+
 def verdict_line(verdict: Verdict) -> str:
     """The verdict in one line, before any number."""
     return f"{verdict.word}: {verdict.reason}" + ("" if verdict.usable else "; do not use this n")
@@ -105,6 +113,8 @@ def _say(found: TerrainEstimate, drive: Recording) -> None:
     if found.verdict is None:
         raise ValueError("estimate: expected an estimate with its verdict, found none")
     console.print(verdict_line(found.verdict), style="bold" if found.verdict.usable else "bold red", highlight=False)
+    if found.verdict.word in NEXT:
+        console.print(f"next: {NEXT[found.verdict.word]}", highlight=False)
     if not np.isfinite(found.n_front[-1]):
         return
     lines = [

@@ -33,10 +33,9 @@ def inspect(
         holdings = inspect_sources(sources, told)
     console.print(source_table(holdings))
     for offer in sorted(offers(holdings), key=lambda offer: (offer.channel, -offer.score)):
+        fields = " and ".join((offer.path, *offer.beside)) + (" (rate)" if offer.rate else "")
         unit = f" [{offer.unit}]" if offer.unit else ""
-        console.print(
-            f"{offer.channel}: {offer.source}:{offer.path}{unit}, by {offer.why}", highlight=False, markup=False
-        )
+        console.print(f"{offer.channel}: {offer.source}:{fields}{unit}, by {offer.why}", highlight=False, markup=False)
     folder = output_folder(out, "inspect")
     toml = folder / "map.toml"
     toml.write_text(draft(holdings), encoding="utf-8")

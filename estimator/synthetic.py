@@ -26,13 +26,15 @@ def synthetic_drive(
     speed: float = 6.0,
     swing: float = 1.0,
     slip: float = 0.05,
+    slip_rate: float = 0.0,
     steer: Array | None = None,
     dt: float = STEP,
 ) -> Recording:
     """A clean drive of `model` with parameters p (n_p,), default nominal: its own states, and the inputs that made them.
 
     radius: of the wheels (m); seconds: how long; speed, swing: mean forward speed and its sinusoidal variation (m/s);
-    slip: of the driven wheels (1); steer (N,): steering angle (rad), default the paper's sine; dt: rows (s).
+    slip: of the driven wheels at constant speed (1), slip_rate: more of it per m/s^2 of acceleration; steer (N,): steering angle
+    (rad), default the paper's sine; dt: rows (s).
     Raises ValueError for a speed that would reverse.
     """
     if not speed > abs(swing) + 0.5:
@@ -42,7 +44,7 @@ def synthetic_drive(
     rate = 2 * np.pi / 11.0  # a period that no multiple of the steering's repeats
     a_x = swing * rate * np.cos(rate * t)
     u = speed + np.concatenate([[0.0], np.cumsum(a_x[:-1] * dt)])
-    spin = u / (radius * (1 - slip))
+    spin = u / (radius * (1 - slip - slip_rate * a_x))
     inputs = {"steer": steer, "steer_rate": np.gradient(steer, dt), "a_x": a_x, **dict.fromkeys(WHEEL_CHANNELS, spin)}
     stacked = np.column_stack([inputs[name] for name in model.external.names])
     p = model.p.nominal if p is None else np.asarray(p, dtype=float)

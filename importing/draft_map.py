@@ -84,7 +84,10 @@ PLACES = (
 
 @dataclass(frozen=True)
 class Offer:
-    """A field that may be a channel: channel, source, path, unit guessed (empty for SI), why, score (larger is better)."""
+    """A field that may be a channel: channel, source, path, unit guessed (empty for SI), why, score (larger is better).
+
+    beside: other fields of the source that the channel is the mean of; rate: whether it is their rate of change.
+    """
 
     channel: str
     source: str
@@ -92,6 +95,8 @@ class Offer:
     unit: str
     why: str
     score: float
+    beside: tuple[str, ...] = ()
+    rate: bool = False
 
 
 def offers(holdings: Sequence[Holding]) -> list[Offer]:
@@ -141,14 +146,28 @@ def _of_fields(holding: Holding) -> list[Offer]:
 
 
 def _of_joints(holding: Holding) -> list[Offer]:
-    found = []
+    """Wheels by their velocity, or by their position where that is all; the steering angle as the mean of all that steer."""
+    found: list[Offer] = []
+    steered: list[str] = []
     for path, spread in holding.fields.items():
         kind, _, name = path.partition("[")
-        channel = channel_named(name.rstrip("]"))
-        if channel is not None and channel in WHEEL_CHANNELS and kind == "velocity":
+        name = name.rstrip("]")
+        if kind == "position" and re.search(r"steer", name, re.I):
+            steered.append(path)
+            continue
+        channel = channel_named(name)
+        if channel not in WHEEL_CHANNELS or not spread.changes:
+            continue
+        if kind == "velocity":
             found.append(Offer(channel, holding.name, path, "", "joint's name", 2.0))
-        elif channel in ("steer", None) and kind == "position" and re.search(r"steer", name, re.I):
-            found.append(Offer("steer", holding.name, path, _unit("steer", spread), "joint's name", 2.0))
+        elif kind == "position":
+            found.append(Offer(channel, holding.name, path, "", "joint's name", 1.0, rate=True))
+    if steered:
+        # Of a wheel's own joints, the mean of left and right; an axle that is steered by one joint has that.
+        own = [path for path in steered if re.search(r"left|right|_[lr](_|\b|\])|[fr][lr]\b", path, re.I)]
+        first, *beside = own if len(own) == 2 else steered[:1]
+        unit = _unit("steer", holding.fields[first])
+        found.append(Offer("steer", holding.name, first, unit, "joint's name", 2.0, tuple(beside)))
     return found
 
 
@@ -232,5 +251,7 @@ def _has_place(holding: Holding) -> bool:
 
 
 def _entry(offer: Offer) -> str:
-    source = json.dumps(f"{offer.source}:{offer.path}", ensure_ascii=False)
-    return f'{{source = {source}, unit = "{offer.unit}"}}' if offer.unit else source
+    sources = [json.dumps(f"{offer.source}:{path}", ensure_ascii=False) for path in (offer.path, *offer.beside)]
+    source = f"[{', '.join(sources)}]" if offer.beside else sources[0]
+    more = (f', unit = "{offer.unit}"' if offer.unit else "") + (", rate = true" if offer.rate else "")
+    return f"{{source = {source}{more}}}" if more else source

@@ -20,13 +20,16 @@ from typing import Any
 import numpy as np
 
 from softsoil.files.toml_file import read_toml
+from softsoil.importing.sources import Series
 from softsoil.recording.columns import UNITS
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Array
 
 CHANNELS = tuple(name for name in CHANNEL_UNITS if name != "t")
 ALL_WHEELS = "omega_all"
 """One wheel speed, or a drive motor's over the final ratio, that stands for all four wheels."""
-CHANNEL_KEYS = ("source", "unit", "factor", "sign", "offset", "ratio", "table", "compass")
+CHANNEL_KEYS = ("source", "unit", "factor", "sign", "offset", "ratio", "table", "compass", "rate")
+COUNTED = {"rad/s": "rad", "m/s": "m"}
+"""Unit of a channel -> unit of what it is the rate of: angles of encoders, ways of odometers, a heading."""
 MOUNT_KEYS = ("x", "y", "yaw", "pitch", "roll", "frame", "point")
 STEER_COMMAND = "steer_command"
 """What the steering was commanded, or its wheel's angle: becomes `steer` by the vehicle's steering map, or is fitted to it."""
@@ -38,20 +41,32 @@ FRAMES = ("z-up", "z-down")
 class Mapped:
     """One channel's origin.
 
-    source, field; scale: to SI, with sign; offset (SI); table: (input, road-wheel angle) pairs or None;
-    over_radius: m/s to be divided by the wheel's radius; compass: heading clockwise from north.
+    source; fields: one, or several of which the channel is the mean; scale: to SI, with sign; offset (SI); table: (input,
+    road-wheel angle) pairs or None; over_radius: m/s to be divided by the wheel's radius; compass: heading clockwise from north;
+    rate: whether the channel is the fields' rate of change.
     """
 
     source: str
-    field: str
+    fields: tuple[str, ...]
     scale: float = 1.0
     offset: float = 0.0
     table: tuple[tuple[float, float], ...] | None = None
     over_radius: bool = False
     compass: bool = False
+    rate: bool = False
+
+    @property
+    def label(self) -> str:
+        """source:field, as a person reads it."""
+        return f"{self.source}:{' and '.join(self.fields)}{' (rate)' if self.rate else ''}"
+
+    def samples(self, series: Series) -> Array:
+        """(N,) values of its fields in its source's series: their mean, NaN where one is missing, or the rate of that."""
+        values: Array = np.mean([series.values[name] for name in self.fields], axis=0)
+        return _rate(series.t, values) if self.rate else values
 
     def si(self, values: Array, radius: float) -> Array:
-        """values (N,) as the file has them, in SI units of the channel; radius: of the wheels (m)."""
+        """values (N,) of `samples`, in SI units of the channel; radius: of the wheels (m)."""
         out = values * self.scale
         if self.table is not None:
             out = np.interp(out, *np.array(self.table, dtype=float).T)
@@ -59,6 +74,16 @@ class Mapped:
             out = out / radius
         out = out + self.offset
         return math.pi / 2 - out if self.compass else out
+
+
+def _rate(t: Array, values: Array) -> Array:
+    """(N,) rate of change of values (N,) over t (N,) (s); an angle that stays within a turn is taken to start anew each turn."""
+    good = np.flatnonzero(np.isfinite(values))
+    out = np.full(len(values), np.nan)
+    if len(good) > 2:
+        angle = values[good]
+        out[good] = np.gradient(np.unwrap(angle) if np.ptp(angle) < 2 * math.pi + 0.1 else angle, t[good])
+    return out
 
 
 @dataclass(frozen=True)
@@ -94,8 +119,7 @@ class ImportMap:
         found: dict[str, list[str]] = {}
         for origin in self.channels.values():
             fields = found.setdefault(origin.source, [])
-            if origin.field not in fields:
-                fields.append(origin.field)
+            fields += [name for name in origin.fields if name not in fields]
         return found
 
     def mount_of(self, source: str) -> Mount | None:
@@ -146,17 +170,20 @@ def _table(table: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
 
 def _channel(entry: Any, name: str, where: str) -> Mapped:
     at = f"{where}: channels.{name}"
-    table = {"source": entry} if isinstance(entry, str) else entry
-    if not isinstance(table, dict) or not isinstance(table.get("source"), str) or ":" not in table["source"]:
-        raise ValueError(f'{at}: expected "source:field" or {{source = "source:field", ...}}, found {entry!r}')
+    table = entry if isinstance(entry, dict) else {"source": entry}
+    source, fields = _source(table.get("source"), at)
     for key in table:
         if key not in CHANNEL_KEYS:
             raise ValueError(f"{at}: expected keys of {', '.join(CHANNEL_KEYS)}; found {key!r}")
+    rate = bool(table.get("rate", False))
     plain = CHANNEL_UNITS.get(name, "" if name == STEER_COMMAND else "rad/s")
+    if rate and plain not in COUNTED:
+        raise ValueError(f"{at}: expected rate for a channel in {' or '.join(COUNTED)}, found one in {plain or '-'}")
+    plain, per_radius = (COUNTED[plain], "m") if rate else (plain, "m/s")
     unit = table.get("unit", plain)
     known, factor = UNITS.get(unit, ("", 0.0)) if isinstance(unit, str) else ("", 0.0)
     si = "rad" if (name, known) == (STEER_COMMAND, "rad") else plain
-    over_radius = si == "rad/s" and name != "omega_z" and known == "m/s"
+    over_radius = name in (ALL_WHEELS, *WHEEL_CHANNELS) and known == per_radius
     if factor == 0.0 or not (known == si or over_radius):
         units = ", ".join(u for u, (to, _) in UNITS.items() if to == si and u)
         raise ValueError(f"{at}: expected a unit of {units}; found {unit!r}")
@@ -165,10 +192,20 @@ def _channel(entry: Any, name: str, where: str) -> Mapped:
         raise ValueError(f"{at}: expected sign of 1 or -1 and a ratio other than 0, found {table!r}")
     scale = factor * numbers["factor"] * numbers["sign"] / numbers["ratio"]
     pairs = table.get("table")
-    source, field_name = table["source"].split(":", 1)
     bent = None if pairs is None else _pairs(pairs, f"{at}.table")
     offset, compass = _number(table.get("offset", 0.0), f"{at}.offset"), bool(table.get("compass", False))
-    return Mapped(source.strip(), field_name.strip(), scale, offset, bent, over_radius, compass)
+    return Mapped(source, fields, scale, offset, bent, over_radius, compass, rate)
+
+
+def _source(value: Any, at: str) -> tuple[str, tuple[str, ...]]:
+    """Source and fields of "source:field", or of a list of such."""
+    entries = value if isinstance(value, list) else [value]
+    if not entries or not all(isinstance(one, str) and ":" in one for one in entries):
+        raise ValueError(f'{at}: expected "source:field", a list of such, or {{source = "source:field", ...}}, found {value!r}')
+    parts = [[part.strip() for part in one.split(":", 1)] for one in entries]
+    if len({source for source, _ in parts}) > 1:
+        raise ValueError(f"{at}: expected fields of one source, whose mean it then is; found {value!r}")
+    return parts[0][0], tuple(field for _, field in parts)
 
 
 def _pairs(value: Any, where: str) -> tuple[tuple[float, float], ...]:

@@ -71,21 +71,21 @@ def merge(
     origins: dict[str, Origin] = {}
     for channel, origin in plan.channels.items():
         one = series[origin.source]
-        values = origin.si(one.values[origin.field], geometry.radius)
+        values = origin.si(origin.samples(one), geometry.radius)
         good = np.isfinite(values)
         if good.sum() < 2:
             raise ValueError(
-                f"{origin.source}: field {origin.field!r}: expected numbers for {channel}, found {int(good.sum())}"
+                f"{origin.label}: expected numbers for {channel}, found {int(good.sum())}"
             )
         t, values = moved[origin.source][good], values[good]
         if channel == "psi":
             values = np.unwrap(values)
         channels[channel] = _placed(channel, clock, t, values, dt)
         own = Series(origin.source, t, {})
-        origins[channel] = Origin("measured", f"{origin.source}:{origin.field}", own.rate_hz, own.gaps)
+        origins[channel] = Origin("measured", origin.label, own.rate_hz, own.gaps)
     state: dict[str, ChannelState] = {}
     repeated = [n for n in WHEEL_CHANNELS if n in plan.channels]
-    if len(repeated) > 1 and len({(plan.channels[n].source, plan.channels[n].field) for n in repeated}) == 1:
+    if len(repeated) > 1 and len({(plan.channels[n].source, plan.channels[n].fields) for n in repeated}) == 1:
         # One speed for all: it is the wheels' mean, and each wheel is derived from that.
         mean = channels[repeated[0]]
         for n in repeated:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from softsoil.recording.check_words import LIMITS, Check
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry import Geometry
@@ -25,6 +27,9 @@ def clock_checks(recording: Recording, geometry: Geometry) -> list[Check]:
         cure = "softsoil import --align shifts it"
         if offset.group == "steer" and -WRONG_EARLY < late < 0:
             cure += "; or the steering itself lags, which `softsoil refine` tells"
+        if offset.group == "position":
+            away, side = late * float(np.nanmedian(recording["u"])), "behind" if late > 0 else "ahead of"
+            cure += f"; or these positions are of a point {abs(away):.1f} m {side} the front axle: give its place in [mount]"
         wrong = doubtful and (late > WRONG or late < -(WRONG_EARLY if offset.group == "steer" else WRONG))
         wrong = wrong and offset.group != "wheels" and offset.after > 0.9
         channel = CHANNELS[offset.group]

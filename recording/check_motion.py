@@ -6,47 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from softsoil.recording.check_lateral import lateral_rate_checks
+from softsoil.recording.check_scale import scale_check
 from softsoil.recording.check_words import LIMITS, Check
-from softsoil.recording.drive import CHANNEL_UNITS, Array
+from softsoil.recording.drive import Array
 from softsoil.recording.evidence import MOSTLY, Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
-
-
-def scale_check(
-    name: str, channel: str, line: Line, index: int, expected: str, cure: str, doubtful_at: float = LIMITS.scale
-) -> Check:
-    """A coefficient (number `index` of `line`) that must be 1: flipped, in another unit, of another scale, or right.
-
-    name, channel, expected: as of Check; cure: for a wrong scale; doubtful_at: departure from 1 that is doubtful.
-    """
-    value, std, bias = float(line.value[index]), float(line.std[index]), float(line.bias[index])
-    low, high = LIMITS.wrong_scale
-    found = f"a scale of {value:.3f} +- {std:.3f}"
-    sure = std < 0.15 and abs(value - 1.0) > bias
-    if sure and value < -0.3 and value < -LIMITS.sigmas * std:
-        return Check(name, channel, False, found, expected, f"sign = -1 for {channel}", True)
-    if sure and not low <= value <= high and abs(value - 1.0) > LIMITS.sigmas * std:
-        return Check(name, channel, False, found, expected, cure + unit_hint(channel, value), True)
-    doubtful = abs(value - 1.0) > max(doubtful_at, LIMITS.sigmas * std, bias)
-    return Check(name, channel, not doubtful, found, expected, cure if doubtful else "")
-
-
-UNIT_RATIOS = {
-    "rad": ((180 / np.pi, "degrees"),),
-    "rad/s": ((180 / np.pi, "deg/s"), (30 / np.pi, "rpm")),
-    "m/s": ((3.6, "km/h"), (2.23694, "mph"), (1000.0, "mm/s")),
-    "m/s^2": ((1.0 / 9.80665, "g"), (1000.0, "mm/s^2")),
-}
-"""SI unit -> what a channel in another unit is too large by."""
-
-
-def unit_hint(channel: str, scale: float) -> str:
-    """Which mistaken unit makes the channel so called `scale` times what it must be, or converted twice; empty for none."""
-    for ratio, words in UNIT_RATIOS.get(CHANNEL_UNITS.get(channel, ""), ()):
-        for factor, doubt in ((ratio, f" ({words}?)"), (1.0 / ratio, f" (converted from {words} twice?)")):
-            if 0.9 < abs(scale) / factor < 1.1:
-                return doubt
-    return ""
 
 
 def heading_checks(m: Motion) -> list[Check]:
@@ -131,21 +96,7 @@ def inertial_checks(m: Motion) -> list[Check]:
                 _bias(f"{name}_bias", channel, float(line.value[1]), float(line.std[1]), LIMITS.accelerometer, "m/s^2")
             )
     if has_v and np.isfinite(force_y).any() and np.nanstd(m.driven(m.slope(v))) > 0.05:
-        line = regress(m.driven(force_y), m.driven(m.slope(v)), m.driven(turning), one)
-        noise = m.slope_noise("v") / float(np.nanvar(m.driven(m.slope(v))))
-        line = None if line is None else line.unattenuated(0, noise)
-        if line is not None and line.std[0] < 0.15:
-            checks.append(
-                scale_check(
-                    "lateral_velocity_rate",
-                    "v",
-                    line.only(0),
-                    0,
-                    "a rate of v of a_y - u omega_z (scale 1)",
-                    "correct sign or unit of v",
-                    LIMITS.lateral,
-                )
-            )
+        checks += lateral_rate_checks(m, force_y, u, v, omega)
     return checks
 
 

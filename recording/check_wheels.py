@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsoil.recording.check_motion import unit_hint
+from softsoil.recording.check_scale import unit_hint
 from softsoil.recording.check_words import LIMITS, Check
 from softsoil.recording.evidence import Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry, corners

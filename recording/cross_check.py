@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from softsoil.recording.check_clocks import clock_checks
 from softsoil.recording.check_motion import heading_checks, inertial_checks, pose_checks
 from softsoil.recording.check_single import excitation_checks, single_checks
+from softsoil.recording.check_speed import speed_checks
 from softsoil.recording.check_wheels import side_checks, steering_checks, wheel_checks
 from softsoil.recording.check_words import Check
 from softsoil.recording.drive import Recording
@@ -29,7 +30,10 @@ def check_channels(recording: Recording, geometry: Geometry) -> tuple[Check, ...
     checks = excitation_checks(motion)
     if not checks[0].passed:
         return tuple(checks)
-    checks += clock_checks(recording, geometry)  # first: a clock that is off makes other checks fail
+    source = speed_checks(motion, geometry)
+    # First the clocks: one that is off makes other checks fail. Wheel odometry departs from the accelerometer by its slip.
+    odometry = not all(check.passed for check in source)
+    checks += [c for c in clock_checks(recording, geometry) if not (odometry and c.name == "clock_u")] + source
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
     checks += wheel_checks(motion, geometry) + side_checks(motion, geometry)
     checks += steering_checks(motion, geometry) + single_checks(motion)

@@ -1,5 +1,6 @@
 """Logs as newcomers bring them: read right, or refused with the place and the cure."""
 
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,11 @@ from typer.testing import CliRunner
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.cli import app
+from softsoil.importing.draft_map import draft
+from softsoil.importing.import_map import map_from_table
 from softsoil.importing.loose_table import read_columns
-from softsoil.importing.sources import ordered
+from softsoil.importing.merge import merge
+from softsoil.importing.sources import Holding, Series, Spread, ordered
 from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive
 
@@ -101,3 +105,56 @@ def test_without_lateral_velocity_one_clock_is_not_shifted(kept, clean):
     bare = replace(clean, channels={k: v for k, v in clean.channels.items() if k in ("t", "u", "omega_z", "steer", *kept)})
     (steer,) = [o for o in time_offsets(bare, reference_vehicle()) if o.group == "steer"]
     assert abs(steer.late_s) < 1.5 * steer.std
+
+
+JOINTS = {f"position[{name}_wheel_joint]": f"omega_{name[0]}{name[-1]}" for name in ("fl", "fr", "rl", "rr")}
+STEERING = ("position[left_steering_joint]", "position[right_steering_joint]")
+
+
+def encoders(clean, wrapped):
+    """Joint states of a robot whose encoders say positions only, and whose front wheels are steered by two joints."""
+    turned = {path: np.cumsum(clean[name]) * clean.dt for path, name in JOINTS.items()}
+    values = {path: np.mod(angle, 2 * np.pi) if wrapped else angle for path, angle in turned.items()}
+    for path, side in zip(STEERING, (1.0, -1.0), strict=True):
+        values[path] = clean["steer"] + side * 0.1 * clean["steer"] ** 2
+    motion = {name: clean[name] for name in ("u", "v", "omega_z", "psi", "x", "y", "a_x_imu", "a_y_imu")}
+    kinds = {"/joint_states": ("sensor_msgs/msg/JointState", values), "motion.csv": ("table", motion)}
+    holdings = [
+        Holding(name, kind, name, len(clean), 1 / clean.dt, 0.0, 1.0, "header stamps", {
+            path: Spread(float(one.min()), float(one.max()), True) for path, one in fields.items()
+        })
+        for name, (kind, fields) in kinds.items()
+    ]  # fmt: skip
+    return holdings, {name: Series(name, clean.t, fields) for name, (_, fields) in kinds.items()}
+
+
+@pytest.mark.parametrize("wrapped", [False, True], ids=["counting on", "within a turn"])
+def test_encoders_that_say_positions_and_two_steering_joints_need_no_map(wrapped, clean):
+    holdings, series = encoders(clean, wrapped)
+    plan = map_from_table(tomllib.loads(draft(holdings)), "map")
+    assert plan.channels["steer"].fields == STEERING and plan.channels["omega_rl"].rate
+    drive = merge("robot", plan, series, reference_vehicle()).recording
+    assert np.allclose(drive["steer"], clean["steer"], atol=1e-9)
+    for name in JOINTS.values():
+        assert np.abs(drive[name][2:-2] - clean[name][2:-2]).max() < 0.02 * np.ptp(clean[name])
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ('steer = {source = "/a:b", rate = true}', "expected rate for a channel in rad/s or m/s, found one in rad"),
+        ('omega_fl = {source = "/a:b", rate = true, unit = "rad/s"}', "expected a unit of rad"),
+        ('steer = ["/a:left", "/b:right"]', "expected fields of one source"),
+        ("steer = []", 'expected "source:field", a list of such'),
+    ],
+)
+def test_a_rate_or_a_mean_that_cannot_be_is_named(entry, words):
+    with pytest.raises(ValueError, match=words):
+        map_from_table(tomllib.loads(f"[channels]\n{entry}\n"), "map")
+
+
+def test_the_way_of_a_wheel_becomes_its_speed():
+    plan = map_from_table(tomllib.loads('[channels]\nomega_fl = {source = "/a:way", rate = true, unit = "mm"}\n'), "map")
+    t = np.linspace(0.0, 1.0, 11)
+    origin = plan.channels["omega_fl"]
+    assert np.allclose(origin.si(origin.samples(Series("/a", t, {"way": 3000.0 * t})), radius=0.3), 10.0)

@@ -13,6 +13,9 @@ from softsoil.recording.read import read_drive, write_drive
 LEFT_TO_THE_VERDICT = {
     "steer clipped": "steering stops look the same",
     "hard ground": "no channel contradicts another: only the force balance shows that there is no soil",
+    "one encoder for all wheels": "a car with all axles locked looks the same",
+    "wheels 3 % fast": "more slip looks the same",
+    "steering ratio 10 % off": "softer soil looks the same",
     "wheels 1 s late": "slip that follows the acceleration looks the same, and this drive hardly spreads its wheels",
 }
 HARMLESS = {v.name for v in VARIANTS if v.harmless}
@@ -53,6 +56,26 @@ def test_a_flipped_sign_is_beyond_doubt(channel, good, tmp_path):
     found, words = outcome(variant(f"{channel} flipped").of(good), tmp_path / "log.parquet")
     assert found == "refused"
     assert "sign = -1" in words or "compass" in words
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("wheel odometry", "is u made of the wheel speeds"),
+        ("base frame at the rear axle", "m behind the front axle: give its place in [mount]"),
+        ("v of the front axle", "ahead of the centre of gravity would explain it; give the place of its source"),
+        ("states 0.15 s late", "0.14 s late against the accelerometer would explain it"),
+    ],
+)
+def test_what_robots_do_is_named(name, words, good, tmp_path):
+    assert words in outcome(variant(name).of(good), tmp_path / "log.parquet")[1]
+
+
+@pytest.mark.parametrize("noise", ["none", "good", "table5"])
+def test_a_speed_over_ground_is_no_wheel_odometry(noise, good):
+    drive = good if noise == "none" else add_noise(good, noise, 1)
+    (check,) = [c for c in check_channels(drive, reference_vehicle()) if c.name == "speed_source"]
+    assert check.passed and "per m/s^2" in check.found
 
 
 def test_there_are_at_least_forty_variants():

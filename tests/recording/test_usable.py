@@ -107,7 +107,7 @@ def test_a_model_of_ones_own_takes_a_drive_as_it_is(good):
 
 
 def test_the_models_own_drive_passes(model):
-    drive = synthetic_drive(model, reference_vehicle().radius, seconds=20.0)
+    drive = synthetic_drive(model, reference_vehicle().radius, seconds=20.0, slip_rate=0.03)
     with python_warnings.catch_warnings():
         python_warnings.simplefilter("error")
         usable(drive, reference_vehicle())

@@ -1,0 +1,90 @@
+"""Lateral velocity against the lateral accelerometer, a_y = dv/dt + u omega_z, and what a disagreement looks most like."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsoil.recording.check_scale import scale_check
+from softsoil.recording.check_words import LIMITS, Check
+from softsoil.recording.drive import Array
+from softsoil.recording.evidence import Line, Motion, regress
+
+NAME, EXPECTED = "lateral_velocity_rate", "a rate of v of a_y - u omega_z (scale 1)"
+STEP, REACH = 0.02, 0.5
+"""s: steps and range of the shifts between velocities and accelerometer that are tried."""
+FAR = 0.3
+"""m from the centre of gravity: a nearer place of the velocity is no cause worth naming."""
+
+
+def lateral_rate_checks(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> list[Check]:
+    """The rate of v by the accelerometer: its scale; where that is wrong, another place or another clock if either explains it.
+
+    force (windows,): mean lateral specific force of each window (m/s^2); u, v (m/s), omega (rad/s), each (N,): velocities.
+    """
+    line = _line(m, force, u, v, omega)
+    noise = m.slope_noise("v") / max(float(np.nanvar(m.driven(m.slope(v)))), 1e-12)
+    if line is None or not (line := line.unattenuated(0, noise)).std[0] < 0.15:
+        return []
+    check = scale_check(NAME, "v", line.only(0), 0, EXPECTED, "correct sign or unit of v", LIMITS.lateral)
+    if check.passed:
+        return [check]
+    causes = [c for c in (_elsewhere(m, force, u, v, omega), _late(m, force, u, v, omega)) if c is not None]
+    misfit, found, cure = min(causes, default=(np.inf, "", ""))
+    if misfit > line.scale:
+        return [check]
+    return [Check(NAME, "v", False, f"{check.found}; {found}", EXPECTED, cure, check.beyond_doubt)]
+
+
+def _line(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> Line | None:
+    """force (windows,) on the rate of v, on what turning makes and a constant."""
+    return regress(m.driven(force), m.driven(m.slope(v)), _turning(m, u, omega), np.ones(m.windows))
+
+
+def _right(m: Motion, force: Array, u: Array, v: Array, omega: Array, *more: Array) -> Line | None:
+    """The same with a v of scale 1, on `more` features (windows,); None where the turning then has a wrong scale."""
+    line = regress(m.driven(force - m.slope(v)), _turning(m, u, omega), np.ones(m.windows), *more)
+    return line if line is not None and abs(line.value[0] - 1.0) < LIMITS.lateral else None
+
+
+def _turning(m: Motion, u: Array, omega: Array) -> Array:
+    return m.driven(m.slope(m.integral(u * omega)))
+
+
+def _elsewhere(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> tuple[float, str, str] | None:
+    """v of another point of the vehicle, v + x omega_z: misfit (m/s^2), words and cure; None where that is no cause."""
+    line = _right(m, force, u, v, omega, m.driven(m.slope(omega)))
+    if line is None:
+        return None
+    x, std = -float(line.value[2]), float(line.std[2])
+    if abs(x) < max(FAR, LIMITS.sigmas * std):
+        return None
+    found = f"v of a point {abs(x):.1f} +- {std:.1f} m {'ahead of' if x > 0 else 'behind'} the centre of gravity would explain it"
+    return line.scale, found, f"give the place of its source in [mount], x = {x:.1f}"
+
+
+def _late(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> tuple[float, str, str] | None:
+    """Velocities, or the yaw rate alone, on another clock than the accelerometer: misfit, words and cure; None for no cause."""
+    reach = round(REACH / m.log.dt)
+    best: tuple[float, int, str] | None = None
+    for lag in range(-reach, reach + 1, max(round(STEP / m.log.dt), 1)):
+        late_u, late_v, late_omega = (_shifted(values, lag) for values in (u, v, omega))
+        for words, line in (
+            ("velocities", _right(m, force, late_u, late_v, late_omega)), ("a yaw rate", _right(m, force, u, v, late_omega)),
+        ):  # fmt: skip
+            if line is not None and (best is None or line.scale < best[0]):
+                best = line.scale, lag, words
+    if best is None or abs(best[1]) * m.log.dt < LIMITS.clock:
+        return None
+    late = best[1] * m.log.dt
+    found = f"{best[2]} {abs(late):.2f} s {'late' if late > 0 else 'early'} against the accelerometer would explain it"
+    return best[0], found, "shift that source, or leave the accelerometer out"
+
+
+def _shifted(values: Array, lag: int) -> Array:
+    """(N,) values (N,) `lag` samples earlier, NaN where nothing is known."""
+    out = np.full(len(values), np.nan)
+    if lag >= 0:
+        out[: len(values) - lag] = values[lag:]
+    else:
+        out[-lag:] = values[:lag]
+    return out
