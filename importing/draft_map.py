@@ -72,6 +72,8 @@ ENDINGS = {"_kmh": "km/h", "_kph": "km/h", "_mph": "mph", "_mps": "m/s", "_rpm":
            "_degs": "deg/s", "_deg": "deg", "_rad": "rad", "_rads": "rad/s", "_cm": "cm", "_mm": "mm"}  # fmt: skip
 """End of a field's name -> unit."""
 STEERING = re.compile(r"steer", re.I)
+RECEIVER = re.compile(r"gps|gnss|fix|ublox|novatel|septentrio", re.I)
+"""Topics of satellite receivers, whose velocities are to the east and north."""
 HEAD = (
     "# Draft map. Check each line: source, unit, sign (ISO 8855: x ahead, y left, heading and yaw rate to the left).",
     "# Keys: source, unit, factor, sign, offset, ratio (steering wheel over road wheel), table, compass.",
@@ -116,6 +118,8 @@ def _of_fields(holding: Holding) -> list[Offer]:
     standard = STANDARD.get(_type(holding.kind))
     found = []
     if standard is not None:
+        if "Twist" in holding.kind and RECEIVER.search(holding.name):
+            standard = tuple(("u", path.rsplit(".", 1)[0] + ".speed") for channel, path in standard if channel == "u")
         for channel, path in standard:
             spread = holding.fields.get(path)
             if path not in ("east", "north") and (spread is None or not spread.changes):
@@ -165,7 +169,8 @@ def _of_joints(holding: Holding) -> list[Offer]:
     if steered:
         # Of a wheel's own joints, the mean of left and right; an axle that is steered by one joint has that.
         own = [path for path in steered if re.search(r"left|right|_[lr](_|\b|\])|[fr][lr]\b", path, re.I)]
-        first, *beside = own if len(own) == 2 else steered[:1]
+        front = [path for path in own if re.search(r"front|(\b|_)f[lr]|(\b|_)[lr]f", path, re.I)]
+        first, *beside = next((pair for pair in (own, front) if len(pair) == 2), steered[:1])
         unit = _unit("steer", holding.fields[first])
         found.append(Offer("steer", holding.name, first, unit, "joint's name", 2.0, tuple(beside)))
     return found

@@ -11,6 +11,8 @@ import numpy as np
 
 QUATERNION = ("heading", "pitch", "roll")
 """What stands in a quaternion's place: angles of the body against the frame (rad), z up, heading to the left."""
+SPEED = "speed"
+"""Name of the horizontal length of a velocity `linear`, for those that are given to the east and north."""
 MOST_ELEMENTS = 64
 """Elements of an array that are looked at; longer ones are images and clouds."""
 _PART = re.compile(r"([A-Za-z_]\w*)((?:\[[^\]]*\])*)\Z")
@@ -26,6 +28,12 @@ def angle_of(q: Any, name: str) -> float:
     if name == "pitch":
         return math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
     return math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+
+
+def speed_of(vector: Any) -> float:
+    """Horizontal speed (m/s) of a velocity vector with x and y in any frame; NaN where it is none."""
+    x, y = getattr(vector, "x", None), getattr(vector, "y", None)
+    return math.hypot(x, y) if isinstance(x, int | float) and isinstance(y, int | float) else math.nan
 
 
 def is_quaternion(value: Any) -> bool:
@@ -56,6 +64,8 @@ def fields_of(message: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
                         yield from fields_of(element, f"{path}[{label}].")
         elif hasattr(value, "__dict__"):
             yield from fields_of(value, f"{path}.")
+            if key == "linear":
+                yield f"{path}.{SPEED}", speed_of(value)
 
 
 def _named(message: Any) -> bool:
@@ -82,6 +92,8 @@ def reader_of(path: str) -> Callable[[Any], float]:
         for name, indices in steps:
             if is_quaternion(value) and name in QUATERNION:
                 return angle_of(value, name)
+            if name == SPEED and not hasattr(value, SPEED):
+                return speed_of(value)
             owner, value = value, getattr(value, name, None)
             for index in indices:
                 at = _position(owner, index)

@@ -2,6 +2,7 @@
 
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -10,10 +11,11 @@ from typer.testing import CliRunner
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.cli import app
-from softsoil.importing.draft_map import draft
+from softsoil.importing.draft_map import draft, offers
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.loose_table import read_columns
 from softsoil.importing.merge import merge
+from softsoil.importing.messages import fields_of, reader_of
 from softsoil.importing.sources import Holding, Series, Spread, ordered
 from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive
@@ -158,3 +160,14 @@ def test_the_way_of_a_wheel_becomes_its_speed():
     t = np.linspace(0.0, 1.0, 11)
     origin = plan.channels["omega_fl"]
     assert np.allclose(origin.si(origin.samples(Series("/a", t, {"way": 3000.0 * t})), radius=0.3), 10.0)
+
+
+def test_the_speed_of_a_velocity_to_the_east_and_north_is_drafted():
+    twist = SimpleNamespace(linear=SimpleNamespace(x=3.0, y=-4.0, z=0.5), angular=SimpleNamespace(x=0.0, y=0.0, z=0.0))
+    message = SimpleNamespace(twist=twist)
+    assert dict(fields_of(message))["twist.linear.speed"] == reader_of("twist.linear.speed")(message) == 5.0
+    fields = {path: Spread(-5.0, 5.0, True) for path, _ in fields_of(message)}
+    gps, body = (Holding(name, "geometry_msgs/msg/TwistStamped", "bag", 10, 5.0, 0.0, 2.0, "header stamps", fields)
+                 for name in ("/gps/vel", "/base/velocity"))  # fmt: skip
+    assert [(o.channel, o.path) for o in offers([gps])] == [("u", "twist.linear.speed")]
+    assert ("u", "twist.linear.x") in [(o.channel, o.path) for o in offers([body])]
