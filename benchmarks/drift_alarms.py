@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.drift import CHANNELS, DriftRules
 from softsoil.estimator.estimate import START_UP
-from softsoil.estimator.inputs import known_states, measured_inputs, measured_states, sensor_std
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain import terrain_model
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning
@@ -25,6 +25,7 @@ from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Array, Recording
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
+from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle

@@ -24,7 +24,6 @@ from benchmarks.judges.identified import CONTACT_SEARCH, START_UP, Case, add_opt
 from benchmarks.judges.true_soil import nominal_logs
 from benchmarks.refine_drives import EFFECTS
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import substeps_for
@@ -34,6 +33,7 @@ from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
+from softsoil.recording.states import sensor_std
 from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.identify_rules import RULES
 from softsoil.refinement.known_vehicle import Known, load_known

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
@@ -23,6 +22,7 @@ from softsoil.estimator.window_fit import fit_windows
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
+from softsoil.recording.states import sensor_std
 from softsoil.refinement.identify_bench import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR, SUBSTEPS
 from softsoil.refinement.identify_errors import n_costs
 from softsoil.refinement.known_vehicle import Known

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.predictor import Predictor
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.effects import Effects
@@ -26,6 +26,7 @@ from softsoil.plant.state import TRAVEL
 from softsoil.plant.suspension import AXLE_X, COUNT, carrier
 from softsoil.plant.world import Plant, Sample
 from softsoil.recording.drive import Recording
+from softsoil.recording.states import measured_states
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from benchmarks.axle_forces import VEHICLES
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import Predictor
 from softsoil.estimator.shooting import shooting_drive
@@ -22,6 +22,7 @@ from softsoil.plant.simulate import drive
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
+from softsoil.recording.states import measured_states
 from softsoil.refinement.vehicle_numbers import own_layout
 from softsoil.refinement.wheel_balance import BalanceModel, WheelBalance
 from softsoil.symbolic.catalogue import bicycle

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from softsoil.commands.output import console
 from softsoil.recording.drive import Recording
-from softsoil.refinement.geometry_check import beyond_doubt
+from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.symbolic.vehicle import Vehicle
 
 

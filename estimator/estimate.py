@@ -11,13 +11,13 @@ import pandas as pd
 
 from softsoil.declaration.ground import sinks
 from softsoil.estimator.horizons import START_UP
-from softsoil.estimator.inputs import known_states
 from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
 from softsoil.estimator.tuning import Tuning
 from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict, judge
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.recording.states import known_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 

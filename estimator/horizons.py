@@ -15,10 +15,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from softsoil.estimator.inputs import known_states, measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.predictor import Predictor, substeps_for
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.states import known_states, measured_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 

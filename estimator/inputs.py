@@ -1,4 +1,4 @@
-"""Model inputs and measurements from a recorded drive."""
+"""Model inputs from a recorded drive."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.drive import Recording
 from softsoil.symbolic.signals import Layout
 
 Array = NDArray[np.float64]
@@ -38,40 +38,6 @@ def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[s
     if missing:
         raise ValueError(f"{recording.name}: expected a model whose inputs a drive can give; it has no {missing[0]!r}")
     return np.column_stack([known[name] for name in layout.names]), count
-
-
-def measured_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
-    """(N, 6) measured states, psi unwrapped; missing values stay NaN, and channels that are derived or absent are NaN whole."""
-    states = known_states(recording, names)
-    for i, name in enumerate(names):
-        if not recording.measured(name):
-            states[:, i] = np.nan
-    return states
-
-
-def known_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
-    """(N, 6) states as far as they are known, derived ones included: where a model may start, not what may judge it."""
-    blank = np.full(len(recording), np.nan)
-    states = np.column_stack([recording.channels.get(name, blank) for name in names])
-    if "psi" in names:
-        column = names.index("psi")
-        good = np.isfinite(states[:, column])
-        states[good, column] = np.unwrap(states[good, column])
-    return states
-
-
-def sensor_std(recording: Recording, floor: Array, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
-    """(n,) noise of each channel, from its third differences (robust), at least `floor` (n,).
-
-    A smooth signal sampled finely has third differences of its noise only: their standard deviation is sqrt(20) sigma.
-    """
-    states = measured_states(recording, names)
-    spread = np.zeros(len(names))
-    for i in range(len(names)):
-        values = states[np.isfinite(states[:, i]), i]  # of a channel slower than the clock, its own samples
-        if len(values) > 3:
-            spread[i] = 1.4826 * np.median(np.abs(np.diff(values, n=3))) / np.sqrt(20)
-    return np.maximum(spread, floor)
 
 
 def _check_forward(recording: Recording) -> None:

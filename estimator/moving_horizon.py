@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import reduce_windows, window_costs
 from softsoil.recording.drive import Recording
+from softsoil.recording.states import sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 

@@ -17,10 +17,11 @@ from scipy.signal import savgol_filter
 
 from softsoil.codegen.compiled import CompiledFunction
 from softsoil.codegen.discretize import start_memory, step_with_memory
-from softsoil.estimator.inputs import known_states, measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.loop import StepLoop
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.states import known_states, measured_states
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.drift import Drift
-from softsoil.estimator.inputs import known_states, measured_inputs, measured_states, sensor_std
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.promote import promote_parameters, tie_parameters
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning
@@ -18,6 +18,7 @@ from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS

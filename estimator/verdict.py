@@ -44,8 +44,8 @@ class VerdictRules:
     excited: float = 0.05
     same: float = 0.10
     bound: float = 0.02
-    apart: float = 0.25
-    apart_sigmas: float = 4.0
+    apart: float = 0.13
+    apart_sigmas: float = 2.5
     unexplained: tuple[tuple[str, float], ...] = (("omega_z", 0.022), ("v", 0.10))
     unexplained_sigmas: float = 2.0
     least_motion: float = 0.2

@@ -13,10 +13,11 @@ from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
 from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.estimator.c_library import c_library_texts
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.mpc_demo.bench_rows import Row, seconds
 from softsoil.recording.noise import add_noise
+from softsoil.recording.states import measured_states
 
 DT = 0.012
 MORE = 3

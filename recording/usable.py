@@ -13,6 +13,7 @@ from softsoil.recording.cross_check import check_channels, refuse_contradictions
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, CHECKED, Recording
 from softsoil.recording.geometry import Geometry
+from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.recording.plausible import check_units
 from softsoil.recording.read import as_drive
 
@@ -40,14 +41,19 @@ def usable(log: Recording | pd.DataFrame | str | Path, geometry: Geometry | None
     """The drive that an estimate runs on: opened, checked once, absent channels derived and marked.
 
     log: a drive, a table with the default columns, or a file; geometry: of the vehicle, None where it is not known: nothing is
-    checked or derived then. A doubtful channel is a UserWarning. Raises ValueError for channels that contradict each other
-    beyond doubt, or where speed, yaw rate or steering angle is absent.
+    checked or derived then. A doubtful channel, or wheels and axles of another vehicle, are a UserWarning. Raises ValueError for
+    channels that contradict each other beyond doubt, or where speed, yaw rate or steering angle is absent.
     """
     drive = as_drive(log)
     if geometry is None:
         return drive
-    if CHECKED not in drive.meta:
-        drive, doubts = checked(drive, geometry)
-        for doubt in doubts:
-            python_warnings.warn(f"{drive.name}: {doubt}", UserWarning, stacklevel=3)
-    return completed(drive, geometry)
+    if CHECKED in drive.meta:
+        return completed(drive, geometry)
+    drive, doubts = checked(drive, geometry)
+    drive = completed(drive, geometry)
+    words = [f"{drive.name}: {doubt}" for doubt in doubts]
+    if another := beyond_doubt(drive, geometry):
+        words.append(f"{another}: another vehicle, or a sensor that is wrong")
+    for doubt in words:
+        python_warnings.warn(doubt, UserWarning, stacklevel=3)
+    return drive

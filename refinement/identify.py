@@ -12,8 +12,8 @@ import numpy as np
 
 from softsoil.estimator.window_fit import WindowFit
 from softsoil.recording.drive import Recording
+from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.read import as_drive
-from softsoil.refinement.geometry_check import front_axle
 from softsoil.refinement.identify_asks import Excitation, asks, excitation
 from softsoil.refinement.identify_bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.refinement.identify_errors import Errors, departures, errors_of, n_costs

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.inputs import measured_inputs, measured_states, sensor_std
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Recording
+from softsoil.recording.states import measured_states, sensor_std
 from softsoil.refinement.residual import WINDOW, drive_residual, rms, slope, split_by_axle
 from softsoil.refinement.rules import RULES
 from softsoil.symbolic.model import Model

@@ -12,7 +12,7 @@
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
 #define LONGEST_WINDOW 105 /* samples */
-#define MAGIC 0x97f824cau
+#define MAGIC 0xb6f907b7u
 
 typedef softsoil_horizon_window_t window_t;
 
@@ -40,7 +40,7 @@ static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0,
 static const double y_limit[SOFTSOIL_N_Y] = {100000000.0, 100000000.0, 100000.0, 150.0, 150.0, 50.0};
 static const int32_t y_wraps[SOFTSOIL_N_Y] = {0, 0, 1, 0, 0, 0};
 /* Limits of the verdict, as VerdictRules. */
-static const double most_std = 0.05, same = 0.1, bound = 0.02, axles = 0.25, axles_sigmas = 4.0;
+static const double most_std = 0.05, same = 0.1, bound = 0.02, axles = 0.13, axles_sigmas = 2.5;
 static const double most_unexplained[2] = {0.1, 0.022}, least_motion = 0.2;
 static const double unexplained_sigmas = 2.0;
 /* v and omega_z: by which a model is judged. */

@@ -11,7 +11,6 @@ from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.estimator.c_library import c_library_texts, c_parts
-from softsoil.estimator.inputs import sensor_std
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
@@ -20,6 +19,7 @@ from softsoil.files.package_data import example_logs
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
+from softsoil.recording.states import sensor_std
 
 pytestmark = pytest.mark.compiler
 START = 2.0

@@ -13,8 +13,9 @@ from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.sampling import STEP
 from softsoil.estimator.c_library import c_parts
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain_filter import TerrainFilter
+from softsoil.recording.states import measured_states
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.wheel import Contact
 

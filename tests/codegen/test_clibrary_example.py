@@ -13,8 +13,9 @@ from drives import CLAY_LOG
 from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.estimator.c_horizon import SENTENCES
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.read import read_drive
+from softsoil.recording.states import measured_states
 from softsoil.symbolic.bicycle import INPUTS
 
 pytestmark = pytest.mark.compiler

@@ -12,12 +12,13 @@ from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.sampling import STEP
 from softsoil.estimator.c_library import c_parts
-from softsoil.estimator.inputs import known_states, measured_inputs, measured_states, sensor_std
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
+from softsoil.recording.states import known_states, measured_states, sensor_std
 
 SAME = 1e-9
 STANDING, GATED, JUMPED, SOIL_CHANGED = 1, 2, 4, 8

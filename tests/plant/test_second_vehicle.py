@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.predictor import Predictor
 from softsoil.files.package_data import VEHICLES, plant_file
 from softsoil.mpc_demo.scenarios import scenarios, size_of
@@ -13,6 +13,7 @@ from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from softsoil.plant.simulate import recording_of
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
+from softsoil.recording.states import measured_states
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle

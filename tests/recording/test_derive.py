@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
-from softsoil.estimator.inputs import known_states, measured_states
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.read import read_drive, write_drive
+from softsoil.recording.states import known_states, measured_states
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 

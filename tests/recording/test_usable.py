@@ -111,3 +111,12 @@ def test_the_models_own_drive_passes(model):
     with python_warnings.catch_warnings():
         python_warnings.simplefilter("error")
         usable(drive, reference_vehicle())
+
+
+@pytest.mark.parametrize(
+    ("number", "factor", "words"), [("l_f", 1.5, "expected the front axle"), ("radius", 0.8, "expected wheels of")]
+)
+def test_a_log_of_another_vehicle_is_a_warning(number, factor, words, good):
+    vehicle = reference_vehicle()
+    with pytest.warns(UserWarning, match=rf"{words} .*: another vehicle, or a sensor that is wrong"):
+        usable(good, vehicle.with_(**{number: factor * getattr(vehicle, number)}))

@@ -9,8 +9,8 @@ from drives import clay_drive, reference_vehicle
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.window_fit import WindowFit
 from softsoil.recording.drive import Recording
+from softsoil.recording.geometry_check import beyond_doubt, front_axle, rolling_radius
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.geometry_check import beyond_doubt, front_axle, rolling_radius
 from softsoil.refinement.identify import by_rolling
 from softsoil.refinement.identify_asks import asks, excitation
 from softsoil.refinement.identify_errors import Errors, departures, errors_of, n_costs

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.predictor import Predictor
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from softsoil.plant.simulate import recording_of
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
+from softsoil.recording.states import measured_states
 from softsoil.symbolic.body_roll import roll_angle
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect

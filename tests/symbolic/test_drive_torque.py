@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from axles import axle_of
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.predictor import Predictor, substeps_for
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.machine import load_plant_vehicle
@@ -15,6 +15,7 @@ from softsoil.plant.simulate import recording_of
 from softsoil.plant.start import Start
 from softsoil.plant.state import PITMAN, TRAVEL, rotation
 from softsoil.plant.world import Plant
+from softsoil.recording.states import measured_states
 from softsoil.symbolic.body_roll import roll_angle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM

@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from softsoil.estimator.inputs import measured_inputs, measured_states
+from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.predictor import Predictor
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from softsoil.plant.simulate import simulate
+from softsoil.recording.states import measured_states
 from softsoil.symbolic.bicycle import body_force
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM

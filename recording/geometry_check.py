@@ -11,15 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter, savgol_filter
 
-from softsoil.estimator.inputs import sensor_std
 from softsoil.recording.clock import on_even_clock
-from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from softsoil.symbolic.vehicle import Vehicle
-
-Array = NDArray[np.float64]
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, Recording
+from softsoil.recording.geometry import Geometry
+from softsoil.recording.states import sensor_std
 
 WINDOW = 2.0
 """s: stretches that are left out in turn for the standard error."""
@@ -153,22 +150,22 @@ def rolling_radius(recording: Recording) -> float | None:
     return float(np.median(u[rows] / spin[rows])) if rows.sum() >= FEWEST else None
 
 
-def beyond_doubt(recording: Recording, vehicle: Vehicle) -> str:
+def beyond_doubt(recording: Recording, geometry: Geometry) -> str:
     """What in a log contradicts the vehicle's geometry beyond doubt, in one sentence; empty where nothing does."""
-    radius = rolling_radius(recording)
+    radius, name = rolling_radius(recording), getattr(geometry, "name", "declared")
     if radius is not None:
-        slip = 1.0 - radius / vehicle.radius
+        slip = 1.0 - radius / geometry.radius
         if not SLIPS[0] <= slip <= SLIPS[1]:
             return (
-                f"{recording.name}: expected wheels of radius {vehicle.radius:.3g} m as vehicle {vehicle.name} has them, found "
+                f"{recording.name}: expected wheels of radius {geometry.radius:.3g} m as vehicle {name} has them, found "
                 f"speeds that {radius:.3g} m rolls at"
             )
     place = front_axle([recording])
     if place is not None:
-        off = abs(place.value - vehicle.l_f)
-        if off > DOUBT_SIGMAS * place.std and off > DOUBT_SHARE * vehicle.wheelbase:
+        off = abs(place.value - geometry.l_f)
+        if off > DOUBT_SIGMAS * place.std and off > DOUBT_SHARE * (geometry.l_f + geometry.l_r):
             return (
-                f"{recording.name}: expected the front axle {vehicle.l_f:.2f} m ahead of the centre of gravity as vehicle "
-                f"{vehicle.name} has it, found it at {place.value:.2f} ± {place.std:.2f} m by position against course"
+                f"{recording.name}: expected the front axle {geometry.l_f:.2f} m ahead of the centre of gravity as vehicle "
+                f"{name} has it, found it at {place.value:.2f} ± {place.std:.2f} m by position against course"
             )
     return ""

@@ -1,0 +1,41 @@
+"""States as a drive has them, and the noise of their sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsoil.recording.drive import STATE_CHANNELS, Array, Recording
+
+
+def measured_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
+    """(N, 6) measured states, psi unwrapped; missing values stay NaN, and channels that are derived or absent are NaN whole."""
+    states = known_states(recording, names)
+    for i, name in enumerate(names):
+        if not recording.measured(name):
+            states[:, i] = np.nan
+    return states
+
+
+def known_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
+    """(N, 6) states as far as they are known, derived ones included: where a model may start, not what may judge it."""
+    blank = np.full(len(recording), np.nan)
+    states = np.column_stack([recording.channels.get(name, blank) for name in names])
+    if "psi" in names:
+        column = names.index("psi")
+        good = np.isfinite(states[:, column])
+        states[good, column] = np.unwrap(states[good, column])
+    return states
+
+
+def sensor_std(recording: Recording, floor: Array, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
+    """(n,) noise of each channel, from its third differences (robust), at least `floor` (n,).
+
+    A smooth signal sampled finely has third differences of its noise only: their standard deviation is sqrt(20) sigma.
+    """
+    states = measured_states(recording, names)
+    spread = np.zeros(len(names))
+    for i in range(len(names)):
+        values = states[np.isfinite(states[:, i]), i]  # of a channel slower than the clock, its own samples
+        if len(values) > 3:
+            spread[i] = 1.4826 * np.median(np.abs(np.diff(values, n=3))) / np.sqrt(20)
+    return np.maximum(spread, floor)
