@@ -32,7 +32,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--drives", nargs="+", default=["paper", "multi", "steps"], help="beginnings of the names")
-    parser.add_argument("--figure", type=Path, help="draw the first window of the last drive")
+    parser.add_argument("--figure", type=Path, help="draw the last window of the last drive")
     parser.add_argument("--hold-speed", action="store_true", help="give the plant the log's u and wheel speeds")
     parser.add_argument("--hold-gear", action="store_true", help="shift the plant's gears when the log's were")
     parser.add_argument(

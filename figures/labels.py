@@ -66,8 +66,11 @@ LAWS: Mapping[str, str] = MappingProxyType(
 
 
 NAMES: Mapping[str, str] = MappingProxyType(
-    {"l_f": "centre of gravity to front axle", "l_r": "centre of gravity to rear axle", "h_cg": "height of centre of gravity"}
-)
+    {
+        "l_f": "centre of gravity to front axle", "l_r": "centre of gravity to rear axle",
+        "h_cg": "height of centre of gravity", "sandyloam": "sandy loam",
+    }
+)  # fmt: skip
 """Identifiers that are no words."""
 AXLES: Mapping[str, str] = MappingProxyType({"_f": " front", "_r": " rear"})
 

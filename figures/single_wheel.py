@@ -41,7 +41,8 @@ def draw_force_against_slip(
         outs[extra[0].name] = predict(extra[0], [extra[1][i] for i in picked])
     columns = min(3, len(chosen))
     rows = -(-len(chosen) // columns)
-    with page(path, "Lateral force", 3.5 * columns, 3.0 * rows + 0.4, rows, columns, squeeze=False) as axes:
+    title = "Lateral force over the slip angle, single wheel"
+    with page(path, title, 3.5 * columns, 3.0 * rows + 0.4, rows, columns, squeeze=False) as axes:
         for k, (run, axis) in enumerate(zip(chosen, axes.flat, strict=False)):
             alpha = np.degrees(np.arctan2(-run.v_y, np.maximum(run.v_x, 1e-9)))
             style = "-" if run.dt is not None else "."
@@ -49,13 +50,14 @@ def draw_force_against_slip(
             for name, out in outs.items():
                 force = run.smooth(run.lateral(out[k][0], out[k][1]))
                 axis.plot(alpha, force, style, color=COLOURS[name], lw=1, ms=4, label=law_words(name))
-            title = f"{plain(run.group)}, n {run.soil['n']:.2f}, s {run.slip:.2f}, {run.load.mean():.0f} N"
-            axis.set_title(title, fontsize=9)
+            words = f"{plain(run.group)}, n {run.soil['n']:.2f}, s {run.slip:.2f}, {run.load.mean():.0f} N"
+            axis.set_title(words, fontsize=9)
             axis.set_xlabel("slip angle, deg")
             axis.set_ylabel("lateral force, N")
         for axis in list(axes.flat)[len(chosen) :]:
             axis.set_axis_off()
-        axes.flat[0].legend()
+        shown = axes.flat[0].get_legend_handles_labels()
+        axes.flat[0].figure.legend(*shown, loc="outside lower left", ncols=len(outs) + 1)
     return path
 
 
