@@ -1,4 +1,4 @@
-"""What a refinement found, in sentences: the same on the terminal and in the report."""
+"""A refinement's result in sentences: the same on the terminal and in the report."""
 
 from __future__ import annotations
 
