@@ -72,8 +72,9 @@ def draw_errors(report: dict[str, Any], path: Path) -> Path:
             left.plot(k, 100 * values["p95"], "k_", ms=12)
             right.bar(k, report["cost_us"][name], color=COLOURS[name])
         for axis, label in ((left, "lateral force error over peak, %"), (right, "cost of a call in C, µs")):
-            axis.set_yscale("log")
             axis.set_xticks(range(len(names)), [law_words(name) for name in names], rotation=20, fontsize=8)
             axis.set_ylabel(label)
+        left.set_yscale("log")
+        left.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         left.set_title("median, and 95th percentile over the runs", fontsize=9)
     return path
