@@ -12,11 +12,12 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from scipy.ndimage import uniform_filter1d
 
+from softsoil.figures.labels import plain
+from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, TRUE, page
 from softsoil.plant.rig import Rig, RigRun, run_rig
+from softsoil.plant.world import SPACING
 from softsoil.symbolic.soil import SOILS
 
 FINEST = 0.005
@@ -47,18 +48,16 @@ def main() -> None:
 
 def draw(table: dict[str, list[float]], path: Path) -> None:
     """Error against spacing, both logarithmic."""
-    figure = Figure(figsize=(5, 3.5))
-    FigureCanvasAgg(figure)
-    axis = figure.subplots()
-    for name, errors in table.items():
-        axis.loglog(SPACINGS, 100 * np.array(errors), "o-", label=name.replace("_", " "))
-    axis.loglog(SPACINGS, 100 * np.array(SPACINGS), "k:", lw=0.8, label="first order")
-    axis.axvline(0.03, color="gray", lw=0.8)
-    axis.set(xlabel="grid spacing, m", ylabel="rms lateral error over peak, %")
-    axis.grid(alpha=0.3, which="both")
-    axis.legend(fontsize=8)
-    figure.tight_layout()
-    figure.savefig(path, dpi=80)
+    with page(path, "Error of the soil contact model against its grid", 7, 4) as axis:
+        for (name, errors), color in zip(table.items(), (ESTIMATED, REAR, INITIAL), strict=True):
+            axis.loglog(1e3 * np.array(SPACINGS), 100 * np.array(errors), "o-", color=color, label=plain(name))
+        axis.loglog(1e3 * np.array(SPACINGS), 100 * np.array(SPACINGS), ":", color=TRUE, lw=0.9, label="first order")
+        axis.axvline(1e3 * SPACING, color=SOFT, lw=0.9, label="spacing of the drives")
+        axis.set_xticks([1e3 * s for s in SPACINGS], [f"{1e3 * s:g}" for s in SPACINGS])
+        axis.set_xticks([], minor=True)
+        axis.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set(xlabel="grid spacing, mm", ylabel="rms error of the lateral force over its peak, %")
+        axis.legend()
     print(path)
 
 

@@ -3,8 +3,8 @@
     python -m benchmarks.plant_predicts ../shared/data/chrono_vehicle [--drives paper] [--horizon 2.5]
 
 `softsoil study` predicts with the bicycle; here the whole plant does, soil and eleven degrees of freedom: window after window
-from the log's state, with the log's steering, speed and wheel speeds, its wheels found as the independent simulator finds its
-own. Once with n of the drive's name and once 0.2 above it, as a first guess is. Mean squared errors of y, psi, v and omega_z,
+from the log's state, with the log's steering, speed and wheel speeds, its wheels located as the independent simulator locates
+its own. Once with n of the drive's name and once 0.2 above it, as a first guess is. Mean squared errors of y, psi, v and omega_z,
 those with the wrong n over those with the right one. Nothing is fitted.
 """
 

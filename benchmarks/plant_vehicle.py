@@ -18,10 +18,10 @@ from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from benchmarks.judges.drive_windows import axle_force, compare, window, windows, with_the_others_steering
+from softsoil.figures.labels import Quantity, quantity
+from softsoil.figures.style import ESTIMATED, TRUE, page
 from softsoil.plant.machine import load_plant_vehicle
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
@@ -32,7 +32,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--drives", nargs="+", default=["paper", "multi", "steps"], help="beginnings of the names")
-    parser.add_argument("--figure", type=Path, help="draw the first window of the last drive")
+    parser.add_argument("--figure", type=Path, help="draw the last window of the last drive")
     parser.add_argument("--hold-speed", action="store_true", help="give the plant the log's u and wheel speeds")
     parser.add_argument("--hold-gear", action="store_true", help="shift the plant's gears when the log's were")
     parser.add_argument(
@@ -67,19 +67,16 @@ def main() -> None:
 
 def draw(ours: Recording, log: Recording, path: Path) -> None:
     """Yaw rate, lateral velocity, speed and rear lateral force of both."""
-    figure = Figure(figsize=(9, 5))
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(2, 2, sharex=True)
-    rows = [("yaw rate, rad/s", "omega_z"), ("lateral velocity, m/s", "v"), ("speed, m/s", "u"), ("rear F_y, N", "")]
-    for axis, (label, name) in zip(axes.flat, rows, strict=True):
-        for drive, style, who in ((log, "C0", "independent simulator"), (ours, "C1", "plant")):
-            axis.plot(drive.t, drive[name] if name else axle_force(drive, "r"), style, lw=0.9, label=who)
-        axis.set_title(label, fontsize=9)
-        axis.grid(alpha=0.3)
-    axes[0, 0].legend(fontsize=8, loc="lower left")
-    figure.suptitle(f"{log.name}: same start, steering and throttle", fontsize=10)
-    figure.tight_layout()
-    figure.savefig(path, dpi=80)
+    with page(path, f"{log.name}: same start, steering and throttle", 9, 5, 2, 2, sharex=True) as axes:
+        for axis, name in zip(axes.flat, ("omega_z", "v", "u", ""), strict=True):
+            shown = quantity(name) if name else Quantity("lateral force, rear axle", "N")
+            for drive, color, line, who in ((log, TRUE, "-", "independent simulator"), (ours, ESTIMATED, "--", "plant")):
+                values = shown.factor * drive[name] if name else axle_force(drive, "r")
+                axis.plot(drive.t, values, line, color=color, lw=1.1, label=who)
+            axis.set_ylabel(shown.label)
+        for axis in axes[1]:
+            axis.set_xlabel("time, s")
+        axes[1, 0].legend(loc="lower left")
     print(path)
 
 

@@ -222,7 +222,7 @@ def _say(logs: Sequence[LoopLog]) -> None:
             s = summary(mine)
             clear = f"{s['clearance']:.2f}" if np.isfinite(s["clearance"]) else ""
             n = f"{np.mean([log.column('n')[-1] for log in mine]):.2f}"
-            n += f" +- {np.mean([log.column('n_std')[-1] for log in mine]):.2f}" if controller == "n_estimated" else ""
+            n += f" ± {np.mean([log.column('n_std')[-1] for log in mine]):.2f}" if controller == "n_estimated" else ""
             table.add_row(
                 name, controller, f"{s['tracking_rms']:.3f}", f"{s['max_error']:.2f}", clear, f"{s['collisions']}",
                 f"{s['solve_ms']['median']:.2f}", f"{s['solve_ms']['p99']:.2f}", f"{s['failures']}", f"{s['late']}",

@@ -9,6 +9,7 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.import_steering import fitted_map, say_map, steered, without_command
+from softsoil.commands.invocation import software
 from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle, say_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.import_report import write_import_report
@@ -62,8 +63,10 @@ def import_log(
         content["steering"] = say_map(steering)
         written.append(folder / "steering.toml")
         written[-1].write_text("\n".join(steering.map.toml()) + "\n", encoding="utf-8")
-    written.append(write_result(folder / "import.json", content, about_vehicle(vehicle)))
-    say_written([*written, write_import_report(found, folder / "report.html")])
+    about = about_vehicle(vehicle)
+    written.append(write_result(folder / "import.json", content, about))
+    report = write_import_report(found, folder / "report.html", {"software": software(), "vehicle": about})
+    say_written([*written, report])
 
 
 def drafted(sources: list[Path]) -> ImportMap:

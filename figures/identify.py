@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsoil.figures.labels import plain, quantity
+from softsoil.figures.labels import SYMBOLS, plain, quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, page
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.identify_result import Identification, in_order
@@ -28,7 +28,7 @@ def draw_numbers(result: Identification, path: Path) -> Path:
             axis.plot([], [], "o", color=colour, label=plain(state))
         axis.set_yticks(at, [plain(name) for name in names])
         axis.set_xlabel("(value - expected)/standard deviation of what was expected")
-        axis.legend(loc="lower right")
+        axis.legend(loc="upper left")
     return path
 
 
@@ -47,7 +47,7 @@ def draw_costs(result: Identification, path: Path) -> Path:
 def draw_errors(result: Identification, path: Path) -> Path:
     """Root mean square error of the log left out, before and after, per horizon and state; returns the path."""
     horizons = list(result.judged.before)
-    with page(path, f"Predictions of {result.judged.log}", 9.0, 3.4, 1, len(horizons)) as axes:
+    with page(path, f"{result.judged.log}: prediction errors before and after", 10.0, 3.4, 1, len(horizons)) as axes:
         at = np.arange(len(STATE_CHANNELS))
         for axis, horizon in zip(axes, horizons, strict=True):
             pairs = ((result.judged.before, INITIAL, "before", -0.2), (result.judged.after, ESTIMATED, "after", 0.2))
@@ -55,9 +55,9 @@ def draw_errors(result: Identification, path: Path) -> Path:
                 values = [quantity(s).factor * np.sqrt(table[horizon][s]) for s in STATE_CHANNELS]
                 axis.bar(at + shift, values, 0.38, color=colour, label=label)
             axis.set_yscale("log")
-            labels = [f"{quantity(s).words}, {quantity(s).unit}" for s in STATE_CHANNELS]
-            axis.set_xticks(at, labels, rotation=40, ha="right", fontsize=7)
-            axis.set_title(f"{horizon} s")
+            axis.set_xticks(at, [f"{SYMBOLS[s]}\n{quantity(s).unit}" for s in STATE_CHANNELS])
+            axis.grid(axis="x", visible=False)
+            axis.set_title(f"Predicted {horizon} s ahead")
         axes[0].set_ylabel("rms error, units as named")
-        axes[-1].legend()
+        axes[0].legend(loc="upper left")
     return path

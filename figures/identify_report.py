@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
+from softsoil.figures.error_table import rms_table
 from softsoil.figures.identify import draw_costs, draw_errors, draw_numbers
-from softsoil.figures.labels import quantity
-from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, write_page
-from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.identify_result import Identification, in_order
-from softsoil.refinement.identify_words import judged_sentences, state_words, value_words, verdict_sentence
+from softsoil.figures.labels import in_degrees, per_cent
+from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, words, write_page
+from softsoil.refinement.identify_result import Found, Identification, in_order
+from softsoil.refinement.identify_words import judged_sentences, state_words, verdict_sentence
 from softsoil.refinement.vehicle_numbers import by_name
-from softsoil.refinement.words import number, ratio, with_error
+from softsoil.refinement.words import with_error
 
 KINDS = {"identified": "", "needs_data": "unexplained", "contradicts_given": "unexplained"}
 """Verdict -> style of its box."""
@@ -23,15 +23,16 @@ KINDS = {"identified": "", "needs_data": "unexplained", "contradicts_given": "un
 def write_report(result: Identification, path: Path, about: Mapping[str, Mapping[str, str]]) -> Path:
     """Write the report and return its path; about: software and vehicle."""
     logs = ", ".join(result.n)
-    lines = (verdict_sentence(result), *(f"Drive next: {words}." for words in result.asks))
+    lines = (verdict_sentence(result), *(f"Drive next: {ask}." for ask in result.asks))
     inside = "".join(paragraph(line) for line in lines)
+    errors = paragraph("Rms errors.") + rms_table(result.judged.before, result.judged.after)
     parts = [
         f'<h1>The numbers of {escape(result.vehicle.name)} from its logs</h1><p class="sub">{escape(logs)}</p>'
         f'<div class="verdict {KINDS[result.verdict]}">{inside}</div>',
         section("Numbers", _numbers(result), figure(lambda p: draw_numbers(result, p), NUMBERS_CAPTION)),
         section("What they cost n", figure(lambda p: draw_costs(result, p), COSTS_CAPTION, "narrow")),
         section("Sinkage exponents", _soils(result)),
-        section("The log left out", *map(paragraph, judged_sentences(result)), _errors(result), _pictures(result)),
+        section("The log left out", *map(paragraph, judged_sentences(result)), errors, _pictures(result)),
         section("What was done", items(DONE)),
         section("Notes", items(result.notes)) if result.notes else "",
         section("Provenance", provenance(about)),
@@ -51,45 +52,35 @@ DONE = (
     "balances that measured wheel speeds must keep beside them. What is known beforehand counts as one observation.",
     "Standard errors: stretches of the logs left out in turn (jackknife) with every number free, widened by what a force law "
     "misses.",
-    "l_f was compared with position against course, which needs no force law.",
+    "The distance of centre of gravity and front axle was compared with position against course, which needs no force law.",
     "Only sensor channels were read. The vehicle is vehicle.toml: give it to any command by --vehicle.",
 )
 
 
 def _numbers(result: Identification) -> str:
-    heads = ["number", "value ± std", "state", "n per std", "expected before", "what it is, and why that was expected"]
-    rows = [row(heads, " r rr ", "th")]
+    heads = ["number", "value ± std", "unit", "state", "n per std", "expected before", "what it is, and why that was expected"]
+    rows = [row(heads, " r  rr ", "th")]
     for name in in_order(result.numbers):
         one, known = result.numbers[name], by_name()[name]
         why = known.how if one.given is not None else known.why
-        cells = [f"<code>{escape(name)}</code>", escape(value_words(one)), escape(state_words(one))]
-        words = f"{known.doc}; {why}".rstrip("; ")
-        cells += [f"{one.n_percent_per_std:+.1f} %", escape(with_error(*one.before)), escape(words)]
-        rows.append(row(cells, " r rr "))
-    return f"<table>{''.join(rows)}</table>"
+        value, std, unit = in_degrees(one.value, one.std, one.unit)
+        cells = [f"<code>{escape(name)}</code>", with_error(value, std), unit, escape(_state(one))]
+        cells += [per_cent(0.01 * one.n_percent_per_std, 1, "+"), with_error(*in_degrees(*one.before, one.unit)[:2])]
+        rows.append(row([*cells, words(f"{known.doc}; {why}".rstrip("; "))], " r  rr "))
+    return table(rows)
+
+
+def _state(one: Found) -> str:
+    """The state as on the terminal, a given angle in degrees."""
+    given = None if one.given is None else in_degrees(one.given, one.std, one.unit)[0]
+    return state_words(replace(one, given=given))
 
 
 def _soils(result: Identification) -> str:
     rows = [row(["log", "n ± std", ""], " r ", "th")]
     for log, (value, std) in result.n.items():
         rows.append(row([escape(log), with_error(value, std), "judges" if log == result.judged.log else "fitted"], " r "))
-    return f"<table>{''.join(rows)}</table>"
-
-
-def _errors(result: Identification) -> str:
-    horizons = list(result.judged.before)
-    heads = ["state"] + [f"{word}, {h} s" for h in horizons for word in ("before", "after", "ratio")]
-    sides = " " + "rrr" * len(horizons)
-    rows = [row(heads, sides, "th")]
-    for state in STATE_CHANNELS:
-        shown = quantity(state)
-        cells = [f"{shown.words} ({shown.unit})"]
-        for horizon in horizons:
-            tables = (result.judged.before, result.judged.after)
-            before, after = (shown.factor * math.sqrt(table[horizon][state]) for table in tables)
-            cells += [number(before), number(after), ratio(before, after)]
-        rows.append(row(cells, sides))
-    return f'<p>Rms errors.</p><div class="scroll"><table>{"".join(rows)}</table></div>'
+    return table(rows)
 
 
 def _pictures(result: Identification) -> str:

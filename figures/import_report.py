@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from softsoil.figures.labels import quantity
-from softsoil.figures.page_html import figure, items, paragraph, section, write_page
+from softsoil.figures.page_html import figure, items, paragraph, provenance, section, table, words, write_page
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, page
 from softsoil.importing.bring_in import Import
 from softsoil.recording.drive import CHANNEL_UNITS
@@ -18,8 +19,8 @@ SHOWN = ("u", "v", "omega_z", "steer", "a_y_imu", "omega_fl")
 COLORS = {"measured": ESTIMATED, "derived": REAR, "absent": SOFT}
 
 
-def write_import_report(result: Import, path: Path) -> Path:
-    """Write the page to `path`; returns it."""
+def write_import_report(result: Import, path: Path, about: Mapping[str, Mapping[str, str]]) -> Path:
+    """Write the page to `path`; returns it. about: software and vehicle."""
     failed = [check for check in result.checks if not check.passed]
     verdict = (
         f"All {len(result.checks)} checks passed."
@@ -31,11 +32,12 @@ def write_import_report(result: Import, path: Path) -> Path:
     parts = [
         f'<h1>{escape(result.drive.name)}</h1><p class="sub">{escape(head)}</p>'
         f'<div class="verdict {kind}">{paragraph(verdict)}</div>',
-        section("Path and channels", figure(lambda picture: _draw(result, picture), CAPTION)),
+        section("Path and channels", figure(lambda picture: _draw(result, picture), CAPTION, alt=ALT)),
         section("Channels", _channels(result)),
         section("Clocks", _offsets(result)),
         section("Checks of channels against each other", _checks(result)),
-        section("Notes", items(result.drive.notes)),
+        section("Notes", items(result.drive.notes)) if result.drive.notes else "",
+        section("Provenance", provenance(about)),
     ]
     return write_page(path, f"softsoil import: {result.drive.name}", parts)
 
@@ -54,8 +56,8 @@ def _channels(result: Import) -> str:
         state = f'<span class="{css}">{entry["state"]}</span>'
         shifted = f"{entry['offset_s']:+.3f}" if entry["offset_s"] else ""
         source, filled = escape(entry["source"]), f"{100 * share:.0f} %"
-        rows.append(_row([name, CHANNEL_UNITS[name], state, source, rate, gaps, shifted, filled]))
-    return f'<div class="scroll"><table>{"".join(rows)}</table></div>'
+        rows.append(_row([name, words(CHANNEL_UNITS[name]), state, source, rate, gaps, shifted, filled]))
+    return table(rows)
 
 
 def _offsets(result: Import) -> str:
@@ -67,11 +69,12 @@ def _offsets(result: Import) -> str:
             _row([o.group, escape(o.against), f"{o.late_s:+.3f}", f"{o.std:.3f}", f"{o.before:.4f}", f"{o.after:.4f}"])
         )
     shifted = ", ".join(f"{escape(source)} by {value:+.3f} s" for source, value in result.shifts.items() if value)
-    return f"<table>{''.join(rows)}</table><p>{'Shifted: ' + shifted if shifted else 'No clock was shifted.'}</p>"
+    return table(rows) + f"<p>{'Shifted: ' + shifted if shifted else 'No clock was shifted.'}</p>"
 
 
 def _checks(result: Import) -> str:
-    rows = [_row(["check", "result", "found", "expected", "cure"], "th")]
+    failed = any(not check.passed for check in result.checks)
+    rows = [_row(["check", "result", "measured", "expected", *(["cure"] if failed else [])], "th")]
     for check in sorted(result.checks, key=lambda c: (c.passed, not c.beyond_doubt)):
         css, word = (
             ("good", "passed")
@@ -80,18 +83,12 @@ def _checks(result: Import) -> str:
             if check.beyond_doubt
             else ("doubt", "doubtful")
         )
-        rows.append(
-            _row(
-                [
-                    check.name,
-                    f'<span class="{css}">{word}</span>',
-                    *(escape(t) for t in (check.found, check.expected, check.cure)),
-                ]
-            )
-        )
-    return f'<div class="scroll"><table>{"".join(rows)}</table></div>'
+        said = (check.found, check.expected, *([check.cure] if failed else []))
+        rows.append(_row([check.name, f'<span class="{css}">{word}</span>', *map(words, said)]))
+    return table(rows)
 
 
+ALT = "Path of the front axle, channels over time, and steps between the samples of each source"
 CAPTION = (
     "Path of the front axle, the channels over time, and the steps between samples of each source: rates and gaps. Derived "
     "channels are yellow."
@@ -104,7 +101,8 @@ def _draw(result: Import, path: Path) -> Path:
     with page(path, "Path and channels (derived ones in yellow)", 10, 8, 4, 2) as axes:
         flat = axes.ravel()
         flat[0].plot(drive["x"], drive["y"], ".", ms=1.5, color=COLORS[drive.state_of("x")])
-        flat[0].set(title="path of the front axle", xlabel="x, m", ylabel="y, m", aspect="equal")
+        flat[0].set(title="path of the front axle", xlabel="x, m", ylabel="y, m")
+        flat[0].set_aspect("equal", adjustable="datalim")
         for axis, name in zip(flat[1:], SHOWN, strict=False):
             shown = quantity(name)
             if drive.state_of(name) == "absent":
@@ -134,4 +132,4 @@ def _timing(axis: Any, result: Import) -> None:
     steps = np.concatenate([np.diff(one.t) for one in result.series.values()])
     decades = 10.0 ** np.floor(np.log10(steps.min())), 10.0 ** (np.floor(np.log10(steps.max())) + 1.0)
     axis.set(title="steps between samples", xlabel="s", ylabel="s", ylim=decades)
-    axis.legend(loc="upper right", fontsize=6)
+    axis.legend(loc="upper center", ncols=4, fontsize=6, markerscale=3, handletextpad=0.1, columnspacing=0.8)

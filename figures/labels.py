@@ -6,6 +6,7 @@ Angles are in degrees wherever a person looks; files, Python and C keep radians.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -52,6 +53,10 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "omega_rr": Quantity("wheel speed, rear right", "rad/s"),
     }
 )
+SYMBOLS: Mapping[str, str] = MappingProxyType(
+    {"x": "$x$", "y": "$y$", "psi": r"$\psi$", "u": "$u$", "v": "$v$", "omega_z": r"$\omega_z$"}
+)
+"""States where there is no room for words."""
 LAWS: Mapping[str, str] = MappingProxyType(
     {
         "bekker": "Bekker", "dallas": "Dallas", "dallas_refit": "Dallas, refitted", "hard_ground": "hard ground",
@@ -60,9 +65,26 @@ LAWS: Mapping[str, str] = MappingProxyType(
 )  # fmt: skip
 
 
+NAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "l_f": "centre of gravity to front axle", "l_r": "centre of gravity to rear axle",
+        "h_cg": "height of centre of gravity", "sandyloam": "sandy loam",
+    }
+)  # fmt: skip
+"""Identifiers that are no words."""
+AXLES: Mapping[str, str] = MappingProxyType({"_f": " front", "_r": " rear"})
+
+
 def plain(name: str) -> str:
-    """An identifier as words: toe_rear_load -> toe rear load."""
-    return name.replace("_", " ")
+    """An identifier as words: toe_rear_load -> toe rear load, aligning_f -> aligning front."""
+    if name in NAMES:
+        return NAMES[name]
+    return re.sub(r"_[fr]\b", lambda end: AXLES[end[0]], name).replace("_", " ")
+
+
+def per_cent(share: float, digits: int = 0, sign: str = "") -> str:
+    """A share (of 1) in per cent, never "-0"; digits: behind the point; sign: "+" writes it in any case."""
+    return f"{round(100.0 * share, digits) + 0.0:{sign}.{digits}f} %"
 
 
 def quantity(name: str) -> Quantity:
@@ -71,10 +93,11 @@ def quantity(name: str) -> Quantity:
 
 
 def in_degrees(value: float, std: float, unit: str) -> tuple[float, float, str]:
-    """A value (in `unit`) and its standard error std as a person reads them: radians become degrees, all else stays."""
+    """A value (in `unit`) and its standard error std as a person reads them: radians become degrees, m^2 m²."""
+    shown = unit.replace("^2", "²").replace("^3", "³")
     if unit.startswith("rad"):
-        return DEGREE * value, DEGREE * std, unit.replace("rad", "deg", 1)
-    return value, std, unit
+        return DEGREE * value, DEGREE * std, shown.replace("rad", "deg", 1)
+    return value, std, shown
 
 
 def law_words(name: str) -> str:

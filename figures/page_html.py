@@ -11,7 +11,7 @@ from pathlib import Path
 STYLE = """
 :root { color-scheme: light dark; }
 body { margin: 0; background: #f7f9fb; color: #1f2933; font: 16px/1.55 system-ui, "Segoe UI", Roboto, sans-serif; }
-main { max-width: 62rem; margin: 0 auto; padding: 2.5rem 2rem 4rem; background: #fff; }
+main { max-width: 70rem; margin: 0 auto; padding: 2.5rem 2rem 4rem; background: #fff; }
 h1 { font-size: 1.7rem; line-height: 1.25; margin: 0 0 .3rem; }
 h2 { font-size: 1.15rem; margin: 2.4rem 0 .6rem; padding-bottom: .25rem; border-bottom: 1px solid #e4e7eb; }
 p { margin: .4rem 0; max-width: 46rem; }
@@ -23,7 +23,7 @@ p.sub, figcaption, td.unit { color: #616e7c; font-size: .9rem; }
 table { border-collapse: collapse; font-size: .92rem; margin: .8rem 0; font-variant-numeric: tabular-nums; }
 th { text-align: left; font-weight: 600; border-bottom: 2px solid #cbd2d9; padding: .3rem .9rem .3rem 0; }
 td { border-bottom: 1px solid #e4e7eb; padding: .25rem .9rem .25rem 0; }
-td.r, th.r { text-align: right; }
+td.r, th.r { text-align: right; } td.r { white-space: nowrap; } td:last-child:not(.r) { min-width: 13rem; }
 td.better { color: #00798c; font-weight: 600; } td.worse { color: #d1495b; font-weight: 600; }
 figure { margin: 1rem 0 1.4rem; } img { width: 100%; height: auto; } figure.narrow img { max-width: 44rem; }
 ul { padding-left: 1.2rem; max-width: 46rem; } code { font-size: .92em; }
@@ -35,6 +35,9 @@ ul { padding-left: 1.2rem; max-width: 46rem; } code { font-size: .92em; }
   .verdict { background: #17313a; } .verdict.none { background: #242d37; } .verdict.unexplained { background: #38301f; }
   td.better, .good { color: #4fc3d4; } td.worse, .wrong { color: #ff8b98; } .doubt { color: #edae49; }
   img { background: #fff; border-radius: 6px; } a { color: #4fc3d4; }
+}
+@media (max-width: 40rem) {
+  main { padding: 1.2rem 1rem 2rem; } h1 { font-size: 1.35rem; overflow-wrap: anywhere; } table { font-size: .85rem; }
 }
 @media print { body, main { background: #fff; color: #000; } }
 """
@@ -68,12 +71,12 @@ def section(title: str, *content: str) -> str:
 
 def paragraph(text: str) -> str:
     """Plain text as a paragraph."""
-    return f"<p>{escape(text)}</p>"
+    return f"<p>{words(text)}</p>"
 
 
 def items(lines: Sequence[str]) -> str:
     """Plain lines as a list."""
-    return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+    return f"<ul>{''.join(f'<li>{words(line)}</li>' for line in lines)}</ul>"
 
 
 def row(cells: Sequence[str], sides: str, tag: str = "td") -> str:
@@ -82,6 +85,16 @@ def row(cells: Sequence[str], sides: str, tag: str = "td") -> str:
         f"<{tag}{' class=r' if side == 'r' else ''}>{cell}</{tag}>" for cell, side in zip(cells, sides, strict=True)
     )
     return f"<tr>{''.join(made)}</tr>"
+
+
+def table(rows: Sequence[str]) -> str:
+    """A table of rows that scrolls by itself where a screen is narrower."""
+    return f'<div class="scroll"><table>{"".join(rows)}</table></div>'
+
+
+def words(text: str) -> str:
+    """A line of the terminal as a reader of a page expects it: ± and superscripts."""
+    return escape(text.replace("+-", "±").replace("^2", "²").replace("^3", "³"))
 
 
 def figure(draw: Callable[[Path], Path], caption: str, kind: str = "wide", alt: str = "") -> str:

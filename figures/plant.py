@@ -13,18 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
+from softsoil.figures.labels import plain, quantity
+from softsoil.figures.style import ESTIMATED, TRUE, page
 from softsoil.plant.machine import PlantVehicle, load_plant_vehicle
 from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
 
 Array = NDArray[np.float64]
-
-
-def _figure(width: float, height: float) -> Figure:
-    """An empty figure (inches) that no window system and no global state knows."""
-    figure = Figure(figsize=(width, height))
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def ruts(plant: Plant, axis: Axes) -> PathCollection:
@@ -54,22 +49,21 @@ def _turn(points: Array, angle: float) -> Array:
 
 def picture(recording: Recording, plant: Plant, path: str | Path) -> Path:
     """Write a PNG: the track with its ruts, and steering, speed, lateral velocity and yaw rate over time."""
-    figure = _figure(10, 7)
-    axes = figure.subplot_mosaic([["map", "map"], ["steer", "u"], ["v", "omega_z"]])
-    points = ruts(plant, axes["map"])
-    axes["map"].plot(recording["x"], recording["y"], "C0", lw=0.8, label="front axle")
-    for shape in outline(plant.vehicle, *(float(recording[k][-1]) for k in ("x", "y", "psi", "steer"))):
-        axes["map"].add_patch(Polygon(shape, closed=True, fill=False, color="k", lw=0.8))
-    axes["map"].set_aspect("equal", adjustable="datalim")
-    axes["map"].set(xlabel="x, m", ylabel="y, m", title=f"{recording.name} on {recording.meta.get('soil', 'soil')}")
-    figure.colorbar(points, ax=axes["map"], label="sinkage, cm", shrink=0.8)
-    labels = {"steer": "steering, rad", "u": "speed, m/s", "v": "lateral velocity, m/s", "omega_z": "yaw rate, rad/s"}
-    for name, label in labels.items():
-        axes[name].plot(recording.t, recording[name], lw=0.9)
-        axes[name].set(ylabel=label, xlabel="t, s")
-        axes[name].grid(alpha=0.3)
-    figure.tight_layout()
-    figure.savefig(path, dpi=70)
+    soil = plain(str(recording.meta.get("soil", "soil")))
+    title = f"Simulated drive on {soil}, manoeuvre: {plain(recording.name)}"
+    mosaic = [["map", "map"], ["steer", "u"], ["v", "omega_z"]]
+    with page(Path(path), title, 9, 6.4, mosaic=mosaic) as axes:
+        points = ruts(plant, axes["map"])
+        axes["map"].plot(recording["x"], recording["y"], color=ESTIMATED, lw=0.8, label="front axle")
+        for shape in outline(plant.vehicle, *(float(recording[k][-1]) for k in ("x", "y", "psi", "steer"))):
+            axes["map"].add_patch(Polygon(shape, closed=True, fill=False, color=TRUE, lw=0.8))
+        axes["map"].set_aspect("equal", adjustable="datalim")
+        axes["map"].set(xlabel="x, m", ylabel="y, m", title="Path of the front axle, ruts, vehicle at the end")
+        axes["map"].figure.colorbar(points, ax=axes["map"], label="sinkage, cm")
+        for name in mosaic[1] + mosaic[2]:
+            shown = quantity(name)
+            axes[name].plot(recording.t, shown.factor * recording[name], color=ESTIMATED)
+            axes[name].set(ylabel=shown.label, xlabel="time, s")
     return Path(path)
 
 
@@ -91,7 +85,8 @@ def animation(
     vehicle = vehicle or load_plant_vehicle()
     stride = max(1, round(1.0 / frames_per_second / recording.dt))
     rows = np.arange(0, len(recording), stride)
-    figure = _figure(6, 4)
+    figure = Figure(figsize=(6, 4))
+    FigureCanvasAgg(figure)
     axis = figure.subplots()
     tracks, depth = _wheel_tracks(recording, vehicle)
     axis.set_aspect("equal")

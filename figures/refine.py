@@ -44,7 +44,7 @@ def _over_time(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -
     said = [f"{share:.0f} %" for share in shares]
     words = f"{said[0]} of its force" + (f", then {said[1]}" if said[1] != said[0] else "")
     if not np.isfinite(shares).all():
-        words = "not judged: v or yaw rate is not measured"
+        words = "not judged: lateral velocity or yaw rate is not measured"
     axis.set(title=f"{axle.capitalize()} axle: {words}", ylabel="unexplained force, N")
 
 
@@ -67,7 +67,7 @@ def draw_ranking(result: Refinement, path: Path) -> Path:
     ranking = result.ranking[::-1]
     accepted = {effect.name for effect in result.effects} | {number.name for number in result.contradicted}
     colors = [ESTIMATED if c.name in accepted else SOFT for c in ranking]
-    with page(path, "Share of the held-out cost that each effect removes", 8, 0.24 * len(ranking) + 1.2) as axis:
+    with page(path, "Share of the held-out cost that each candidate removes", 8, 0.24 * len(ranking) + 1.2) as axis:
         places = np.arange(len(ranking))
         shares = [100 * max(c.gain, -1.0) for c in ranking]
         bars = {"ecolor": TRUE, "elinewidth": 1, "capsize": 2}
@@ -82,7 +82,12 @@ def draw_ranking(result: Refinement, path: Path) -> Path:
         labels = [_label(c) for c in ranking]
         axis.set_yticks(places, labels)
         axis.set(xlabel="held-out gain ± standard error over windows, %", ylim=(-0.8, len(ranking) - 0.3))
-        axis.set_xlim(max(min([*shares, 0.0]) - 5, -40), 115)
+        left = max(min([*shares, 0.0]) - 5, -40)
+        for place, share in zip(places, shares, strict=True):
+            if share < left:
+                words = f"{share:.0f} %" if share > -100.0 else "below -100 %"
+                axis.annotate(words, (left, place), (3, 0), textcoords="offset points", va="center", fontsize=7)
+        axis.set_xlim(left, 115)
         axis.grid(axis="y", visible=False)
     return path
 

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.figures.labels import in_degrees, law_words, plain, quantity
-from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, write_page
+from softsoil.figures.error_table import rms_table
+from softsoil.figures.labels import in_degrees, law_words, per_cent, plain, quantity
+from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, write_page
 from softsoil.figures.refine import draw_axles, draw_paths, draw_ranking
 from softsoil.figures.refine_views import DriveView, drive_views
-from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
+from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.refinement.words import (
     falls_sentence,
     group_sentences,
-    number,
-    ratio,
     split_sentence,
     verdict_sentence,
     with_error,
 )
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.vehicle import NUMBERS
 
 
 def write_report(
@@ -37,12 +34,13 @@ def write_report(
     """
     views = drive_views(result, start)
     names = ", ".join(view.name for view in views)
+    errors = rms_table(result.before, result.after if result.effects else None)
     parts = [
         _head(names, declared, result),
         section("Parameters", _parameters(declared, result)),
         section("Residual, before and after" if result.effects else "Residual", *(_axles(view) for view in views)),
         section("Candidates", _ranking(declared, result)),
-        section("Held-out predictions", *(_paths(view) for view in views), _errors(result)),
+        section("Held-out predictions", *(_paths(view) for view in views), paragraph("Rms error on held-out windows."), errors),
         section("What is left", _left(views, bool(result.effects))),
         section("What was done", _done(declared, result)),
         section("Notes", items(result.notes)) if result.notes else "",
@@ -89,7 +87,7 @@ def _parameters(declared: Declaration, result: Refinement) -> str:
             words += f"; {before:.3f} with the declared model" if result.effects else ""
             rows.append(row(["soil", "<code>n</code>", with_error(after, std), "", escape(words)], "  r  "))
     head = row(["effect", "parameter", "value ± std, whole drive", "unit", "what it is"], "  r  ", "th")
-    return f"<table>{head}{''.join(rows)}</table>"
+    return table([head, *rows])
 
 
 def _doc(declared: Declaration, effect: str, name: str) -> str:
@@ -115,46 +113,23 @@ def _ranking(declared: Declaration, result: Refinement) -> str:
         "absence (or those windows leave no doubt) and not at a bound; a change at a place also if it stands "
         f"{RULES.place_sigmas:g} of them from absence in a fit to the whole drive."
     )
-    known, numbers = catalogue(declared.vehicle), {n.name: n for n in NUMBERS}
+    known, numbers = catalogue(declared.vehicle), by_name()
     rows = [row(["candidate", "held-out gain ± std", "what it is", "what separates it from its like"], " r  ", "th")]
     for c in result.ranking:
-        gain = f"{100 * c.gain:.0f} ± {100 * c.std:.0f} %" if c.gain > -1.0 else "below -100 %"
+        gain = f"{per_cent(c.gain)[:-2]} ± {per_cent(c.std)}" if c.gain > -1.0 else "below -100 %"
         if c.name in known:
             words = (known[c.name].doc, known[c.name].separates)
         else:  # a number of the vehicle that may be declared wrong
             doc = numbers[c.name].doc if c.name in numbers else plain(c.name)
-            words = (f"number of the vehicle: {doc}", "measure it")
+            words = (f"number of the vehicle: {doc}", f"measure it: {numbers[c.name].how}" if c.name in numbers else "measure it")
         rows.append(row([escape(plain(c.name)), gain, *map(escape, words)], " r  "))
     picture = figure(lambda path: draw_ranking(result, path), caption, "narrow", "Held-out gain of each candidate as bars")
-    return f'{picture}<div class="scroll"><table>{"".join(rows)}</table></div>'
+    return picture + table(rows)
 
 
 def _paths(view: DriveView) -> str:
     alt = f"{view.name}: held-out paths of the models on the map, and their distance to the side of the record"
     return figure(lambda path: draw_paths(view, path), "Windows side by side over the part of the drive that judges.", alt=alt)
-
-
-def _errors(result: Refinement) -> str:
-    """Rms errors on held-out windows; one column where nothing was added, since before and after are the same then."""
-    horizons, refined = list(result.before), bool(result.effects)
-    heads = ["before", "after", "before/after"] if refined else ["rms error"]
-    first = [
-        '<th rowspan="2">state</th>',
-        *(f'<th class="r" colspan="{len(heads)}">{h} s</th>' for h in horizons),
-    ]
-    second = "".join(f'<th class="r">{head}</th>' for head in heads) * len(horizons)
-    rows = [f"<tr>{''.join(first)}</tr><tr>{second}</tr>"]
-    for state in STATE_CHANNELS:
-        shown = quantity(state)
-        cells = [f"<td>{shown.words} <span class='sub'>({shown.unit})</span></td>"]
-        for horizon in horizons:
-            before, after = (shown.factor * math.sqrt(table[horizon][state]) for table in (result.before, result.after))
-            cells.append(f'<td class="r">{number(before)}</td>')
-            if refined:
-                mark = "better" if after < 0.97 * before else ("worse" if after > 1.03 * before else "")
-                cells += [f'<td class="r {mark}">{number(after)}</td>', f'<td class="r">{ratio(before, after)}</td>']
-        rows.append(f"<tr>{''.join(cells)}</tr>")
-    return f'<p>Rms error on held-out windows.</p><div class="scroll"><table>{"".join(rows)}</table></div>'
 
 
 def _left(views: Sequence[DriveView], refined: bool) -> str:
@@ -172,15 +147,15 @@ def _left(views: Sequence[DriveView], refined: bool) -> str:
         "Share of each axle's lateral force that stays unexplained over half-second windows (rms over rms, sensor noise taken "
         f"off), and correlations of the rest; below about {RULES.strong:g} they say little."
     )
-    return f"<p>{words}</p><table>{''.join(rows)}</table>"
+    return paragraph(words) + table(rows)
 
 
 def _done(declared: Declaration, result: Refinement) -> str:
     lines = [
         split_sentence(result),
-        f"{len(result.ranking)} effects of the catalogue were fitted one by one, each together with {result.unknown}, on windows "
-        f"of {result.bench.shootings[0].steps * result.bench.shootings[0].drive.dt:.1f} s that start at recorded states; "
-        f"{'that is' if result.ground else 'n is'} fitted before and after alike, so the gain is the effect's own.",
+        f"{len(result.ranking)} candidates, effects and numbers of the vehicle, were fitted one by one, each together with "
+        f"{result.unknown}, on windows of {result.bench.shootings[0].steps * result.bench.shootings[0].drive.dt:.1f} s that "
+        f"start at recorded states; {'that is' if result.ground else 'n is'} fitted before and after alike.",
         "Only sensor channels were read. Standard errors count each window as one observation.",
         f"{result.seconds:.0f} s on this machine. The refined model is refined.toml: give it to any command by --model.",
     ]

@@ -12,12 +12,12 @@ import numpy as np
 from softsoil.calibration.single_wheel import law_for, predict
 from softsoil.calibration.wheel_report import applies
 from softsoil.figures.labels import law_words, plain
-from softsoil.figures.style import page
+from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, TRUE, page
 from softsoil.recording.rig import WheelRun
 from softsoil.symbolic.wheel import ForceLaw
 
 COLOURS: Mapping[str, str] = MappingProxyType(
-    {"bekker": "C0", "dallas": "C1", "dallas_refit": "C2", "turn_slip": "C3", "turn_slip_calibrated": "C4"}
+    {"bekker": ESTIMATED, "dallas": SOFT, "dallas_refit": REAR, "turn_slip": INITIAL, "turn_slip_calibrated": "#7b4ea3"}
 )
 SHOWN = 6
 """Runs drawn in the figure of force against slip angle."""
@@ -41,21 +41,23 @@ def draw_force_against_slip(
         outs[extra[0].name] = predict(extra[0], [extra[1][i] for i in picked])
     columns = min(3, len(chosen))
     rows = -(-len(chosen) // columns)
-    with page(path, "Lateral force", 4.6 * columns, 3.4 * rows + 0.4, rows, columns, squeeze=False) as axes:
+    title = "Lateral force over the slip angle, single wheel"
+    with page(path, title, 3.5 * columns, 3.0 * rows + 0.4, rows, columns, squeeze=False) as axes:
         for k, (run, axis) in enumerate(zip(chosen, axes.flat, strict=False)):
             alpha = np.degrees(np.arctan2(-run.v_y, np.maximum(run.v_x, 1e-9)))
             style = "-" if run.dt is not None else "."
-            axis.plot(alpha, run.smooth(run.lateral(run.f_x, run.f_y)), "k" + style, lw=2, ms=4, label="measured")
+            axis.plot(alpha, run.smooth(run.lateral(run.f_x, run.f_y)), style, color=TRUE, lw=2, ms=4, label="measured")
             for name, out in outs.items():
                 force = run.smooth(run.lateral(out[k][0], out[k][1]))
                 axis.plot(alpha, force, style, color=COLOURS[name], lw=1, ms=4, label=law_words(name))
-            title = f"{plain(run.group)}, n {run.soil['n']:.2f}, s {run.slip:.2f}, load {run.load.mean():.0f} N"
-            axis.set_title(title, fontsize=9)
+            words = f"{plain(run.group)}, n {run.soil['n']:.2f}, s {run.slip:.2f}, {run.load.mean():.0f} N"
+            axis.set_title(words, fontsize=9)
             axis.set_xlabel("slip angle, deg")
             axis.set_ylabel("lateral force, N")
         for axis in list(axes.flat)[len(chosen) :]:
             axis.set_axis_off()
-        axes.flat[0].legend(fontsize=7)
+        shown = axes.flat[0].get_legend_handles_labels()
+        axes.flat[0].figure.legend(*shown, loc="outside lower left", ncols=len(outs) + 1)
     return path
 
 
@@ -70,8 +72,9 @@ def draw_errors(report: dict[str, Any], path: Path) -> Path:
             left.plot(k, 100 * values["p95"], "k_", ms=12)
             right.bar(k, report["cost_us"][name], color=COLOURS[name])
         for axis, label in ((left, "lateral force error over peak, %"), (right, "cost of a call in C, µs")):
-            axis.set_yscale("log")
             axis.set_xticks(range(len(names)), [law_words(name) for name in names], rotation=20, fontsize=8)
             axis.set_ylabel(label)
+        left.set_yscale("log")
+        left.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         left.set_title("median, and 95th percentile over the runs", fontsize=9)
     return path

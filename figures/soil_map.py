@@ -15,10 +15,14 @@ from softsoil.figures.style import SOFT, page
 
 
 def draw_soil_map(cells: Sequence[Cell], drives: Sequence[DriveSoil], size: float, path: Path) -> Path:
-    """Two maps side by side, n and its standard deviation in per cent of n; size: of a cell (m)."""
+    """Two maps, n and its standard deviation in per cent of n, side by side or, for a long way, below each other; size: of a
+    cell (m)."""
     title = f"Sinkage exponent along {len(drives)} drive{'s' if len(drives) > 1 else ''}, cells of {size:g} m"
-    with page(path, title, 11, 5.2, 1, 2) as axes:
-        _cells(axes[0], cells, drives, size, np.array([c.n for c in cells]), "n", "viridis")
+    wide, high = 1 + np.ptp([cell.column for cell in cells]), 1 + np.ptp([cell.row for cell in cells])
+    long = wide > 1.6 * high
+    height = float(np.clip(8.0 * high / wide + 1.1, 2.0, 6.0)) if long else 5.2
+    with page(path, title, 9 if long else 11, 2 * height if long else height, *((2, 1) if long else (1, 2))) as axes:
+        _cells(axes[0], cells, drives, size, np.array([c.n for c in cells]), "sinkage exponent n", "viridis")
         spread = np.array([100 * c.std / c.n for c in cells])
         _cells(axes[1], cells, drives, size, spread, "standard deviation, % of n", "magma_r")
     return path
@@ -32,6 +36,8 @@ def _cells(
     boxes = PatchCollection([Rectangle((c.column * size, c.row * size), size, size) for c in cells], cmap=colours)
     boxes.set_array(values)
     axis.add_collection(boxes)
-    axis.figure.colorbar(boxes, ax=axis, label=label, shrink=0.8)
     axis.set(xlabel="x, m", ylabel="y, m", title=label, aspect="equal")
     axis.autoscale_view()
+    bar = axis.inset_axes((1.02, 0.0, 0.02, 1.0))  # as high as the map, whatever its shape
+    axis.figure.colorbar(boxes, cax=bar)
+    bar.grid(False)

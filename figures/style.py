@@ -47,13 +47,14 @@ def page(
 ) -> Iterator[Any]:
     """Axes of a page (inches) that is written to `path` as PNG when the block ends; no window system, no global state.
 
-    The bytes are the same for the same content.
+    more: of Figure.subplots, or `mosaic` and more of Figure.subplot_mosaic, which names the axes. The bytes are the same for
+    the same content.
     """
     with matplotlib.rc_context(dict(RC)):
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
         figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
-        yield figure.subplots(rows, columns, **more)
+        yield figure.subplot_mosaic(**more) if "mosaic" in more else figure.subplots(rows, columns, **more)
         figure.savefig(path, metadata={"Software": None})
 
 

@@ -11,14 +11,13 @@ from scipy.special import chdtri
 
 from softsoil.estimator.horizons import Windows
 from softsoil.estimator.terrain import TerrainEstimate
-from softsoil.figures.labels import quantity
+from softsoil.figures.labels import SYMBOLS, quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, TRUE, page, second_scale
 from softsoil.mpc_demo.study import LogStudy
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 
 PORTION_S = 12.0
 """s: stretch of the drive whose paths are drawn."""
-SYMBOLS = ("$x$", "$y$", r"$\psi$", "$u$", "$v$", r"$\omega_z$")
 
 
 def draw_study(study: LogStudy, path: Path) -> Path:
@@ -38,7 +37,11 @@ def draw_estimate(
     name: str, drive: Recording, estimate: TerrainEstimate, n0: float, n_true: float | None, path: Path
 ) -> Path:
     """One page for one estimate: the drive, n over time, NIS."""
-    end = f"n front {estimate.n_front[-1]:.3f} ± {estimate.n_front_std[-1]:.3f}, rear {estimate.n_rear[-1]:.3f}"
+    front, rear = (
+        f"{n[-1]:.3f} ± {std[-1]:.3f}"
+        for n, std in ((estimate.n_front, estimate.n_front_std), (estimate.n_rear, estimate.n_rear_std))
+    )
+    end = f"n {front}" if front == rear else f"n front {front}, rear {rear}"
     word = "" if estimate.verdict is None else f"{estimate.verdict.word.replace('_', ' ')}, "
     innovations = len(estimate.nis) > 0
     with page(path, f"{name}: {word}{end}", 9, 6.5 if innovations else 4.6, 3 if innovations else 2, 1, sharex=True) as axes:
@@ -124,7 +127,7 @@ def _errors(axis: Any, initial: Windows, estimated: Windows) -> None:
         values = np.array([quantity(name).factor * np.sqrt(value) for name, value in windows.mse.items()])
         axis.bar(places + offset, np.where(values > 0, values, np.nan), 0.38, color=color, label=label)
     axis.set_yscale("log")
-    axis.set_xticks(places, [f"{s}\n{quantity(name).unit}" for s, name in zip(SYMBOLS, STATE_CHANNELS, strict=True)])
+    axis.set_xticks(places, [f"{SYMBOLS[name]}\n{quantity(name).unit}" for name in STATE_CHANNELS])
     axis.grid(axis="x", visible=False)
     axis.set_title(f"Predicted {initial.horizon:g} s ahead ({len(initial.rows)} windows)")
 
@@ -135,7 +138,7 @@ def _nis(axis: Any, estimate: TerrainEstimate) -> None:
     axis.axhspan(low, high, color=ESTIMATED, alpha=0.15, lw=0, label="95 % band")
     axis.plot(estimate.t, estimate.nis, ".", color=TRUE, ms=2)
     axis.set_yscale("log")
-    axis.set_ylim(1e-2, max(10 * high, 10))
+    axis.set_ylim(min(1e-2, 0.5 * float(np.quantile(estimate.nis, 0.01))), max(10 * high, 10))
     axis.set(
         title="Normalised innovation squared: "
         + ("a log without sensor noise" if estimate.noise_free else f"{100 * estimate.nis_inside_95:.0f} % inside the band"),

@@ -1,4 +1,4 @@
-"""Suspension kinematics from hardpoints: where a wheel goes with travel and steering, as smooth polynomials.
+"""Suspension kinematics from hardpoints: the position of a wheel over travel and steering, as smooth polynomials.
 
 A carrier has one degree of freedom left by its links. Its pose follows from solving the link lengths (and the tie
 rod's, whose inner end the steering link moves) at a grid of travels q and pitman angles theta; polynomials through the

@@ -4,7 +4,7 @@
 
 Writes one npz per soil class with the arrays of the shared single-wheel runs: conditions, t, series, channels
 (load with allow_pickle=False). `--experiment table3` writes the paper's Table 3 experiment instead; with `--cast` the wheel is
-found as the reference simulator finds it (`softsoil.plant.reference.raycast`).
+located as the reference simulator locates it (`softsoil.plant.reference.raycast`).
 """
 
 from __future__ import annotations

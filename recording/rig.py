@@ -161,7 +161,7 @@ def _archive(path: Path) -> tuple[Any, Array, Array, list[str]]:
 
 def run_from_rig(
     group: str,
-    told: Mapping[str, float],
+    conditions: Mapping[str, float],
     name: str,
     t: Array,
     ch: Mapping[str, Array],
@@ -171,13 +171,13 @@ def run_from_rig(
 ) -> WheelRun:
     """One run of a rig whose wheel centre stands RIG_ARM to the left of its yaw axis.
 
-    group: soil class; told: soil parameters, slip and speed (SI); t (N,): s; ch: the rig's channels (N,) by name;
+    group: soil class; conditions: soil parameters, slip and speed (SI); t (N,): s; ch: the rig's channels (N,) by name;
     radius, width: of the wheel (m); reference: whether it is the reference simulator's rig.
     """
     dt = float(np.median(np.diff(t)))
     psi = ch["wheel_yaw"]
     rate = np.gradient(psi, dt)
-    v_y = -told["speed"] * np.sin(psi)
+    v_y = -conditions["speed"] * np.sin(psi)
     cos, sin = np.cos(psi), np.sin(psi)
     f_x, f_y = cos * ch["fx"] + sin * ch["fy"], -sin * ch["fx"] + cos * ch["fy"]
     sinkage = -ch["wheel_z"] - RIG_ZERO if "wheel_z" in ch else None
@@ -188,8 +188,8 @@ def run_from_rig(
         lever = radius - (sinkage if sinkage is not None else 0.0) / 3.0
         m_y = (ch["my"] - sin * lever * f_y) / cos
     return WheelRun(
-        name, group, MappingProxyType({key: told[key] for key in SOIL_KEYS}), radius, width, told["slip"], dt,
-        v_x=told["speed"] * cos - RIG_ARM * rate, v_y=v_y, omega=ch["omega"], yaw_rate=rate, steer_rate=rate,
+        name, group, MappingProxyType({key: conditions[key] for key in SOIL_KEYS}), radius, width, conditions["slip"], dt,
+        v_x=conditions["speed"] * cos - RIG_ARM * rate, v_y=v_y, omega=ch["omega"], yaw_rate=rate, steer_rate=rate,
         dv_y=np.gradient(v_y, dt), load=moving_mean(ch["fz"], max(1, round(SMOOTHING / dt))),
         f_x=f_x, f_y=f_y, yaw=psi, sinkage=sinkage, m_y=m_y, contact_step=RIG_STEP, patch_length=RIG_PATCH,
         reference_rig=reference,

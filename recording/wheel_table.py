@@ -28,7 +28,7 @@ WHEEL_UNITS: Mapping[str, str] = MappingProxyType(
 )  # fmt: skip
 """Channels of a single-wheel table and their units. Motion: v_x and v_y in the wheel frame, or speed and slip_angle
 (positive: the wheel points left of its course). Spin: omega, rim_speed or slip (1 - v_x/(r omega) when driving,
-r omega/v_x - 1 when braking). Forces on the wheel, in the wheel frame, left positive. `run` tells runs apart; without
+r omega/v_x - 1 when braking). Forces on the wheel, in the wheel frame, left positive. `run` separates runs; without
 `t` every row is a steady state."""
 
 STEEPEST = 1.6

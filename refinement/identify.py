@@ -282,5 +282,5 @@ def _verdict(state: _State, numbers: Mapping[str, Found], bench: Bench, had: Exc
                 return "needs_data", f"{log} cannot tell n from the yaw inertia: their errors are correlated by {tied:+.2f}."
     seen = sum(1 for f in numbers.values() if f.state == "identified")
     open_ = [name for name, f in numbers.items() if f.state == "not_identifiable"]
-    rest = f"; {len(open_)} stay as expected of any vehicle ({', '.join(open_)})" if open_ else ""
+    rest = f"; as expected of any vehicle stays what they do not show: {', '.join(open_)}" if open_ else ""
     return "identified", f"{seen} numbers are identified from {len(bench.names)} logs{rest}."

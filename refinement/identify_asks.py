@@ -75,8 +75,8 @@ MANOEUVRES = (
         "lock",
         ("yaw_inertia", "scrub", "ackermann", "toe"),
         lambda v: (
-            f"20 s of sine steering to full lock ({v.max_steer:.2f} rad) with a period of 3 s at {_lock_speed(v):.0f} m/s: it "
-            "pins down the yaw inertia and the steering's geometry"
+            f"20 s of sine steering to full lock ({math.degrees(v.max_steer):.0f} deg) with a period of 3 s at "
+            f"{_lock_speed(v):.0f} m/s: it pins down the yaw inertia and the steering's geometry"
         ),
         lambda v, e: e.largest >= FULL * v.max_steer,
     ),
@@ -84,8 +84,8 @@ MANOEUVRES = (
         "multi-sine",
         ("toe_rear", "roll_gain", "roll_stiffness_front", "roll_damping_front"),
         lambda v: (
-            f"45 s of steering by several sines together (periods of 1 to 8 s, up to {0.6 * v.max_steer:.2f} rad) while the "
-            f"speed goes from {SLOWEST + 1:.0f} to {FASTEST:.0f} m/s and back: it tells n from the vehicle's numbers"
+            f"45 s of steering by several sines together (periods of 1 to 8 s, up to {math.degrees(0.6 * v.max_steer):.0f} deg) "
+            f"at speeds from {SLOWEST + 1:.0f} to {FASTEST:.0f} m/s and back: it separates n from the vehicle's numbers"
         ),
         lambda v, e: e.many_waves and e.speeds[1] > 1.2 * e.speeds[0],
     ),
@@ -93,8 +93,8 @@ MANOEUVRES = (
         "circles",
         ("track", "track_rear", "radius"),
         lambda v: (
-            f"two steady circles, one each way, 15 s each with {0.5 * v.max_steer:.2f} rad of steering, at 3 and at "
-            f"{0.8 * _lock_speed(v) + 1:.0f} m/s: they pin down the tracks and what goes with the body's roll"
+            f"two steady circles, one each way, 15 s each with {math.degrees(0.5 * v.max_steer):.0f} deg of steering, at 3 and "
+            f"at {0.8 * _lock_speed(v) + 1:.0f} m/s: they pin down the tracks and what follows the body's roll"
         ),
         lambda v, e: False,
     ),

@@ -41,8 +41,8 @@ def judged_sentences(found: Identification) -> list[str]:
     ratio, expected = judged.ratio(), judged.ratio(expected=True)
     if ratio is not None and expected is not None:
         lines.append(
-            f"Over 2.5 s of its last third the mean squared error is {ratio:.2f} times smaller than with the file as it is, and "
-            f"{expected:.2f} times smaller than with the numbers expected of any such vehicle (geometric mean over v, omega_z, "
-            "psi and y; sensor noise in all)."
+            f"Over 2.5 s of its last third the mean squared error is {ratio:.3g} times smaller than with the file as it is, and "
+            f"{expected:.3g} times smaller than with the numbers expected of any such vehicle (geometric mean over lateral "
+            "velocity, yaw rate, heading and y; sensor noise in all)."
         )
     return lines

@@ -52,7 +52,7 @@ def refine(
 ) -> Refinement:
     """What the declared model lacks on one or more drives, from sensor channels only.
 
-    The first two thirds of each drive are fitted, the rest judges, then what was found is fitted to the whole; of a drive with
+    The first two thirds of each drive are fitted, the rest judges, then what is accepted is fitted to the whole; of a drive with
     standstills, its longest stretch forwards. What is unknown of the ground is n of each drive, or with a law of hard ground
     friction and tread, one of each class. logs: drives, files or tables, checked and completed as by `estimate`; soils: class
     of each, default the declared one for all; start: seconds left out at the beginning of each; candidates: names of
@@ -83,7 +83,7 @@ def refine(
     final, last = settled(bench, selection.bench)
     left = _left(recordings, final, _moved(vehicle, final), start)
     if selection.accepted and any(s.left for s in left) and not _beyond_doubt(selection):
-        # Something of the kind of what was found is there, but it is not that: a name would be a guess.
+        # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess.
         groups = (*selection.groups, *((c.name,) for c in selection.accepted))
         selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
         final, last = bench, fit_base(bench)
@@ -181,7 +181,7 @@ def _beyond_doubt(selection: Selection) -> bool:
 
 
 def settled(declared: Bench, found: Bench) -> tuple[Bench, Fit]:
-    """The bench with the effects found, all that is free fitted once more, parameters of declared effects within their
+    """The bench with the accepted effects, all that is free fitted once more, parameters of declared effects within their
     uncertainty among them; without effects the declared bench itself, with its fit of the ground."""
     if not found.accepted:
         return declared, fit_base(declared)

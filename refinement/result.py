@@ -47,8 +47,8 @@ class FittedNumber:
 class Refinement:
     """What refine found.
 
-    verdict: "effect", "contradicts_given" (a number of the vehicle, no effect), "none" or "unexplained"; effects: in the order
-    found, parameters fitted to the whole drives; contradicted: numbers of the vehicle that the drives contradict; fitted: numbers
+    verdict: "effect", "contradicts_given" (a number of the vehicle, no effect), "none" or "unexplained"; effects: as
+    accepted, parameters of the whole drives; contradicted: numbers of the vehicle that the drives contradict; fitted: numbers
     that were free within what is known of them; inseparable: groups that these data cannot separate; would_separate: the
     manoeuvre that would; ranking: all candidates of the first round; holdout: (from, to) of the first drive (s); before, after:
     horizon -> state -> mean squared error on held-out windows, declared model and refined model, both fitted on the fit windows

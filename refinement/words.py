@@ -1,4 +1,4 @@
-"""What a refinement found, in sentences: the same on the terminal and in the report."""
+"""A refinement's result in sentences: the same on the terminal and in the report."""
 
 from __future__ import annotations
 
@@ -108,8 +108,8 @@ def falls_sentence(found: Refinement) -> str:
     if ratio is None or not (found.effects or found.contradicted):
         return ""
     return (
-        f"Held-out mean squared error at {JUDGED_HORIZON} s: {ratio:.1f} times smaller with the refined model "
-        "(geometric mean of v, omega_z, psi and y)."
+        f"Held-out mean squared error at {JUDGED_HORIZON} s: {ratio:.3g} times smaller with the refined model "
+        "(geometric mean of lateral velocity, yaw rate, heading and y)."
     )
 
 

@@ -28,9 +28,9 @@ GIVEN = {
     "loads": "front and rear axle load",
     "tracks": "each wheel: place, load, angle",
     "contacts": "each wheel: soil, velocity in the wheel plane",
-    "forces": "each wheel: force law gives F_x, F_y, sinkage",
+    "forces": r"each wheel: force law gives $F_x$, $F_y$, sinkage",
     "balance": "lateral force and yaw moment",
-    "rates": "rates of x, y, psi, u, v, omega_z",
+    "rates": r"rates of $x$, $y$, $\psi$, $u$, $v$, $\omega_z$",
     "outputs": "what the sensors read",
 }
 """Stage -> what it computes (docstring of symbolic/bicycle.py)."""
@@ -38,13 +38,14 @@ GIVEN = {
 
 def draw_conventions(path: Path) -> Path:
     """Write the drawing of axes, wheel and slip to `path`."""
-    with page(path, "Axes, wheel and slip", 11, 4.8, 1, 3, width_ratios=(1.5, 1, 1)) as axes:
-        for axis in axes:
+    mosaic = [["vehicle", "vehicle"], ["above", "side"]]
+    with page(path, "", 7.6, 7.6, mosaic=mosaic, height_ratios=(1.15, 1.0)) as axes:
+        for axis in axes.values():
             axis.set_axis_off()
             axis.set_aspect("equal")
-        _vehicle(axes[0])
-        _wheel_above(axes[1])
-        _wheel_side(axes[2])
+        _vehicle(axes["vehicle"])
+        _wheel_above(axes["above"])
+        _wheel_side(axes["side"])
     return path
 
 
@@ -105,7 +106,7 @@ def _vehicle(axis: Any) -> None:
     axis.annotate(r"$\omega_z$", curve[:, 15], (4, 4), textcoords="offset points", fontsize=11)
     for place, name in ((front / 2, "$l_f$"), (rear / 2, "$l_r$")):
         axis.annotate(name, at + place * ahead, (4, -17) if place > 0 else (-12, 8), textcoords="offset points", fontsize=11)
-    axis.set(xlim=(-0.7, 4.5), ylim=(-0.4, 3.3))
+    axis.set(xlim=(-1.6, 5.0), ylim=(-0.4, 3.0))
     axis.set_title("Vehicle from above, ISO 8855")
 
 
@@ -120,7 +121,7 @@ def _wheel_above(axis: Any) -> None:
     axis.text(0.55, 0.95, r"$\alpha > 0$", color=INITIAL, fontsize=11)
     _arrow(axis, (0, -0.05), (-0.75, -0.05), REAR, "$F_y > 0$", (-22, -16))
     axis.text(0, -1.25, r"$v_y = -|v| \sin\alpha$", ha="center", fontsize=11)
-    axis.set(xlim=(-1.3, 1.5), ylim=(-1.5, 1.9))
+    axis.set(xlim=(-2.0, 2.0), ylim=(-1.5, 1.9))
     axis.set_title("Wheel from above: slip angle")
 
 
@@ -130,21 +131,21 @@ def _wheel_side(axis: Any) -> None:
     angles = np.linspace(0, 2 * np.pi, 200)
     soil = -radius + sinkage
     half = np.sqrt(radius**2 - soil**2)
-    axis.fill_between([-1.7, -half * 0.25], [soil - 0.2] * 2, -1.6, color=REAR, alpha=0.25, lw=0)
-    axis.fill_between([-half * 0.25, half], [-1.0, soil], -1.6, color=REAR, alpha=0.25, lw=0)
-    axis.fill_between([half, 1.7], [soil] * 2, -1.6, color=REAR, alpha=0.25, lw=0)
+    under = np.linspace(-0.3 * half, half, 60)
+    ground = np.concatenate([[-1.0 + 0.06] * 2, -np.sqrt(radius**2 - under**2), [soil] * 2])
+    axis.fill_between(np.concatenate([[-1.9, -0.36], under, [half, 2.6]]), ground, -1.6, color=REAR, alpha=0.25, lw=0)
     axis.plot(radius * np.cos(angles), radius * np.sin(angles), color=ESTIMATED, lw=1.8)
     axis.plot([0], [0], "o", color=TRUE, ms=5)
     _arrow(axis, (0, 0), (1.5, 0), INITIAL, "$v_x$", (-4, 6))
     turn = np.linspace(2.3, 0.9, 30)
     axis.plot(0.55 * np.cos(turn), 0.55 * np.sin(turn), color=TRUE, lw=1.3)
     _arrow(axis, (0.55 * np.cos(0.95), 0.55 * np.sin(0.95)), (0.55 * np.cos(0.8), 0.55 * np.sin(0.8)), TRUE, r"$\omega$", (4, 2))
-    axis.annotate("", (1.35, soil), (1.35, -1.0), arrowprops={"arrowstyle": "<->", "color": TRUE})
-    axis.text(1.42, -0.92, "sinkage $h$", fontsize=10)
-    axis.plot([0.1, 1.45], [-1.0, -1.0], color=SOFT, lw=0.8, ls=":")
+    axis.annotate("", (1.35, soil), (1.35, -1.0), arrowprops={"arrowstyle": "<->", "color": TRUE, "shrinkA": 0, "shrinkB": 0})
+    axis.text(1.45, -0.95, "sinkage $h$", fontsize=10)
+    axis.plot([0.1, 1.45], [-1.0, -1.0], color=TRUE, lw=0.8, ls=":")
     axis.text(0, -1.95, r"driving: $s = 1 - v_x/(r\omega)$", ha="center", fontsize=11)
     axis.text(0, -2.3, r"braking: $s = r\omega/v_x - 1$", ha="center", fontsize=11)
-    axis.set(xlim=(-1.8, 2.4), ylim=(-2.5, 1.3))
+    axis.set(xlim=(-1.9, 2.6), ylim=(-2.5, 1.5))
     axis.set_title("Wheel from the side: slip, sinkage")
 
 
@@ -154,23 +155,24 @@ def draw_stages(path: Path) -> Path:
     stages = [stage.name for stage in nominal_bicycle(vehicle, CLAY).stages]
     known = catalogue(vehicle)
     acting = {stage: [e.name.replace("_", " ") for e in known.values() if stage in e.corrections] for stage in stages}
-    lines = {stage: textwrap.wrap(", ".join(names) or "none", 74) for stage, names in acting.items()}
-    heights = [0.36 + 0.17 * max(2, len(lines[stage])) for stage in stages]
-    with page(path, "", 10, 0.62 + sum(heights) * 0.86) as axis:
+    lines = {stage: textwrap.wrap(", ".join(names) or "none", 52) for stage, names in acting.items()}
+    heights = [0.28 + 0.19 * max(2, len(lines[stage])) for stage in stages]
+    with page(path, "", 7.6, 0.35 + sum(heights)) as axis:
         axis.set_axis_off()
         top = 0.0
         for stage, height in zip(stages, heights, strict=True):
             low = top - height + 0.12
-            axis.fill([0, 3.6, 3.6, 0], [low, low, top, top], facecolor=ESTIMATED, alpha=0.14, edgecolor=ESTIMATED)
-            axis.text(0.12, top - 0.07, stage, va="top", fontsize=11, fontweight="bold", color=TRUE)
-            axis.text(0.12, top - 0.26, GIVEN.get(stage, STAGES.get(stage, "")), va="top", fontsize=8.5, color=TRUE)
-            axis.text(3.9, 0.5 * (low + top), "\n".join(lines[stage]), va="center", fontsize=8.5, color=TRUE)
+            axis.fill([0, 3.3, 3.3, 0], [low, low, top, top], facecolor=ESTIMATED, alpha=0.14, edgecolor=ESTIMATED)
+            words = 0.5 * (low + top)
+            axis.text(0.1, words + 0.02, stage, va="bottom", fontsize=10.5, fontweight="bold", color=TRUE)
+            axis.text(0.1, words - 0.01, GIVEN.get(stage, STAGES.get(stage, "")), va="top", fontsize=9, color=TRUE)
+            axis.text(3.5, words, "\n".join(lines[stage]), va="center", fontsize=9, color=TRUE)
             if stage != stages[-1]:
-                _arrow(axis, (1.8, low), (1.8, low - 0.12), TRUE)
+                _arrow(axis, (1.65, low), (1.65, low - 0.12), TRUE)
             top = low - 0.12
         axis.text(0, 0.12, "stage, in order of evaluation", fontsize=9, color=SOFT)
-        axis.text(3.9, 0.12, "effects of the catalogue that may correct it", fontsize=9, color=SOFT)
-        axis.set(xlim=(-0.05, 9.6), ylim=(top, 0.25))
+        axis.text(3.5, 0.12, "effects of the catalogue that may correct it", fontsize=9, color=SOFT)
+        axis.set(xlim=(-0.05, 7.5), ylim=(top, 0.25))
     return path
 
 

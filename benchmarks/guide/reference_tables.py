@@ -24,9 +24,9 @@ def vehicle_reference() -> str:
         default = "must be given" if n.default is None else number(n.default)
         prior = " + ".join(filter(None, (number(n.spread) if n.spread else "", f"{100 * n.share:g} %" if n.share else "")))
         bounds = f"{number(n.lower)} to {number(n.upper)}"
-        values = [number(getattr(vehicle, n.name)) for vehicle in vehicles]
-        rows.append((code(n.name), unit_of(n.unit), n.doc, n.measured, bounds, default, prior, *values))
-    head = ("key", "unit", "what it is", "measured by", "bounds", "default", "std of a first guess", *VEHICLE_NAMES)
+        rows.append((code(n.name), unit_of(n.unit), n.doc, n.measured, bounds, default, prior))
+    head = ("key", "unit", "what it is", "measured by", "bounds", "default", "std of a first guess")
+    values = [(code(n.name), unit_of(n.unit), *(number(getattr(vehicle, n.name)) for vehicle in vehicles)) for n in NUMBERS]
     effects = [
         (name, ", ".join(f"[{e.replace('_', ' ')}](effects.md#{e})" for e in vehicle.effects) or "none")
         for name, vehicle in zip(VEHICLE_NAMES, vehicles, strict=True)
@@ -35,6 +35,8 @@ def vehicle_reference() -> str:
     simulator.append((code(SEARCH), "m", "how far below a wheel its contact search finds it; in known numbers", "0"))
     return (
         table(head, rows)
+        + "\n\n## The built-in vehicles\n\n"
+        + table(("key", "unit", *VEHICLE_NAMES), values)
         + "\n\n## Effects that the built-in vehicles declare\n\nA table `[effects.<name>]` in the file.\n\n"
         + table(("vehicle", "declared effects"), effects)
         + "\n\n## A simulated soil\n\nThe table `[simulator]`, for logs of a simulated soil only; a real soil has none.\n\n"

@@ -1,7 +1,8 @@
 """Picture of each effect's signature: `python -m benchmarks.guide.signatures [--out docs/pictures/effects] [EFFECT ...]`.
 
 One drive of the reference vehicle's bicycle on clay, with the effects that the vehicle declares, steered by two sines at 5 to
-7 m/s; the same commands with and without the effect at its typical size. Shown are the two channels that it changes most.
+7 m/s; the same commands with and without the effect at its typical size. Shown are the two channels that it changes most, and
+below each by how much: a small effect hides behind two lines that look alike.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from PIL import Image
 from benchmarks.guide.reference_effects import PICTURES
 from softsoil.codegen.sampling import STEP
 from softsoil.estimator.predictor import Predictor
-from softsoil.figures.style import ESTIMATED, TRUE, page
+from softsoil.figures.labels import quantity
+from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.symbolic.catalogue import bicycle, catalogue
@@ -34,7 +36,6 @@ COLOURS = 48
 """Colours of a picture's palette: a quarter of the bytes, and no difference to the eye."""
 SHOWN = ("u", "v", "psi", "omega_z")
 """Channels that a picture may show."""
-LABELS = {"u": "speed, m/s", "v": "lateral velocity, m/s", "psi": "heading, deg", "omega_z": "yaw rate, deg/s"}
 
 
 def inputs(vehicle: Vehicle, model: Model) -> tuple[Array, Array]:
@@ -75,13 +76,16 @@ def draw(effect: Effect, vehicle: Vehicle, path: Path) -> Path:
     t, without, present = both(effect, vehicle)
     size = {name: np.std(present[name] - without[name]) / max(float(np.std(without[name])), 1e-9) for name in SHOWN}
     chosen = sorted(sorted(SHOWN, key=lambda name: -size[name])[:2], key=SHOWN.index)
-    with page(path, "", 7.2, 2.3, 1, 2) as axes:
-        for axis, name in zip(axes, chosen, strict=True):
-            scale = 180.0 / np.pi if name in ("psi", "omega_z") else 1.0
-            axis.plot(t, scale * without[name], color=TRUE, lw=1.1, label="without")
-            axis.plot(t, scale * present[name], color=ESTIMATED, lw=1.4, ls="--", label="with")
-            axis.set(xlabel="time, s", ylabel=LABELS[name])
-        axes[0].legend(loc="best")
+    with page(path, "", 7.2, 3.4, 2, 2, sharex=True, height_ratios=(1.7, 1.0)) as axes:
+        for (upper, lower), name in zip(axes.T, chosen, strict=True):
+            shown = quantity(name)
+            upper.plot(t, shown.factor * without[name], color=TRUE, lw=1.1, label="without")
+            upper.plot(t, shown.factor * present[name], color=ESTIMATED, lw=1.4, ls="--", label="with")
+            upper.set_ylabel(shown.label)
+            lower.plot(t, shown.factor * (present[name] - without[name]), color=INITIAL, lw=1.2)
+            lower.axhline(0.0, color=SOFT, lw=0.8)
+            lower.set(xlabel="time, s", ylabel=f"change, {shown.unit}")
+        axes[0, 0].legend(loc="best")
     with Image.open(path) as picture:
         small = picture.convert("RGB").quantize(COLOURS)
     small.save(path, optimize=True)

@@ -1,4 +1,5 @@
-"""Hooks of the site's build: parts of reference from the code, and links that leave `docs/` led to copies inside the site."""
+"""Hooks of the site's build: parts of reference from the code, links that leave `docs/` led to copies inside the site, pictures
+that open in full size, and a search that works without a server."""
 
 from __future__ import annotations
 
@@ -16,6 +17,8 @@ ELSEWHERE = "project"
 """Folder of the site for files of the project that stand outside `docs/`."""
 LINK = re.compile(r"(?<=\])\(([^)\s#]+)(#[^)]*)?\)")
 CODE = re.compile(r"(?ms)^```.*?^```$|^(?: {4}.*\n)+|`[^`\n]+`")
+PICTURE = re.compile(r"<img\b[^>]*\bsrc=\"([^\"]+)\"[^>]*>")
+INDEX = "search/search_index"
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -27,8 +30,13 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Fill in generated parts; lead links that leave `docs/` to the copies, folders to their README."""
+    """Fill in generated parts; lead links that leave `docs/` to the copies, folders to their README.
+
+    The start page has a table of all pages and so no navigation beside it.
+    """
     at = page.file.src_uri
+    if at == "README.md":
+        page.meta["hide"] = ["navigation"]
     outside = at.removeprefix(ELSEWHERE + "/") if at.startswith(ELSEWHERE + "/") else None
     here = posixpath.dirname(outside if outside is not None else posixpath.join("docs", at))
 
@@ -41,6 +49,17 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
         return f"({posixpath.relpath(place, posixpath.dirname(at) or '.')}{match[2] or ''})"
 
     return filled(outside_code(markdown, lambda text: LINK.sub(led, text)))
+
+
+def on_page_content(html: str, page: Any, config: Any, files: Any) -> str:
+    """Lead every picture to itself in full size: on a phone its labels are too small."""
+    return PICTURE.sub(lambda found: f'<a class="picture" href="{found[1]}">{found[0]}</a>', html)
+
+
+def on_post_build(config: Any) -> None:
+    """Write the search's index as a script, too: a page opened from the disk may not read a JSON file."""
+    index = Path(config.site_dir) / f"{INDEX}.json"
+    index.with_suffix(".js").write_text(f"var __index = {index.read_text(encoding='utf-8')}", encoding="utf-8")
 
 
 def outside_code(text: str, change: Any) -> str:

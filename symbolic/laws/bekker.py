@@ -5,7 +5,7 @@ theta is measured from bottom dead centre, forward positive. What the printed eq
 - the Newton step is h - (F_z(h) - W)/F_z'(h) (printed without W), here a fixed number of safeguarded steps;
 - 1 - s for s >= 0 and 1/(1 + s) for s < 0 are one quantity, v_x/(r omega): no branch is left, and j_y gets it too;
 - j < 0 (braking) would make 1 - exp(-j/k) blow up: tau follows sign(j)(1 - exp(-|j|/k));
-- tau and tau_y apart can exceed the Mohr-Coulomb limit together: one shear vector along (j, j_y), limited once;
+- tau and tau_y each by itself can exceed the Mohr-Coulomb limit together: one shear vector along (j, j_y), limited once;
 - the integral of F_y lacks d(theta) and its sign: the force opposes v_y.
 a_0, a_1 and Lambda are the literature's usual values; the paper does not give the ones it used.
 """

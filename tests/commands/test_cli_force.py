@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.guide.json_page import undescribed
 from softsoil.calibration.single_wheel import law_for
 from softsoil.commands.cli import app
 from wheel_runs import SOIL, own_data, sine_run
@@ -32,7 +33,9 @@ def test_calibrate_on_a_users_table(rig_table, tmp_path):
     out = tmp_path / "out"
     done = CliRunner().invoke(app, ["calibrate", *rig_table, "--fit", "path,turn", "--out", str(out)])
     assert done.exit_code == 0, done.output
-    found = json.loads((out / "calibrate.json").read_text(encoding="utf-8"))["parameters"]
+    content = json.loads((out / "calibrate.json").read_text(encoding="utf-8"))
+    found = content["parameters"]
+    assert undescribed("calibrate.json", content) == []
     assert found["path"]["value"] == pytest.approx(1.0, abs=0.02)
     assert found["turn"]["value"] == pytest.approx(1.0, abs=0.05)
     assert "calibrated.toml" in done.output
@@ -42,7 +45,9 @@ def test_residual_on_a_users_table(rig_table, tmp_path):
     out = tmp_path / "out"
     done = CliRunner().invoke(app, ["residual", *rig_table, "--out", str(out)])
     assert done.exit_code == 0, done.output
-    laws = json.loads((out / "residual.json").read_text(encoding="utf-8"))["laws"]
+    content = json.loads((out / "residual.json").read_text(encoding="utf-8"))
+    laws = content["laws"]
+    assert undescribed("residual.json", content) == []
     assert set(laws) == {"bekker", "dallas", "dallas_refit", "turn_slip", "turn_slip_calibrated"}
     assert laws["turn_slip"]["median"] < 0.01 < laws["bekker"]["median"]
 

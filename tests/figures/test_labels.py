@@ -5,9 +5,11 @@ import re
 
 import pytest
 
-from softsoil.figures.labels import LAWS, QUANTITIES, in_degrees, law_words, plain, quantity
-from softsoil.figures.page_html import STYLE, figure, write_page
+from softsoil.figures.error_table import rms_table
+from softsoil.figures.labels import LAWS, QUANTITIES, in_degrees, law_words, per_cent, plain, quantity
+from softsoil.figures.page_html import STYLE, figure, table, words, write_page
 from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.symbolic.vehicle import NUMBERS
 from softsoil.symbolic.wheel import law_names
 
 
@@ -46,3 +48,22 @@ def test_a_page_has_a_dark_mode_and_alternative_texts(tmp_path):
     text = page.read_text(encoding="utf-8")
     assert "prefers-color-scheme: dark" in STYLE and STYLE in text
     assert re.findall(r'alt="([^"]+)"', text) == ["what it shows", "caption"]
+
+
+def test_an_identifier_becomes_words_and_a_share_never_minus_zero():
+    assert plain("aligning_f") == "aligning front" and plain("toe_rear") == "toe rear" and plain("load_front") == "load front"
+    assert all("_" not in plain(name.name) and len(plain(name.name)) > 2 for name in NUMBERS)
+    assert per_cent(-0.004) == "0 %" and per_cent(0.0004, 1, "+") == "+0.0 %" and per_cent(-0.25) == "-25 %"
+
+
+def test_a_line_of_the_terminal_reads_as_on_paper_and_a_table_scrolls():
+    assert words("a bias of 1 +- 2 m/s^2 & more") == "a bias of 1 ± 2 m/s² &amp; more"
+    assert table(["<tr></tr>"]).startswith('<div class="scroll"><table><tr>')
+
+
+def test_a_table_of_errors_has_before_and_after_only_where_something_changed():
+    mse = {"0.5": dict.fromkeys(STATE_CHANNELS, 4.0)}
+    better = {"0.5": {**mse["0.5"], "v": 1.0}}
+    assert rms_table(mse, None).count("rms error") == 1 and "before" not in rms_table(mse, None)
+    changed = rms_table(mse, better)
+    assert changed.count('class="r better"') == 1 and '<td class="r">2.00</td>' in changed

@@ -1,5 +1,6 @@
 """The documentation as a site: it builds strictly, loads nothing from a network, and shows every effect and command."""
 
+import json
 import re
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import sys
 import pytest
 
 from benchmarks.guide.blocks import environment
+from benchmarks.guide.docstrings import readable
 from benchmarks.guide.reference import MARK, PARTS, filled
 from benchmarks.guide.reference_effects import PICTURES
 from drives import PROJECT
@@ -34,6 +36,23 @@ def test_the_site_builds_strictly_and_loads_nothing_from_a_network(tmp_path):
         assert not re.search(r"@import|url\(\s*['\"]?https?:", sheet.read_text(encoding="utf-8")), sheet.name
     python = (tmp_path / "reference" / "python.html").read_text(encoding="utf-8")
     assert 'id="softsoil.estimate"' in python and 'id="softsoil.refine"' in python
+    assert "<p>&gt;&gt;&gt;" not in python and "Example:" not in python  # examples stand as code
+    index = (tmp_path / "search" / "search_index.js").read_text(encoding="utf-8")
+    assert json.loads(index.removeprefix("var __index = "))["docs"]  # what a page opened from the disk searches in
+    start = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert re.search(r'<a class="picture" href="pictures/study.png"><img ', start)
+
+
+def test_a_docstring_becomes_a_list_of_arguments_and_a_block_of_code():
+    text = "The sum.\n\na, b: numbers\n(m); scale: factor. Raises ValueError for none.\n\nExample:\n    >>> add(1, 2)\n    3\n"
+    shown = readable(text, ["a", "b", "scale"])
+    assert shown.split("\n\n") == [
+        "The sum.",
+        "- `a`, `b`: numbers (m)\n- `scale`: factor",
+        "Raises ValueError for none.",
+        "```python\n>>> add(1, 2)\n3\n```",
+    ]
+    assert readable("No arguments: nothing changes.", []) == "No arguments: nothing changes."
 
 
 def test_every_page_is_in_the_navigation():

@@ -5,6 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.guide.json_page import undescribed
 from softsoil.commands import blind as commands_blind
 from softsoil.commands.cli import app
 from softsoil.declaration.model_file import Declaration
@@ -111,7 +112,7 @@ def test_command_shows_a_table_and_keeps_what_failed(tmp_path, monkeypatch):
     assert "drive 1 failed: ValueError: cut off" in outcome.output
     content = json.loads((tmp_path / "blind.json").read_text(encoding="utf-8"))
     assert content["totals"]["all"] == {"drives": 2, "right": 1}
-    assert content["failures"] == {"1": "ValueError: cut off"}
+    assert content["failures"] == {"1": "ValueError: cut off"} and undescribed("blind.json", content) == []
 
 
 def test_command_says_what_is_wrong():

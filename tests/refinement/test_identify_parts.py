@@ -198,5 +198,5 @@ def test_the_manoeuvre_asked_for_is_one_that_the_logs_lack():
     t = drive.t
     several = drive.with_channels(steer=0.08 * (np.sin(2 * t) + np.sin(1.1 * t) + np.sin(4.7 * t)))
     open_ = {"yaw_inertia": Found(1800.0, 500.0, "kg m^2", "not_identifiable", 9.0, None, (1800.0, 500.0))}
-    assert asks(vehicle, open_, excitation([several], 2.0), 2.0)[0].startswith("20 s of sine steering to full lock (0.47 rad)")
+    assert asks(vehicle, open_, excitation([several], 2.0), 2.0)[0].startswith("20 s of sine steering to full lock (27 deg)")
     assert asks(vehicle, open_, excitation([drive], 2.0), 2.0)[0].startswith("45 s of steering by several sines")
