@@ -80,6 +80,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         o.change_after = number(&b, 1.0);
         o.change_sigmas = number(&b, 2.0);
         o.change_std = number(&b, 1.0);
+        o.change_error = number(&b, 1.0);
       }
       for (int i = 0; i < SOFTSOIL_N_X; ++i) {
         x[i] = number(&b, 10.0);

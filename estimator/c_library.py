@@ -19,8 +19,9 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.c_horizon import horizon_numbers
 from softsoil.estimator.drift import DriftRules, likely_classes
 from softsoil.estimator.promote import promote_parameters
+from softsoil.estimator.soil_change import CHANGE_CLIP, CHANGE_SAMPLES
 from softsoil.estimator.terrain import terrain_model
-from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit
+from softsoil.estimator.tuning import FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -53,7 +54,8 @@ def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
         ceiling=_floats(by_unit(states, tuning.ceiling, 1e5)), patience=tuning.patience, patience_rates=tuning.patience_rates,
         pose=tuple(int(name in POSE) for name in model.y.names), soil=tuple(name for name in states.names if name in N_NAMES),
         change_after=tuning.change_after, change_sigmas=tuning.change_sigmas, change_std=tuning.change_std,
-        change_samples=CHANGE_SAMPLES, standstill=tuning.standstill, fade=tuning.fade, fading=FADING, leap=LEAP,
+        change_error=tuning.change_error, change_samples=CHANGE_SAMPLES, change_clip=CHANGE_CLIP,
+        standstill=tuning.standstill, fade=tuning.fade, fading=FADING, leap=LEAP,
         wheels_turn=WHEELS_TURN, u_limit=_floats(by_unit(model.external, tuning.input_limit, 1e9)),
         y_limit=_floats(by_unit(model.y, tuning.output_limit, 1e9)),
         drift=_drift_numbers(model),

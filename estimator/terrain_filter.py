@@ -4,13 +4,12 @@ The rules, in the order in which they act; the generated C library has the same 
 an input that is missing or beyond reason keeps its last value; a vehicle that stands or reverses keeps its place and soil; the
 process noise grows while histories are not yet the drive's or the steering kicks; a measurement that is missing, beyond reason or
 outside the gate is left out; one that stays outside the gate to the same side is believed, its state put where it is; an n that
-moves on and on is opened.
+innovations say has jumped is put there and opened.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,14 +19,13 @@ from numpy.typing import ArrayLike, NDArray
 from softsoil.codegen.factor_order import factor_order
 from softsoil.codegen.sampling import LONGEST_STEP
 from softsoil.estimator.drift import CHANNELS, DriftMonitor
-from softsoil.estimator.tuning import CHANGE_SAMPLES, FADING, LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit
+from softsoil.estimator.soil_change import CLOCK_SLACK, SoilChange, evidence
+from softsoil.estimator.tuning import FADING, LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit
 from softsoil.estimator.ukf import Innovation, UnscentedKalmanFilter
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
-CLOCK_SLACK = 1e-6
-"""s: clocks that count in steps differ by rounding."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +33,9 @@ class FilterStatus:
     """What the rules did in the last prediction and update.
 
     standing: the vehicle stands, crawls or reverses, its soil is held; gated: measurements left out by the gate; jumped:
-    measurements believed against the gate, whose states were put there; soil_changed: n was opened; refused: the model had no
-    usable answer, the last estimate was kept; drift: largest sum of the drift monitor over its limit; drifting: name of its
-    channel while that is above 1, else empty.
+    measurements believed against the gate, whose states were put there; soil_changed: n has jumped and was opened; refused:
+    the model had no usable answer, the last estimate was kept; drift: largest sum of the drift monitor over its limit;
+    drifting: name of its channel while that is above 1, else empty.
     """
 
     standing: bool = False
@@ -64,7 +62,7 @@ class TerrainFilter:
         self._q, self._kick = tuning.q_std(states) ** 2, tuning.kick_std(states) ** 2
         self._kicked = np.flatnonzero(self._kick)
         self._ceiling = by_unit(states, tuning.ceiling, 1e5)
-        self._soil = [i for i, name in enumerate(states.names) if name in N_NAMES]
+        self._soil = np.array([i for i, name in enumerate(states.names) if name in N_NAMES], dtype=int)
         self._fades = [i for i, name in enumerate(states.names) if name in FADING]
         self._u, self._turn, self._heading = states.index("u"), states.index("omega_z"), states.index("psi")
         self._motion = [states.index(name) for name in STATE_CHANNELS]
@@ -73,11 +71,13 @@ class TerrainFilter:
         self._speed = model.y.names.index("u") if "u" in model.y.names else -1
         self._wheels = [i for i, name in enumerate(model.external.names) if name in WHEEL_CHANNELS]
         self._patience = tuning.patiences(model.y)
-        self._opens = [states.names.index(name) if name in states.names else -1 for name in model.y.names]
+        self._measures = np.array([states.names.index(name) if name in states.names else -1 for name in model.y.names])
         sensor = np.asarray(r_std, dtype=float)
         self._r = sensor**2 + np.array(tuning.output_error) ** 2
         self._steer_rate = model.external.names.index("steer_rate") if "steer_rate" in model.external.names else -1
+        self._missed = np.array(tuning.output_error) ** 2
         self.drift = DriftMonitor(self._noise_scale(sensor))
+        self._change = SoilChange(tuning, len(self._soil))
         self.ukf = UnscentedKalmanFilter(
             model, self._step, q=self._q * self._step, r=self._r, x0=states.nominal,
             p0=np.ones(len(states)), gate=tuning.gate, order=factor_order(model),
@@ -100,9 +100,8 @@ class TerrainFilter:
         self.drift.start(t)
         self._reversing, self._kicks, self._rate = False, False, 0.0
         self._runs = np.zeros(len(self.model.y), dtype=int)
-        self._past: deque[tuple[Array, Array]] = deque(maxlen=CHANGE_SAMPLES)
         # Twice the time: the first seconds are convergence from the first guess, not a change.
-        self._settled, self._keep = t + 2 * self.tuning.change_after, t
+        self._change.forget(t + 2 * self.tuning.change_after)
 
     def predict(self, u: ArrayLike) -> None:
         """Time update over dt with the external inputs u (n_u,) held."""
@@ -134,7 +133,7 @@ class TerrainFilter:
                 y = np.where(np.arange(len(y)) == self._speed, np.nan, y)
         hold = self.status.standing or self._reversing
         self.ukf.hold(self._soil if hold else ())
-        before = self.ukf.x
+        before, cov = self.ukf.x, self.ukf.P
         seen = self.ukf.update(y)
         if not math.isfinite(self.ukf.x.sum() + self.ukf.variance.sum()):
             self.ukf.undo_update()
@@ -143,7 +142,7 @@ class TerrainFilter:
         kicked = abs(self._rate) > self.tuning.fastest  # then velocities follow their sensors, which is no drift
         drifting = bool(seen.dof) and not hold and not kicked and self._drifts(before)
         jumped = self._believe_jumps(seen, y) if seen.dof < len(seen.used) or self._runs.any() else ()
-        changed = bool(seen.dof) and self.learn and not hold and self._soil_changed()
+        changed = bool(seen.dof) and self.learn and not hold and self._soil_changed(seen, cov, kicked)
         self._stay_below_ceilings()
         gated = tuple(n for n, used, v in zip(self.model.y.names, seen.used, y, strict=True) if not used and v == v)
         name = CHANNELS[self.drift.channel].name if drifting else ""
@@ -215,8 +214,8 @@ class TerrainFilter:
         self._runs = np.where(there & seen.used, 0, np.where(there, run, self._runs))
         due = np.flatnonzero((np.abs(self._runs) >= self._patience) & (self._patience > 0))
         for i in due:
-            if self._opens[i] >= 0:
-                self.ukf.jump(self._opens[i], float(seen.value[i]), self._r[i])
+            if self._measures[i] >= 0:
+                self.ukf.jump(int(self._measures[i]), float(seen.value[i]), self._r[i])
             self._runs[i] = 0
         return tuple(self.model.y.names[i] for i in due)
 
@@ -232,24 +231,22 @@ class TerrainFilter:
         motion = (float(before[self._heading]), float(before[self._u]), float(before[self._turn]))
         return self.drift.see(self.t, moved[self._motion], float(moved[self._soil].mean()), motion, self._rate)
 
-    def _soil_changed(self) -> bool:
-        """Whether n has moved by more than was left open about it some seconds ago, and was opened; called after each update."""
-        tuning, n, changed = self.tuning, self.n, False
-        if len(self._past) == CHANGE_SAMPLES and self.t > self._settled + CLOCK_SLACK:
-            before, std = self._past[0]
-            moved = np.abs(n - before) > tuning.change_sigmas * std
-            changed = bool(moved.any())
-            if changed:
-                rows = np.array(self._soil)[moved]
-                self.ukf.open(rows, np.full(len(rows), tuning.change_std**2))
-                self._past.clear()
-                self._settled, self._keep = self.t + tuning.change_after, self.t
-                self.changes.append(self.t)
-        if self.t > self._keep - CLOCK_SLACK:
-            self._past.append((n, self.n_std))
-            every = tuning.change_after / CHANGE_SAMPLES
-            self._keep = max(self._keep, self.t - every) + every
-        return changed
+    def _soil_changed(self, seen: Innovation, cov: Array, kicked: bool) -> bool:
+        """Whether n has jumped, and was put there and opened; cov (n_x, n_x): before the update; kicked: it says nothing of n."""
+        score = information = np.zeros(len(self._soil))
+        use = seen.used & (self._measures >= 0)
+        known = cov[self._soil, self._soil]
+        if not kicked and np.all(known > 0):
+            share = cov[np.ix_(self._soil, self._measures[use])] / known[:, None]
+            score, information = evidence(seen.value[use], (seen.covariance.diagonal() - self._missed)[use], share)
+        jump = self._change.see(self.t, score, information)
+        if not jump.any():
+            return False
+        rows = self._soil[jump != 0]
+        self.ukf.open(rows, np.full(len(rows), self.tuning.change_std**2), jump[jump != 0])
+        self._change.forget(self.t + self.tuning.change_after)
+        self.changes.append(self.t)
+        return True
 
 
 def first_state(model: Model, motion: Sequence[float] | Array, n0: float) -> Array:

@@ -31,11 +31,12 @@ class Tuning:
     innovation in standard deviations; patience, patience_rates: updates in a row that a measurement of the pose (x, y, psi), or
     of another state, may fail the gate to the same side before the state is taken to have jumped there (0: never): a pose
     integrates velocities and leaps by a fault of its sensor only, a velocity by forces that the model misses; change_after,
-    change_sigmas, change_std: an n that has moved by more than change_sigmas of the standard deviation that it had change_after
-    seconds ago belongs to another soil, and change_std is added to its uncertainty; standstill: m/s, below it the vehicle is
-    taken to stand: place and soil are held and no force is evaluated; fade: s, time in which slip velocities then go to zero;
-    input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a standard deviation, by unit;
-    update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
+    change_sigmas, change_std, change_error: where the innovations of up to change_after seconds say by more than change_sigmas
+    that n has jumped (`estimator/soil_change.py`), jumps having the standard deviation change_std and what is measured of one an
+    error of change_error, it is another soil: n is put there and change_std is added to its uncertainty; standstill: m/s, below
+    it the vehicle is taken to stand: place and soil are held and no force is evaluated; fade: s, time in which slip velocities
+    then go to zero; input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a standard
+    deviation, by unit; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
     `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle` prints what they give.
     """
 
@@ -54,8 +55,9 @@ class Tuning:
     patience: int = 12
     patience_rates: int = 2
     change_after: float = 5.0
-    change_sigmas: float = 1.2
-    change_std: float = 0.15
+    change_sigmas: float = 3.0
+    change_std: float = 0.2
+    change_error: float = 0.02
     standstill: float = 0.5
     fade: float = 0.1
     input_limit: ByUnit = (("rad", 1.6), ("rad/s", 1e3), ("m/s^2", 200.0))
@@ -82,17 +84,14 @@ class Tuning:
         return np.array([self.patience if name in POSE else self.patience_rates for name in outputs.names])
 
 
-CHANGE_SAMPLES = 20
-"""Past values of n that are kept over `change_after`."""
 LEAP = 10.0
 """Ceilings that a state may move by in a step: beyond them the equations diverge."""
 WHEELS_TURN = 0.5
 """rad/s: a wheel that is faster turns, and a vehicle that was standing is about to drive."""
 EXACT_MODEL = Tuning(
-    model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), output_error=(0.0,) * 6, common_error=0.0, n_walk=0.002, change_sigmas=3.0
+    model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), output_error=(0.0,) * 6, common_error=0.0, n_walk=0.002
 )
-"""For drives of the model itself, whose equations miss nothing: what is left is rounding and the sampling of inputs. The stated
-uncertainty is then all there is, so that n must move by more of it before the soil is taken to have changed."""
+"""For drives of the model itself, whose equations miss nothing: what is left is rounding and the sampling of inputs."""
 
 
 def by_unit(layout: Layout, numbers: ByUnit, default: float) -> NDArray[np.float64]:

@@ -218,7 +218,7 @@ class UnscentedKalmanFilter:
         """Back to the estimate before the last update, where its answer is not finite."""
         self._at = 1
 
-    def hold(self, rows: Sequence[int]) -> None:
+    def hold(self, rows: Sequence[int] | NDArray[np.int_]) -> None:
         """Have updates leave the states `rows` (K,) as they are from now on, their variances too; none: all are corrected."""
         held = self._update.inputs[8]
         held[:] = 0.0
@@ -230,9 +230,10 @@ class UnscentedKalmanFilter:
         for row, value in zip(rows, np.atleast_1d(variance), strict=True):
             noise[row, row] = value
 
-    def open(self, rows: NDArray[np.int_], variance: Array) -> None:
-        """Add variance (K,) to the states `rows` (K,): they may have jumped; what they say of other states fades with it."""
-        cov = self._pairs[self._at][1]
+    def open(self, rows: NDArray[np.int_], variance: Array, away: Array) -> None:
+        """Move the states `rows` (K,) by away (K,), inside their bounds, and add variance (K,): they have jumped thereabouts."""
+        x, cov = self._pairs[self._at]
+        x[rows, 0] = np.clip(x[rows, 0] + away, self.model.x.lower[rows], self.model.x.upper[rows])
         cov[rows, rows] += variance
 
     def jump(self, row: int, away: float, variance: float) -> None:

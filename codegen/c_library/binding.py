@@ -29,7 +29,7 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
             ("p", real * p), ("q_std", real * x), ("r_std", real * y), ("gate", real), ("standstill_speed", real),
             ("max_std", real * x), ("gate_patience", whole), ("gate_patience_rates", whole), ("miss_std", real * y),
             ("kick_std", real * x), ("fastest", real), ("run_in", real), ("common_error", real), ("change_after", real),
-            ("change_sigmas", real), ("change_std", real),
+            ("change_sigmas", real), ("change_std", real), ("change_error", real),
         ]  # fmt: skip
 
     class Filter(ctypes.Structure):
@@ -42,8 +42,8 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
             ("last_dt", real), ("x", real * x), ("std", real * x), ("innovation", real * y), ("innovation_std", real * y),
             ("nis", real), ("consistency", real), ("soil_consistency", real), ("used", whole * y), ("dof", whole),
             ("since", whole), ("root", real * (x * x)), ("m", real * max(m, 1)), ("u", real * u), ("u_full", real * full),
-            ("t_y", real * y), ("settled", real), ("keep_at", real), ("past", real * n * sizes["past"]),
-            ("past_std", real * n * sizes["past"]),
+            ("t_y", real * y), ("keep_at", real), ("past_score", real * sizes["past"] * n),
+            ("past_information", real * sizes["past"] * n),
             ("drift", real), ("drift_channel", whole), ("unused", whole), ("run_in_to", real), ("drift_t", real),
             ("drift_from", real), ("drift_sum", real * 2 * sizes["drift"]), ("options", Options),
         ]  # fmt: skip

@@ -45,6 +45,7 @@ def formulation(parts: Parts, numbers: Any, dt: float, declared: Mapping[str, ob
             "change_after": numbers.change_after,
             "change_sigmas": numbers.change_sigmas,
             "change_std": numbers.change_std,
+            "change_error": numbers.change_error,
             "states_on_which_wheels_depend": list(parts.active),
         },
     }

@@ -20,7 +20,7 @@ extern "C" {
 #define SOFTSOIL_N_Y 6 /* measurements */
 #define SOFTSOIL_N_M 143 /* memory cells: histories kept beside the states */
 #define SOFTSOIL_N_SOIL 1 /* states that are the sinkage exponent */
-#define SOFTSOIL_PAST 20 /* past values of it that are kept */
+#define SOFTSOIL_PAST 20 /* past times at which it may have jumped */
 #define SOFTSOIL_N_DRIFT 9 /* channels of the drift monitor */
 #define SOFTSOIL_N_U_FULL 21 /* inputs with those that histories provide */
 #define SOFTSOIL_STEP 0.012 /* s, nominal step */
@@ -68,7 +68,7 @@ enum softsoil_flag {
   SOFTSOIL_FLAG_STANDING = 1,    /* the vehicle stands, crawls or reverses: the soil is held */
   SOFTSOIL_FLAG_GATED = 2,       /* a measurement was outside the gate and was left out */
   SOFTSOIL_FLAG_JUMPED = 4,      /* one has been outside for so long that its state was put where it is */
-  SOFTSOIL_FLAG_SOIL_CHANGED = 8, /* n has moved so far that another soil is taken to be there, and n was opened */
+  SOFTSOIL_FLAG_SOIL_CHANGED = 8, /* innovations say that n has jumped: it was put there and opened */
   SOFTSOIL_FLAG_DRIFT = 16       /* corrections have gone to one side for longer than a right model's do */
 };
 
@@ -100,9 +100,10 @@ typedef struct {
   double fastest;                 /* rad/s: steering rate beyond which it is, */
   double run_in;                  /* and for so long after a start (s), since histories start straight */
   double common_error;            /* share of n that an error common to all updates makes: part of its standard deviation */
-  double change_after;            /* s: an n that moves within it by more than */
-  double change_sigmas;           /* so many of its standard deviations before belongs to another soil, and gets */
-  double change_std;              /* so much more standard deviation */
+  double change_after;            /* s: where the innovations of up to so long say by more than */
+  double change_sigmas;           /* so many standard deviations that n has jumped, it is put there, */
+  double change_std;              /* and gets so much more standard deviation; jumps are about so large, */
+  double change_error;            /* and what is measured of one has this error beside its own */
 } softsoil_options_t;
 
 /* The filter. The caller owns it; sizeof(softsoil_t) is all the memory there is. Read what you like, write nothing. */
@@ -112,7 +113,7 @@ typedef struct {
   uint32_t predictions, updates;          /* calls that did something */
   int32_t standstill, reversing, started; /* 1 or 0 */
   uint32_t flags;                         /* enum softsoil_flag */
-  int32_t n_past, next_past;              /* of `past` */
+  int32_t n_past, next_past;              /* of the past times */
   int32_t gated_run[SOFTSOIL_N_Y];        /* how often in a row a measurement was outside the gate; its sign is the side */
   double t;                               /* s, time of the estimate */
   double last_dt;                         /* s, of the last prediction */
@@ -131,9 +132,9 @@ typedef struct {
   double u[SOFTSOIL_N_U];                 /* last good inputs */
   double u_full[SOFTSOIL_N_U_FULL];       /* with what histories provide */
   double t_y[SOFTSOIL_N_Y];               /* s, time stamp of each measurement's last use */
-  double settled, keep_at;                /* s: n is compared with its past from then on; its next past value is due */
-  double past[SOFTSOIL_PAST][SOFTSOIL_N_SOIL]; /* ring of past values of n, */
-  double past_std[SOFTSOIL_PAST][SOFTSOIL_N_SOIL]; /* and of its standard deviations */
+  double keep_at;                         /* s: the next past time is due */
+  double past_score[SOFTSOIL_N_SOIL][SOFTSOIL_PAST]; /* ring of what is said of a jump since each past time, */
+  double past_information[SOFTSOIL_N_SOIL][SOFTSOIL_PAST]; /* and how well */
   double drift;                           /* largest sum of corrections to one side over its limit: above 1 is an alarm */
   int32_t drift_channel, unused;          /* which it is, enum softsoil_drift */
   double run_in_to;                       /* s: histories are wrong until then */

@@ -14,7 +14,7 @@
 /* Rows of matrices end in zeros, so that whole vectors fit. */
 #define WIDE ((N + 7) / 8 * 8)
 #define WIDE_Y ((NY + 7) / 8 * 8)
-#define MAGIC 0x98257ccfu
+#define MAGIC 0xd0ce661eu
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
@@ -194,7 +194,7 @@ int softsoil_defaults(softsoil_options_t *options) {
   static const softsoil_options_t declared = {
       {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7335, 0.524, 0.0, -0.2, 0.921, 0.958, -0.1667, 0.965, 0.953, 0.095, 25.1}, {0.02, 0.02, 0.002, 0.04, 0.015, 0.05, 0.003}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0},
       12, 2, {0.0, 0.0, 0.0, 0.0, 0.015, 0.024}, {0.0, 0.0, 0.0, 0.0, 2.0, 3.0, 0.0}, 1.5,
-      0.6, 0.02, 5.0, 1.2, 0.15};
+      0.6, 0.02, 5.0, 3.0, 0.2, 0.02};
   if (!options) return SOFTSOIL_NULL_POINTER;
   *options = declared;
   return SOFTSOIL_OK;
@@ -213,7 +213,7 @@ static int options_are_good(const softsoil_options_t *o) {
          o->standstill_speed >= 0.0 && isfinite(o->standstill_speed) && o->gate_patience >= 0 &&
          o->gate_patience_rates >= 0 && positive(o->miss_std, NY, 0.0) && positive(o->kick_std, N, 0.0) && o->fastest > 0.0 &&
          positive(&o->run_in, 1, 0.0) && positive(&o->common_error, 1, 0.0) && positive(&o->change_after, 1, 1e-3) &&
-         o->change_sigmas > 0.0 && positive(&o->change_std, 1, 0.0);
+         o->change_sigmas > 0.0 && positive(&o->change_std, 1, 0.0) && positive(&o->change_error, 1, 0.0);
 }
 
 int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double x0[SOFTSOIL_N_X],
@@ -593,6 +593,7 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
   softsoil_prediction_t z;
   int32_t use[NY];
   double safe[NY], before[N], away[N] = {0.0}, more[N] = {0.0};
+  double score[SOFTSOIL_N_SOIL] = {0.0}, information[SOFTSOIL_N_SOIL] = {0.0};
   int32_t some = 0;
   if (!s || !y) return SOFTSOIL_NULL_POINTER;
   if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
@@ -613,6 +614,7 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
   if (!predict_measurement(s, safe, &z)) return graver(status, count(s, SOFTSOIL_NUMERICAL));
   const int jumped = gate(s, use, away, more, &status);
   memcpy(before, s->x, sizeof before);
+  if (!hold && !kicked(s)) evidence_of_soil(s, softsoil_order, use, score, information);
   correct(s, &z, use, hold);
   /* What is corrected while the steering kicks is no drift: velocities follow their sensors. */
   if (s->dof > 0 && !hold && !kicked(s) && drifts(s, before)) {
@@ -626,7 +628,7 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
   if (jumped) open_states(s, more, 1);
   if (s->dof > 0 && !hold) {
     memset(more, 0, sizeof more);
-    if (soil_has_changed(s, more)) {
+    if (soil_has_changed(s, score, information, lower, upper, more)) {
       open_states(s, more, 0);
       s->flags |= SOFTSOIL_FLAG_SOIL_CHANGED;
       status = graver(status, count(s, SOFTSOIL_SOIL_CHANGED));

@@ -18,8 +18,7 @@ static const int32_t softsoil_is_pose[SOFTSOIL_N_Y] = {1, 1, 1, 0, 0, 0};
 /* A new drive, or the same soil after a restart: what is remembered of n is left behind, for `settling` seconds. */
 static void forget_soil(softsoil_t *s, double settling) {
   s->n_past = s->next_past = 0;
-  s->settled = s->t + settling;
-  s->keep_at = s->t;
+  s->keep_at = s->t + settling;
 }
 
 /* A measurement outside the gate: whether it has been there, to the same side, for as long as the patience lasts. */
@@ -33,31 +32,66 @@ static int is_a_jump(softsoil_t *s, int i) {
   return 1;
 }
 
-/* Whether n has moved by more within change_after than was left open about it, so that it is another soil's; variance to be added to each state in `more`. */
-static int soil_has_changed(softsoil_t *s, double more[SOFTSOIL_N_X]) {
-  const double every = s->options.change_after / SOFTSOIL_PAST;
-  int changed = 0;
-  if (s->n_past == SOFTSOIL_PAST && s->t > s->settled + CLOCK_SLACK) {
-    for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) {
-      const int at = softsoil_soil[i];
-      /* The ring is full: the next place to write holds the oldest. */
-      if (fabs(s->x[at] - s->past[s->next_past][i]) > s->options.change_sigmas * s->past_std[s->next_past][i]) {
-        more[at] += s->options.change_std * s->options.change_std;
-        changed = 1;
-      }
+/* What an update's innovations say of n having jumped: score N and information M of each soil state, from the factor and the
+ * innovations as they were before the correction. An n that is wrong by D moves the innovation of measurement i by H_i D,
+ * H_i = P_in / P_nn, and what a right model always misses of a measurement is the same before a change and after. */
+static void evidence_of_soil(const softsoil_t *s, const int order[SOFTSOIL_N_X], const int32_t *use,
+                             double score[SOFTSOIL_N_SOIL], double information[SOFTSOIL_N_SOIL]) {
+  int row[SOFTSOIL_N_X];
+  for (int i = 0; i < SOFTSOIL_N_X; ++i) row[order[i]] = i;
+  for (int j = 0; j < SOFTSOIL_N_SOIL; ++j) {
+    const double *own = s->root[row[softsoil_soil[j]]];
+    double known = 0.0;
+    for (int k = 0; k < SOFTSOIL_N_X; ++k) known += own[k] * own[k];
+    score[j] = information[j] = 0.0;
+    for (int i = 0; i < SOFTSOIL_N_Y; ++i) {
+      if (!use[i] || softsoil_measured[i] < 0 || !(known > 0.0)) continue;
+      const double *other = s->root[row[softsoil_measured[i]]], miss = s->options.miss_std[i];
+      const double variance = s->innovation_std[i] * s->innovation_std[i] - miss * miss;
+      const double most = 2.0 * sqrt(variance), away = s->innovation[i];
+      double share = 0.0;
+      for (int k = 0; k < SOFTSOIL_N_X; ++k) share += own[k] * other[k];
+      share /= known;
+      score[j] += share * (away > most ? most : away < -most ? -most : away) / variance;
+      information[j] += share * share / variance;
     }
-    if (changed) forget_soil(s, s->options.change_after);
   }
+}
+
+/* Whether n has jumped: generalised likelihood ratio of a jump at each past time (Willsky and Jones, IEEE Trans. Automatic Control
+ * 21, 1976) against none. Each n that has is put where it is said to be, and `more` is the variance to be added to it. */
+static int soil_has_changed(softsoil_t *s, const double score[SOFTSOIL_N_SOIL], const double information[SOFTSOIL_N_SOIL],
+                            const double lower[SOFTSOIL_N_X], const double upper[SOFTSOIL_N_X], double more[SOFTSOIL_N_X]) {
+  const double every = s->options.change_after / SOFTSOIL_PAST, limit = s->options.change_sigmas * s->options.change_sigmas;
+  const double jump = s->options.change_std * s->options.change_std, error = s->options.change_error * s->options.change_error;
+  int changed = 0;
   if (s->t > s->keep_at - CLOCK_SLACK) {
-    for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) {
-      const int at = softsoil_soil[i];
-      s->past[s->next_past][i] = s->x[at];
-      s->past_std[s->next_past][i] = sqrt(s->std[at] * s->std[at] + more[at]);
-    }
+    for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) s->past_score[i][s->next_past] = s->past_information[i][s->next_past] = 0.0;
     s->next_past = (s->next_past + 1) % SOFTSOIL_PAST;
     s->n_past += s->n_past < SOFTSOIL_PAST;
     s->keep_at = (s->keep_at > s->t - every ? s->keep_at : s->t - every) + every;
   }
+  for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) {
+    const int at = softsoil_soil[i];
+    double *n = s->past_score[i], *m = s->past_information[i], best = limit, away = 0.0;
+    for (int k = 0; k < s->n_past; ++k) {
+      n[k] += score[i];
+      m[k] += information[i];
+    }
+    for (int k = 0; k < s->n_past; ++k) {
+      const double spread = 1.0 + (error + jump) * m[k], least = (1.0 + error * m[k]) * spread, most = n[k] * n[k] * jump;
+      if (!(most > best * least)) continue;
+      best = most / least;
+      away = jump * n[k] / spread;
+    }
+    if (best > limit) {
+      const double moved = s->x[at] + away;
+      s->x[at] = moved < lower[at] ? lower[at] : moved > upper[at] ? upper[at] : moved;
+      more[at] += jump;
+      changed = 1;
+    }
+  }
+  if (changed) forget_soil(s, s->options.change_after);
   return changed;
 }
 
