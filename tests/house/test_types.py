@@ -27,6 +27,8 @@ def test_what_is_seeded_fails(tmp_path):
     shutil.copy(PROJECT / "pyproject.toml", tmp_path)
     for folder in ("softsoil", "benchmarks", *ROOMS):
         shutil.copytree(PROJECT / folder, tmp_path / folder, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
+    if (PROJECT / ".mypy_cache").is_dir():  # what mypy knows of the rest
+        shutil.copytree(PROJECT / ".mypy_cache", tmp_path / ".mypy_cache")
     (tmp_path / "files" / "seeded.py").write_text(SEEDED, encoding="utf-8")
     (tmp_path / "benchmarks" / "seeded.py").write_text(MISSING, encoding="utf-8")
     # As `make test` calls it, in a folder of its own: without arguments, by the configuration alone.
