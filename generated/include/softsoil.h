@@ -46,7 +46,7 @@ enum softsoil_status {
   SOFTSOIL_INPUT_OUT_OF_RANGE, /* an input beyond reason was replaced by its last good value */
   SOFTSOIL_INPUT_NOT_FINITE, /* an input that is not a finite number was replaced by its last good value */
   SOFTSOIL_GATE_REOPENED, /* a measurement was outside the gate for so long that it is believed: its state was put where it is */
-  SOFTSOIL_SOIL_CHANGED, /* n has moved so far that another soil is taken to be there: n was made uncertain */
+  SOFTSOIL_SOIL_CHANGED, /* innovations say that n has jumped, the soil is another one: n was put there and made uncertain */
   SOFTSOIL_DRIFT, /* corrections go to one side for longer than a right model's do: see drift and drift_channel */
   SOFTSOIL_INCONSISTENT, /* measurements are further from their predictions than noise explains: wrong soil, vehicle or noise */
   SOFTSOIL_NUMERICAL, /* the model had no finite answer: the last estimate was kept */

@@ -55,7 +55,7 @@ const char *softsoil_status_text(int status) {
     case SOFTSOIL_GATE_REOPENED:
       return "a measurement was outside the gate for so long that it is believed: its state was put where it is";
     case SOFTSOIL_SOIL_CHANGED:
-      return "n has moved so far that another soil is taken to be there: n was made uncertain";
+      return "innovations say that n has jumped, the soil is another one: n was put there and made uncertain";
     case SOFTSOIL_DRIFT:
       return "corrections go to one side for longer than a right model's do: see drift and drift_channel";
     case SOFTSOIL_INCONSISTENT:
