@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from softsoil.recording.check_words import Check
-from softsoil.recording.drive import WHEEL_CHANNELS, Array
-from softsoil.recording.evidence import Motion, interpolated, regress
+from softsoil.recording.drive import WHEEL_CHANNELS
+from softsoil.recording.evidence import Motion, interpolated, noise_of, regress
 from softsoil.recording.geometry import Geometry
 
 EXPECTED = "a speed over ground, which wheels that drive or brake slip against"
@@ -41,8 +41,8 @@ def speed_checks(m: Motion, geometry: Geometry) -> list[Check]:
         if line.std[0] < SURE and abs(line.value[0]) < LEAST_SLIP:
             return [_odometry(found)]
     for name, mean in (("all wheels", every), ("the rear wheels", rear), ("the front wheels", front * np.cos(steer))):
-        own, shared = _noise(u), _noise(u - mean)
-        if own > NOISY and shared < SHARED * min(own, _noise(mean)):
+        own, shared = noise_of(u), noise_of(u - mean)
+        if own > NOISY and shared < SHARED * min(own, noise_of(mean)):
             return [_odometry(f"the noise of the mean of {name} in it, to {100 * shared / own:.0f} %")]
     return [Check("speed_source", "u", True, found, EXPECTED)] if found else []
 
@@ -50,10 +50,3 @@ def speed_checks(m: Motion, geometry: Geometry) -> list[Check]:
 def _odometry(found: str) -> Check:
     cure = "is u made of the wheel speeds? It hides the slip, and n comes out wrong: map a speed of GPS, radar, camera or an INS"
     return Check("speed_source", "u", False, found, EXPECTED, cure)
-
-
-def _noise(values: Array) -> float:
-    """Standard deviation of the noise of values (N,), from third differences."""
-    third = np.diff(values, n=3)
-    third = third[np.isfinite(third)]
-    return 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20) if len(third) else 0.0

@@ -167,11 +167,7 @@ class Motion:
 
     def mean_noise(self, name: str) -> float:
         """Variance that sensor noise makes of the mean of the channel called `name` over a window, from third differences."""
-        values = self.channel(name)
-        values = values[np.isfinite(values)]
-        if len(values) < 8:
-            return 0.0
-        return (1.4826 * float(np.median(np.abs(np.diff(values, n=3))))) ** 2 / 20 / self.size
+        return noise_of(self.channel(name)) ** 2 / self.size
 
     def integral(self, rate: Array) -> Array:
         """(N,) integral of rate (N,) from the start; short gaps are bridged, windows inside long ones stay NaN."""
@@ -192,6 +188,15 @@ class Motion:
     def driven(self, values: Array) -> Array:
         """values (windows,) with NaN where the vehicle does not drive."""
         return np.where(self.driving, values, np.nan)
+
+
+def noise_of(values: Array) -> float:
+    """Standard deviation of the white noise in values (N,), robust, from third differences; 0 with too few values.
+
+    A smooth signal sampled finely has third differences of its noise only: their standard deviation is sqrt(20) sigma.
+    """
+    values = values[np.isfinite(values)]  # of a channel slower than the clock, its own samples
+    return 1.4826 * float(np.median(np.abs(np.diff(values, n=3)))) / np.sqrt(20) if len(values) > 3 else 0.0
 
 
 def interpolated(values: Array, reach: int) -> Array:

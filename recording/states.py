@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softsoil.recording.drive import STATE_CHANNELS, Array, Recording
+from softsoil.recording.evidence import noise_of
 
 
 def measured_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
@@ -28,14 +29,6 @@ def known_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) 
 
 
 def sensor_std(recording: Recording, floor: Array, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
-    """(n,) noise of each channel, from its third differences (robust), at least `floor` (n,).
-
-    A smooth signal sampled finely has third differences of its noise only: their standard deviation is sqrt(20) sigma.
-    """
+    """(n,) noise of each channel, at least `floor` (n,)."""
     states = measured_states(recording, names)
-    spread = np.zeros(len(names))
-    for i in range(len(names)):
-        values = states[np.isfinite(states[:, i]), i]  # of a channel slower than the clock, its own samples
-        if len(values) > 3:
-            spread[i] = 1.4826 * np.median(np.abs(np.diff(values, n=3))) / np.sqrt(20)
-    return np.maximum(spread, floor)
+    return np.maximum([noise_of(states[:, i]) for i in range(len(names))], floor)
