@@ -64,7 +64,7 @@ def main() -> None:
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number of the filter")
     options = parser.parse_args()
     tuning, cases = changed(options.set), [drawn(index, options.seed) for index in range(options.drives)]
-    groups = {"plant": [(case, index) for index, case in enumerate(cases)]}
+    groups = {"plant": [(case, index) for index, case in enumerate(cases)]} if cases else {}
     if options.data is not None:
         groups["shared"] = shared(options.data, slice(options.half, None, None if options.half is None else 2))
     for noise in options.noise:

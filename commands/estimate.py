@@ -97,8 +97,10 @@ def _windows(found: TerrainEstimate) -> dict | None:
 
 
 NEXT = {
-    "inconsistent": "softsoil refine, with the same log, vehicle and soil, names what the model or a channel lacks",
-    "axles_disagree": "softsoil refine, with the same log, vehicle and soil, names what the model or a channel lacks",
+    **dict.fromkeys(
+        ("inconsistent", "axles_disagree"),
+        "softsoil refine, with the same log, vehicle and soil, names what the model or a channel lacks",
+    ),
     "no_soil": "softsoil refine --law hard_ground fits friction and tread",
 }
 """Verdict -> the command that answers it."""

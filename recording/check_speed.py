@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softsoil.recording.check_words import Check
-from softsoil.recording.drive import WHEEL_CHANNELS
+from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.evidence import Motion, interpolated, noise_of, regress
 from softsoil.recording.geometry import Geometry
 
@@ -45,6 +45,11 @@ def speed_checks(m: Motion, geometry: Geometry) -> list[Check]:
         if own > NOISY and shared < SHARED * min(own, noise_of(mean)):
             return [_odometry(f"the noise of the mean of {name} in it, to {100 * shared / own:.0f} %")]
     return [Check("speed_source", "u", True, found, EXPECTED)] if found else []
+
+
+def over_ground(recording: Recording, geometry: Geometry) -> bool:
+    """Whether u is no wheel odometry, as far as the log shows; geometry: radius of the wheels (m)."""
+    return all(check.passed for check in speed_checks(Motion.of(recording), geometry))
 
 
 def _odometry(found: str) -> Check:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.recording.check_speed import over_ground
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
 from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated
@@ -69,7 +70,7 @@ def time_offsets(recording: Recording, geometry: Geometry) -> tuple[Offset, ...]
     c = _Clocked.of(recording)
     found = [
         _rate_of_heading(c),
-        _speed(c),
+        _speed(c) if over_ground(recording, geometry) else None,  # wheel odometry departs from the accelerometer by its slip
         _wheels(c, geometry),
         _position(c, geometry),
         _steering(c, geometry),
