@@ -48,7 +48,7 @@ def main() -> None:
     for seed in range(asked.first, asked.first + asked.seeds):
         case, file = case_of(seed), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
-        vehicle = load_vehicle(file) if asked.again else _identified(case, file)
+        vehicle = load_vehicle(file) if asked.again else identified(case, file)
         off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
         inertias.append(off)
         rolls = 100 * (vehicle.radius / case.drawn.measured["radius"] - 1)
@@ -80,7 +80,8 @@ def _words(case: Case) -> str:
     )
 
 
-def _identified(case: Case, file: Path) -> Vehicle:
+def identified(case: Case, file: Path) -> Vehicle:
+    """What `identify` makes of a case's logs, written to a file; n of the logs is printed."""
     began = time.perf_counter()
     logs = [log_of(case, kind, number) for number, kind in enumerate(FIT)]
     drives = [add_noise(log.drive, "good", 100 * case.seed + i) for i, log in enumerate(logs)]

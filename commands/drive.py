@@ -32,6 +32,7 @@ from softsoil.files.package_data import PLANT_VEHICLE, plant_file
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
 from softsoil.mpc_demo.scenarios import Scenario, scenarios, size_of
+from softsoil.plant.drawn_vehicle import DrawnVehicle
 from softsoil.plant.machine import load_plant_vehicle
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -128,14 +129,17 @@ def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, 
 
 
 def loop_for(
-    declared: Declaration, converged: bool = False, hessian: str | None = None, noisy: str = "states"
+    declared: Declaration, converged: bool = False, hessian: str | None = None, noisy: str = "states",
+    drawn: DrawnVehicle | None = None,
 ) -> ClosedLoop:  # fmt: skip
     """Loop, solver and judge of n for a declared model; converged: iterate every solve to convergence; hessian: of `Nmpc`;
-    noisy: of `ClosedLoop`. The plant's vehicle is the one of `plant_file`."""
+    noisy: of `ClosedLoop`; drawn: the plant's vehicle, default the one of `plant_file`."""
     ocp = Ocp(declared.build(), declared.vehicle)
-    machine = load_plant_vehicle(plant_file(declared.vehicle.name, declared.vehicle.source))
     solver = Nmpc(ocp, "converged" if converged else "rti", hessian=hessian)
     judge = LiveHorizon(declared, DriverSettings().sensor_std)
+    if drawn is not None:
+        return ClosedLoop(ocp, solver, machine=drawn.vehicle, noisy=noisy, judge=judge, spacing=drawn.spacing)
+    machine = load_plant_vehicle(plant_file(declared.vehicle.name, declared.vehicle.source))
     return ClosedLoop(ocp, solver, machine=machine, noisy=noisy, judge=judge)
 
 

@@ -22,7 +22,7 @@ from softsoil.mpc_demo.closed_loop_parts import TICK, Faults, NoisySensors
 from softsoil.mpc_demo.scenarios import Scenario
 from softsoil.plant.machine import PlantVehicle
 from softsoil.plant.start import Start
-from softsoil.plant.world import Plant, Sample
+from softsoil.plant.world import SPACING, Plant, Sample
 from softsoil.recording.drive import STATE_CHANNELS
 
 Array = NDArray[np.float64]
@@ -112,15 +112,16 @@ class ClosedLoop:
 
     ocp: the problem; solver: of it, shared between runs; wall: a plan is followed from as many ticks on as its solve took, at
     least one; else always from the next tick on, which makes runs repeat to the bit; tuning: of the estimator; machine: the
-    plant's vehicle, default the reference vehicle; noisy: which sensors are, of SENSORS; judge: the verdict on an estimated n,
-    default none.
+    plant's vehicle, default the reference vehicle; spacing: of its soil's grid (m); noisy: which sensors are, of SENSORS;
+    judge: the verdict on an estimated n, default none.
     """
 
     def __init__(
         self, ocp: Ocp, solver: Nmpc, wall: bool = True, tuning: Tuning | None = None, machine: PlantVehicle | None = None,
-        noisy: str = "states", judge: Judge | None = None,
+        noisy: str = "states", judge: Judge | None = None, spacing: float = SPACING,
     ) -> None:  # fmt: skip
         self.ocp, self.solver, self.machine, self.noisy, self.judge = ocp, solver, machine, noisy, judge
+        self.spacing = spacing
         self.settings = DriverSettings(tick=TICK, plan_every=EVERY, wall=wall)
         self.estimator = LiveEstimator(ocp.model, self.settings.sensor_std, tuning, TICK)
 
@@ -144,7 +145,8 @@ class _Run:
     def __init__(self, loop: ClosedLoop, scenario: Scenario, controller: str, sensors: NoisySensors, disturb) -> None:
         self.scenario, self.controller, self.sensors, self.ocp = scenario, controller, sensors, loop.ocp
         x, y, psi = scenario.path.at(np.zeros(1))[0]
-        self.plant = Plant(scenario.soil, vehicle=loop.machine, start=Start(x=x, y=y, psi=psi, u=scenario.speed))
+        start = Start(x=x, y=y, psi=psi, u=scenario.speed)
+        self.plant = Plant(scenario.soil, vehicle=loop.machine, start=start, spacing=loop.spacing)
         learn = controller == "n_estimated"
         solver: Any = loop.solver if disturb is None else FailingSolver(loop.solver, disturb)
         self.driver = Driver(
