@@ -91,9 +91,13 @@ def as_json(found: TerrainEstimate) -> dict:
 
 
 def _windows(found: TerrainEstimate) -> dict | None:
-    """n by windows with free initial states, which the verdict rests on: per axle or one for both; None without windows."""
+    """What the verdict rests on, from windows with free initial states: n per axle or one for both, and the yaw inertia that the
+    drive asks for as a share of the declared one; None without windows."""
     evidence = None if found.verdict is None else found.verdict.evidence
-    return None if evidence is None else {"n": evidence.n, "std": evidence.std}
+    if evidence is None:
+        return None
+    inertia = {"share": 1.0 + evidence.inertia, "std": evidence.inertia_std}
+    return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia}
 
 
 NEXT = {

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import FreeWindows
+from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.moving_horizon import LEAST_CURVATURE, HorizonRules, MovingHorizon, exponents
 from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
@@ -33,7 +34,8 @@ class Evidence:
     n, std: at the end of the drive, from windows, per axle or one for both; information_std: of n by sensor noise and model
     error alone, without the initial guess; by_guess: final n from each initial guess (G, A); n_axles, axles_std (2,): n of the
     front and of the rear axle, fitted separately; unexplained, unexplained_std: mean square that the model leaves of each
-    lateral channel beyond sensor noise, as a share of the channel's own variance, and its standard error; motion: root mean
+    lateral channel beyond sensor noise, as a share of the channel's own variance, and its standard error; inertia, inertia_std:
+    share by which the drive would have the yaw inertia larger than declared, and its standard deviation; motion: root mean
     square lateral specific force u omega_z (m/s^2); windows: how many.
     """
 
@@ -45,6 +47,8 @@ class Evidence:
     axles_std: Array
     unexplained: dict[str, float]
     unexplained_std: dict[str, float]
+    inertia: float
+    inertia_std: float
     motion: float
     windows: int
 
@@ -66,10 +70,11 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     information = np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
     axles, axles_std = _by_axle(windows, first, tied, rules)
     unexplained, unexplained_std = _unexplained(windows, first)
+    inertia, inertia_std = inertia_error(windows, first)
     speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
     return Evidence(
         n, std, information, np.array([run.n for run in runs]), axles, axles_std, unexplained, unexplained_std,
-        float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows),
+        inertia, inertia_std, float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows),
     )  # fmt: skip
 
 

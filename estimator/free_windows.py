@@ -110,6 +110,10 @@ class FreeWindows:
         """Let histories run along the smoothed record again."""
         self._along = np.column_stack([self.drive.smooth, np.tile(self.compiled.extra, (len(self.drive.t), 1))])
 
+    def along(self, rows: NDArray[np.int_]) -> Array:
+        """(R, n_x) states at the `rows` (R,) of the drive as estimated so far."""
+        return self._along[rows].copy()
+
     @property
     def first(self) -> Array:
         """(W, 6) initial states of the windows as estimated so far."""
@@ -184,7 +188,7 @@ class FreeWindows:
         error[..., PSI] = np.angle(np.exp(1j * error[..., PSI]))
         return np.nan_to_num(error / self.sigma).reshape(len(error), -1)
 
-    def _memories(self, p: Array, rows: NDArray[np.int_]) -> Array:
+    def memories(self, p: Array, rows: NDArray[np.int_]) -> Array:
         """(K, W, n_m) histories at the `rows` (W,) for parameters p (K, n_p)."""
         begin, end = max(int(rows[0]) - self._before, 0), int(rows[-1]) + 1
         states, inputs = self._along[begin:end], self.drive.inputs[begin:end]
@@ -195,7 +199,7 @@ class FreeWindows:
         self, p: Array, x0: Array, which: Windows, sets: NDArray[np.int_] | None = None, memory: Array | None = None
     ) -> Array:
         """(S, W, steps + 1, 12) outputs and states of the windows `which` for x0 (S, W, 6) with the parameters p[sets]."""
-        memory = self._memories(p, self.rows[which]) if memory is None else memory
+        memory = self.memories(p, self.rows[which]) if memory is None else memory
         if sets is not None:
             p, memory = p[sets], memory[sets]
         inputs = self._inputs[which]

@@ -36,9 +36,10 @@ class VerdictRules:
     bound of n within which it is one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard
     deviations, from which they disagree;
     unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right model leaves at most;
-    unexplained_sigmas: standard errors beyond that by which it must be exceeded; least_motion: root mean square lateral
-    specific force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard
-    ground fits better than soil, by `road_sigmas` standard errors, was on hard ground.
+    unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia, inertia_sigmas: share by which the
+    drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; least_motion: root
+    mean square lateral specific force (m/s^2) below which nothing is said of the model; road: coefficient of friction from
+    which a drive that hard ground fits better than soil, by `road_sigmas` standard errors, was on hard ground.
     """
 
     excited: float = 0.05
@@ -48,6 +49,8 @@ class VerdictRules:
     apart_sigmas: float = 2.5
     unexplained: tuple[tuple[str, float], ...] = (("omega_z", 0.022), ("v", 0.10))
     unexplained_sigmas: float = 2.0
+    inertia: float = 0.12
+    inertia_sigmas: float = 3.0
     least_motion: float = 0.2
     road: float = 0.4
     road_sigmas: float = 1.0
@@ -120,7 +123,7 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    for check in (_consistent, _excited, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree):
+    for check in (_consistent, _as_heavy_to_turn, _excited, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree):
         found = check(evidence, n, others, rules)
         if found is not None:
             return Verdict(*found, evidence)
@@ -146,8 +149,22 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
             return "inconsistent", (
                 f"the model leaves {low:.1f} to {high:.1f} % of the {what}'s motion unexplained beyond sensor noise, a right one "
                 f"at most {100 * limit:.1f} %: another vehicle, soil class or effect, or a wrong channel"
+                + (f"; of yaw inertias, {said}" if (said := _inertia(e, rules)) else "")
             )
     return None
+
+
+def _as_heavy_to_turn(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    said = _inertia(e, rules)
+    return ("inconsistent", f"the drive contradicts the declared yaw inertia: {said}") if said else None
+
+
+def _inertia(e: Evidence, rules: VerdictRules) -> str:
+    """Which yaw inertia the drive asks for, where that is not the declared one; else nothing."""
+    if e.motion < rules.least_motion or abs(e.inertia) < max(rules.inertia, rules.inertia_sigmas * e.inertia_std):
+        return ""
+    size, std = 100 * abs(e.inertia), max(100 * e.inertia_std, 1.0)
+    return f"one {size:.0f} ± {std:.0f} % {'larger' if e.inertia > 0 else 'smaller'} leaves less"
 
 
 def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:

@@ -116,7 +116,7 @@ def test_an_unknown_method_is_refused(noisy):
 EVIDENCE = Evidence(
     n=np.array([0.5]), std=np.array([0.02]), information_std=np.array([0.01]), by_guess=np.array([[0.5], [0.49], [0.51]]),
     n_axles=np.array([0.5, 0.5]), axles_std=np.array([0.01, 0.01]), unexplained={"v": 0.0, "omega_z": 1e-4},
-    unexplained_std={"v": 0.01, "omega_z": 1e-5}, motion=2.0, windows=30,
+    unexplained_std={"v": 0.01, "omega_z": 1e-5}, inertia=0.05, inertia_std=0.01, motion=2.0, windows=30,
 )  # fmt: skip
 
 
@@ -133,6 +133,8 @@ EVIDENCE = Evidence(
         ({}, 0.5, (0.7,), "depends_on_first_guess"),
         ({}, 0.6, (), "inconsistent"),
         ({"n_axles": np.array([0.4, 0.6])}, 0.5, (), "axles_disagree"),
+        ({"inertia": -0.2}, 0.5, (), "inconsistent"),
+        ({"inertia": -0.2, "inertia_std": 0.1}, 0.5, (), "identified"),
     ],
 )
 def test_each_word_has_its_evidence(changes, n, others, word):
