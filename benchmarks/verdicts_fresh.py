@@ -38,10 +38,12 @@ from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 RIGHT = 0.10
 """Share of the true n within which an estimate is right."""
+SHORT = "first 5 s"
+"""Drives too short to identify much, whatever else is right."""
 KINDS = (
     "nominal", "straight", "nominal", "standing", "nominal", "crawling", "nominal", "hard ground", "nominal", "inertia x 1.4",
     "nominal", "inertia x 0.65", "nominal", "soil class", "nominal", "sign", "nominal", "effect", "nominal", "soil change",
-    "nominal", "first 5 s",
+    "nominal", SHORT,
 )  # fmt: skip
 NO_N = ("straight", "standing", "hard ground")
 """Kinds of drives that no n can be known of."""
@@ -110,10 +112,17 @@ def report(done: list[Mapping[str, Any]]) -> None:
         counts.setdefault(one["kind"], Counter())[f"{one['word']}, {'right' if one['right'] else 'wrong'}"] += 1
     for name, counter in counts.items():
         print(f"{name:15s} " + "; ".join(f"{key} {value}" for key, value in sorted(counter.items())))
+    whole = [one for one in done if one["kind"] != SHORT]
     for right, text in ((True, "within 10 %"), (False, "not within 10 %")):
-        of = [one for one in done if one["right"] is right]
-        said = sum(one["word"] == "identified" for one in of)
-        print(f'"identified" said of {said} of {len(of)} estimates {text} ({100 * said / max(len(of), 1):.0f} %)')
+        said, of = _identified(done, right)
+        of_whole = "{} of {}".format(*_identified(whole, right))
+        print(f'"identified" said of {said} of {of} estimates {text} ({100 * said / max(of, 1):.0f} %); without {SHORT}: {of_whole}')
+
+
+def _identified(done: list[Mapping[str, Any]], right: bool) -> tuple[int, int]:
+    """How often "identified" is said, and of how many, where n is within 10 % (`right`) or is not."""
+    of = [one for one in done if one["right"] is right]
+    return sum(one["word"] == "identified" for one in of), len(of)
 
 
 def draw(kind: str, rng: np.random.Generator, seed: int) -> Case:
@@ -153,7 +162,7 @@ def draw(kind: str, rng: np.random.Generator, seed: int) -> Case:
         ground, heading = SoilField.change_at(soil, soil.with_(n=after), 60.0), 0.1 * heading
         about += f" to {after:.2f}"
         n = after
-    elif kind == "first 5 s":
+    elif kind == SHORT:
         seconds = 7.0
     kept: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in sensors.items()}
     drive = simulate(
