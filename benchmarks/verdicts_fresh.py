@@ -115,8 +115,8 @@ def report(done: list[Mapping[str, Any]]) -> None:
     whole = [one for one in done if one["kind"] != SHORT]
     for right, text in ((True, "within 10 %"), (False, "not within 10 %")):
         said, of = _identified(done, right)
-        of_whole = "{} of {}".format(*_identified(whole, right))
-        print(f'"identified" said of {said} of {of} estimates {text} ({100 * said / max(of, 1):.0f} %); without {SHORT}: {of_whole}')
+        rest = "{} of {}".format(*_identified(whole, right))
+        print(f'"identified" said of {said} of {of} estimates {text} ({100 * said / max(of, 1):.0f} %); without {SHORT}: {rest}')
 
 
 def _identified(done: list[Mapping[str, Any]], right: bool) -> tuple[int, int]:
