@@ -51,7 +51,7 @@ def identify(
         >>> import softsoil
         >>> known = {"mass": 1378.3, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.3302, "width": 0.212}
         >>> known["simulator"] = {**softsoil.load_vehicle("reference").simulator, "contact_search": 0.0018}
-        >>> multi, lock, _ = softsoil.example_logs()
+        >>> multi, lock, _ = (softsoil.read_drive(log).between(0.0, 15.0) for log in softsoil.example_logs())
         >>> found = softsoil.identify([lock, multi], softsoil.load_soil("clay"), known)
         >>> found.verdict, found.judged.log
         ('needs_data', 'multi_clay_n0.50')
