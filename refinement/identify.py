@@ -77,6 +77,7 @@ def identify(
     # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
     vehicle = vehicle_of(known, state.values, {name: found.std * alone.get(name, 1.0) for name, found in numbers.items()})
+    vehicle = vehicle.with_(n_error=n_error(state.n, state.n_std))
     verdict, reason = _verdict(state, numbers, fitted, had, rules)
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
     return Identification(
@@ -107,6 +108,14 @@ class _State:
     costs: Values
     contradictions: tuple[Contradiction, ...]
     errors: Errors
+
+
+def n_error(n: Sequence[float], std: Sequence[float]) -> float:
+    """Error of n that an identified vehicle makes in all drives alike, as a share: root mean square of those of its own drives.
+
+    n, std: of the drives of its fit.
+    """
+    return float(np.clip(np.sqrt(np.mean((np.array(std) / np.array(n)) ** 2)), 0.0, 1.0))
 
 
 def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
