@@ -218,7 +218,7 @@ def by_rolling(known: Known, values: Mapping[str, float], errors: Errors, rules:
     own = float(np.hypot(errors.std["radius"], ROLLING_ERROR * given))
     off = values["radius"] - rolls
     sigmas = float(abs(off) / np.hypot(own, std))
-    if sigmas < rules.contradicted_motion or abs(off) < rules.material * given:
+    if sigmas < rules.contradicted_rolling or abs(off) < rules.material * given:
         return None
     return Contradiction("radius", given, given + off, own, sigmas, "the speeds that its wheels roll at")
 

@@ -95,7 +95,7 @@ def test_a_radius_that_does_not_roll_is_contradicted(share, said):
     contradiction = by_rolling(KNOWN, {"radius": share * 0.33}, errors, RULES)
     assert (contradiction is not None) == said
     if said:
-        assert contradiction.value == pytest.approx(share * 0.33) and contradiction.sigmas > RULES.contradicted_motion
+        assert contradiction.value == pytest.approx(share * 0.33) and contradiction.sigmas > RULES.contradicted_rolling
     rough = known_from_table({**NUMBERS_GIVEN, "simulator": {"contact_search": 0.0033}}, "car.toml", "car")
     assert by_rolling(rough, {"radius": 1.01 * 0.33}, errors, RULES) is None, "the search makes up for it"
 
