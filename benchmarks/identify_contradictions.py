@@ -105,7 +105,9 @@ def main() -> None:
 def print_place(seeds: Sequence[int]) -> None:
     """Print how often l_f by position against course contradicts a right one and one that is 2 % wrong, by limit; seeds: of plant
     vehicles."""
-    right, wrong, off, stds = [], [], [], []
+    estimates: list[tuple[float, float]] = []
+    right: list[float] = []
+    wrong: list[float] = []
     for seed in seeds:
         subject, true = _subject(f"{PLANT}{seed}", Path()), case_of(seed).drawn.measured["l_f"]
         std, given = 0.001 * subject.known.wheelbase, subject.known["l_f"]
@@ -114,11 +116,13 @@ def print_place(seeds: Sequence[int]) -> None:
             place = front_axle(drives)
             if place is None:
                 continue
-            sigmas = [abs(place.value - share * given) / np.hypot(place.std, share * std) for share in (1.0, 1.02, 0.98)]
-            right, wrong = [*right, sigmas[0]], [*wrong, *sigmas[1:]]
-            off, stds = [*off, place.value - true], [*stds, place.std]
-    size = 1e3 * float(np.sqrt(np.mean(np.square(off))))
-    print(f"l_f by motion, {len(off)} estimates: {size:.1f} mm off (rms), standard error {1e3 * np.median(stds):.1f} mm (median)")
+            sigmas = [float(abs(place.value - share * given) / np.hypot(place.std, share * std)) for share in (1.0, 1.02, 0.98)]
+            right.append(sigmas[0])
+            wrong += sigmas[1:]
+            estimates.append((place.value - true, place.std))
+    off, error = 1e3 * np.array(estimates).T
+    size = float(np.sqrt(np.mean(off**2)))
+    print(f"l_f by motion, {len(off)} estimates: {size:.1f} mm off (rms), standard error {np.median(error):.1f} mm (median)")
     for limit in (2.5, 3.0, 4.0):
         false, named = (int(np.sum(np.array(sigmas) >= limit)) for sigmas in (right, wrong))
         print(f"limit {limit:g}: {named} of {len(wrong)} that are 2 % wrong contradicted, {false} of {len(right)} right ones")
