@@ -26,6 +26,7 @@ from softsoil.recording.noise import add_noise
 from softsoil.refinement.identify import identify
 from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.refine import refine
+from softsoil.refinement.trace import Candidate
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 FIRST_JUDGE, FIRST_EFFECT = 10, 20
@@ -110,10 +111,18 @@ def _traced(case: Case, vehicle: Vehicle) -> list[tuple[bool, str]]:
         found = refine([add_noise(log.drive, "good", 2000 * case.seed + number)], declared, workers=1)
         asked = {"kind": "effect" if switch else "clean", "name": switch, "truth": truth.get("size")}
         right, why = score(as_the_catalogue_says(asked, declared), found)
-        best = ", ".join(f"{c.name} {100 * c.gain:.0f} %" for c in found.ranking[:3])
+        best = ", ".join(f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} %" for c in found.ranking[:3])
+        if not right and switch and found.ranking:
+            best += f"; with {found.ranking[0].name} {_fitted(found.ranking[0])}"
         print(f"  {switch or 'nothing'}: {'right' if right else 'WRONG'}, {found.verdict} {why}; best {best}", flush=True)
         results.append((right, switch or "nothing"))
     return results
+
+
+def _fitted(candidate: Candidate) -> str:
+    """What the fit with a candidate, to the whole drive where there is one, makes of all that it frees."""
+    fit = candidate.overall or candidate.fit
+    return ", ".join(f"{name} {value:.4g} ± {std:.2g}" for name, (value, std) in fit.named().items())
 
 
 if __name__ == "__main__":
