@@ -97,6 +97,8 @@ def main() -> None:
                 print(
                     f"{subject.name:10s} {error:14s} seed {seed}: {'said' if hit else 'NOT said' if named else 'right numbers'}"
                     f"; {found.verdict} {words or 'nothing'}; yaw inertia {100 * value:+.1f} %; {found.seconds:.0f} s",
+                    *(note for note in found.notes if note.startswith(("l_f:", "radius:"))),
+                    sep="\n  ",
                     flush=True,
                 )
     print(f"{said} of {wrong} wrong numbers said; {false} right numbers contradicted in {runs} identifications")

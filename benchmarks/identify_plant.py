@@ -89,6 +89,7 @@ def _identified(case: Case, file: Path) -> Vehicle:
     file.write_text(vehicle_toml(found), encoding="utf-8")
     errors = ", ".join(f"{100 * (found.n[log.drive.name][0] / log.n - 1):+.1f}" for log in logs)
     print(f"  {found.verdict}: {found.reason} ({time.perf_counter() - began:.0f} s); n of its own logs {errors} %", flush=True)
+    print(*(f"  {note}" for note in found.notes if note.startswith(("l_f:", "radius:"))), sep="\n", flush=True)
     return found.vehicle
 
 
