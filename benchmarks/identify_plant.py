@@ -55,7 +55,7 @@ def main() -> None:
         rolls = 100 * (vehicle.radius / case.drawn.measured["radius"] - 1)
         print(
             f"  yaw inertia {vehicle.yaw_inertia:.0f}, of its bodies {case.drawn.vehicle.yaw_inertia:.0f}: {off:+.1f} %; "
-            f"radius {rolls:+.2f} %"
+            f"radius {rolls:+.2f} % of {case.drawn.measured['radius']:.4f} m"
         )
         if not (asked.only_effects or asked.only_numbers):
             judged.append(_judged(case, vehicle))
