@@ -4,7 +4,9 @@ Run: python -m benchmarks.identify_contradictions [../shared/data] [--seeds 2] [
 The reference simulator's two vehicles and vehicles of the plant (plant0: seed 0 of benchmarks.identify_plant), each with its
 numbers as measured, and with one of them wrong: wheelbase +2 % and -2 % (l_f and l_r alike), radius +1 % and -1 %, yaw inertia
 given 38 % too large.
-One lock and one multi-sine drive are fitted, with the noise "good" of each seed. A wrong number counts as said where the verdict
+One lock and one multi-sine drive are fitted, with the noise "good" of each seed. With --place N only l_f by position against
+course is judged, which needs no fit: right and 2 % wrong to either side, on N vehicles of the plant, four noises each. A wrong
+number counts as said where the verdict
 is `contradicts_given` and names it; every other number named is a false one.
 """
 
@@ -15,11 +17,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.identify_reference import KNOWN as REFERENCE
 from benchmarks.identify_suv import FITTED, HELD
 from benchmarks.identify_suv import KNOWN as SUV
 from benchmarks.judges.plant_vehicles import FIT, case_of, log_of
 from softsoil.recording.drive import Recording
+from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
@@ -32,6 +37,7 @@ REFERENCE_DRIVES = ("paper_clay_n0.50", "multi_sandyloam_n0.70", "multi_clay_n0.
 SUV_INERTIA, REFERENCE_INERTIA = 3920.0, 1820.0
 """kg m^2: what the true wheel forces balance with (benchmarks.identify_suv; the drives' README)."""
 PLANT = "plant"
+PLACE_NOISES = 4
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,12 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=2, help="how many seeds of the noise")
     parser.add_argument("--vehicles", nargs="+", default=["suv", "reference", "plant0", "plant1"], help="or plantSEED")
     parser.add_argument("--errors", nargs="+", default=list(ERRORS), choices=list(ERRORS), help="which errors")
+    parser.add_argument("--place", type=int, default=0, metavar="N", help="l_f by motion alone, on N vehicles of the plant")
+    parser.add_argument("--first", type=int, default=500, help="seed of the first of them")
     asked = parser.parse_args()
+    if asked.place:
+        print_place(range(asked.first, asked.first + asked.place))
+        return
     said = wrong = false = runs = 0
     for vehicle in asked.vehicles:
         subject = _subject(vehicle, asked.data)
@@ -86,9 +97,37 @@ def main() -> None:
                 print(
                     f"{subject.name:10s} {error:14s} seed {seed}: {'said' if hit else 'NOT said' if named else 'right numbers'}"
                     f"; {found.verdict} {words or 'nothing'}; yaw inertia {100 * value:+.1f} %; {found.seconds:.0f} s",
+                    *(note for note in found.notes if note.startswith(("l_f:", "radius:"))),
+                    sep="\n  ",
                     flush=True,
                 )
     print(f"{said} of {wrong} wrong numbers said; {false} right numbers contradicted in {runs} identifications")
+
+
+def print_place(seeds: Sequence[int]) -> None:
+    """Print how often l_f by position against course contradicts a right one and one that is 2 % wrong, by limit; seeds: of plant
+    vehicles."""
+    estimates: list[tuple[float, float]] = []
+    right: list[float] = []
+    wrong: list[float] = []
+    for seed in seeds:
+        subject, true = _subject(f"{PLANT}{seed}", Path()), case_of(seed).drawn.measured["l_f"]
+        std, given = 0.001 * subject.known.wheelbase, subject.known["l_f"]
+        for noise in range(PLACE_NOISES):
+            drives = [add_noise(d, "good", 100 * seed + i + 1000 * noise) for i, d in enumerate(subject.drives)]
+            place = front_axle(drives)
+            if place is None:
+                continue
+            sigmas = [float(abs(place.value - share * given) / np.hypot(place.std, share * std)) for share in (1.0, 1.02, 0.98)]
+            right.append(sigmas[0])
+            wrong += sigmas[1:]
+            estimates.append((place.value - true, place.std))
+    off, error = 1e3 * np.array(estimates).T
+    size = float(np.sqrt(np.mean(off**2)))
+    print(f"l_f by motion, {len(off)} estimates: {size:.1f} mm off (rms), standard error {np.median(error):.1f} mm (median)")
+    for limit in (2.5, 3.0, 4.0):
+        false, named = (int(np.sum(np.array(sigmas) >= limit)) for sigmas in (right, wrong))
+        print(f"limit {limit:g}: {named} of {len(wrong)} that are 2 % wrong contradicted, {false} of {len(right)} right ones")
 
 
 def _subject(name: str, data: Path) -> Subject:

@@ -26,6 +26,7 @@ from softsoil.recording.noise import add_noise
 from softsoil.refinement.identify import identify
 from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.refine import refine
+from softsoil.refinement.trace import Candidate
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 FIRST_JUDGE, FIRST_EFFECT = 10, 20
@@ -54,7 +55,7 @@ def main() -> None:
         rolls = 100 * (vehicle.radius / case.drawn.measured["radius"] - 1)
         print(
             f"  yaw inertia {vehicle.yaw_inertia:.0f}, of its bodies {case.drawn.vehicle.yaw_inertia:.0f}: {off:+.1f} %; "
-            f"radius {rolls:+.2f} %"
+            f"radius {rolls:+.2f} % of {case.drawn.measured['radius']:.4f} m"
         )
         if not (asked.only_effects or asked.only_numbers):
             judged.append(_judged(case, vehicle))
@@ -89,6 +90,7 @@ def identified(case: Case, file: Path) -> Vehicle:
     file.write_text(vehicle_toml(found), encoding="utf-8")
     errors = ", ".join(f"{100 * (found.n[log.drive.name][0] / log.n - 1):+.1f}" for log in logs)
     print(f"  {found.verdict}: {found.reason} ({time.perf_counter() - began:.0f} s); n of its own logs {errors} %", flush=True)
+    print(*(f"  {note}" for note in found.notes if note.startswith(("l_f:", "radius:"))), sep="\n", flush=True)
     return found.vehicle
 
 
@@ -111,10 +113,18 @@ def _traced(case: Case, vehicle: Vehicle) -> list[tuple[bool, str]]:
         found = refine([add_noise(log.drive, "good", 2000 * case.seed + number)], declared, workers=1)
         asked = {"kind": "effect" if switch else "clean", "name": switch, "truth": truth.get("size")}
         right, why = score(as_the_catalogue_says(asked, declared), found)
-        best = ", ".join(f"{c.name} {100 * c.gain:.0f} %" for c in found.ranking[:3])
+        best = ", ".join(f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} %" for c in found.ranking[:3])
+        if not right and switch and found.ranking:
+            best += f"; with {found.ranking[0].name} {_fitted(found.ranking[0])}"
         print(f"  {switch or 'nothing'}: {'right' if right else 'WRONG'}, {found.verdict} {why}; best {best}", flush=True)
         results.append((right, switch or "nothing"))
     return results
+
+
+def _fitted(candidate: Candidate) -> str:
+    """What the fit with a candidate, to the whole drive where there is one, makes of all that it frees."""
+    fit = candidate.overall or candidate.fit
+    return ", ".join(f"{name} {value:.4g} ± {std:.2g}" for name, (value, std) in fit.named().items())
 
 
 if __name__ == "__main__":

@@ -7,7 +7,13 @@ from rich.table import Table
 from softsoil.commands.output import console
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.identify_result import Identification, in_order
-from softsoil.refinement.identify_words import judged_sentences, state_words, value_words, verdict_sentence
+from softsoil.refinement.identify_words import (
+    error_sentence,
+    judged_sentences,
+    state_words,
+    value_words,
+    verdict_sentence,
+)
 from softsoil.refinement.words import number, ratio, with_error
 
 
@@ -19,7 +25,7 @@ def say(found: Identification) -> None:
     console.print(number_table(found))
     for log, (value, std) in found.n.items():
         console.print(f"{log}: n {with_error(value, std)}", highlight=False)
-    for line in judged_sentences(found):
+    for line in (error_sentence(found), *judged_sentences(found)):
         console.print(line, highlight=False)
     console.print(error_table(found))
     for line in (*found.notes, f"{found.seconds:.0f} s"):

@@ -11,8 +11,10 @@ from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import LEAST_CURVATURE, SCALE, HorizonRules
 from softsoil.estimator.predictor import LONGEST_STEP
 from softsoil.estimator.shooting import SMOOTHING
+from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import WORDS, VerdictRules
 from softsoil.estimator.window_fit import HUBER, RIDGE
+from softsoil.symbolic.model import Model
 
 SENTENCES = {
     "identified": "the windows determine n, and the model leaves no more than a right one does",
@@ -25,11 +27,12 @@ SENTENCES = {
 }
 
 
-def horizon_numbers(rules: HorizonRules | None = None, limits: VerdictRules | None = None) -> HorizonNumbers:
-    """The numbers of rules and limits, as the generator takes them."""
+def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: VerdictRules | None = None) -> HorizonNumbers:
+    """The numbers of rules and limits for a model, as the generator takes them."""
     rules, limits = rules or HorizonRules(), limits or VerdictRules()
     limit_of = dict(limits.unexplained)
     own = {field.name: getattr(rules, field.name) for field in fields(rules)}
+    own["common_error"] = common_error(rules.common_error, model)
     bounds = {field.name: getattr(limits, field.name) for field in fields(limits)}
     return HorizonNumbers(
         rules={

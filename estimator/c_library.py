@@ -21,7 +21,7 @@ from softsoil.estimator.drift import DriftRules, likely_classes
 from softsoil.estimator.promote import promote_parameters
 from softsoil.estimator.soil_change import CHANGE_CLIP, CHANGE_SAMPLES
 from softsoil.estimator.terrain import terrain_model
-from softsoil.estimator.tuning import FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit
+from softsoil.estimator.tuning import FADING, LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit, common_error
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -50,7 +50,8 @@ def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
     return FilterNumbers(
         q_std=_floats(tuning.q_std(states)), r_std=tuning.sensor_floor, gate=tuning.gate,
         std0=_floats(tuning.std0(states, tuning.sensor_floor)), miss_std=tuning.output_error,
-        kick_std=_floats(tuning.kick_std(states)), fastest=tuning.fastest, run_in=tuning.run_in, common_error=tuning.common_error,
+        kick_std=_floats(tuning.kick_std(states)), fastest=tuning.fastest, run_in=tuning.run_in,
+        common_error=common_error(tuning.common_error, model),
         ceiling=_floats(by_unit(states, tuning.ceiling, 1e5)), patience=tuning.patience, patience_rates=tuning.patience_rates,
         pose=tuple(int(name in POSE) for name in model.y.names), soil=tuple(name for name in states.names if name in N_NAMES),
         change_after=tuning.change_after, change_sigmas=tuning.change_sigmas, change_std=tuning.change_std,
@@ -103,7 +104,7 @@ def c_library_texts(
         "declared_effects": declared.vehicle.effects,
         "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
-    texts = library_files(parts, filter_numbers(parts.model), horizon_numbers(), dt, about, fmi)
+    texts = library_files(parts, filter_numbers(parts.model), horizon_numbers(parts.model), dt, about, fmi)
     return texts if steering is None else {**texts, HEADER: steering_header(steering)}
 
 

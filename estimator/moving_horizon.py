@@ -19,6 +19,7 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
+from softsoil.estimator.tuning import common_error
 from softsoil.estimator.window_fit import reduce_windows, window_costs
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import sensor_std
@@ -45,14 +46,14 @@ class HorizonRules:
 
     length, stride, run_in: of windows, between their starts, and of histories before them (s); model_error: what the equations
     miss of each channel within a window (m, m, rad, m/s, m/s, rad/s), added to the sensor's noise; common_error: share of n that
-    an error common to all windows makes, which no number of windows removes; forgetting: time constant of old windows (s);
-    longest: age beyond which a window counts no more (s); prior: standard deviation of the initial guess; stale: at every
-    update one window of those that started within `again` (s) and were linearised farther than this from the estimate (shares
-    of a number's scale, 0.1 of n) is linearised again, the one whose quadratic the distance touches most; recent: numbers of
-    newest windows of which each is tested against the older ones for a change of soil, few for a large change, many for a
-    small one or noisy sensors; change: standard deviations of their difference that are one, and least_change: least share of
-    n that is; fastest: steering rate of the road wheels (rad/s) beyond which no window runs, since no steering follows;
-    slowest: measured speed (m/s) below which none does, since the force laws divide by it.
+    an error common to all windows makes, which no number of windows removes, beside the vehicle's own n_error; forgetting: time
+    constant of old windows (s); longest: age beyond which a window counts no more (s); prior: standard deviation of the initial
+    guess; stale: at every update one window of those that started within `again` (s) and were linearised farther than this from
+    the estimate (shares of a number's scale, 0.1 of n) is linearised again, the one whose quadratic the distance touches most;
+    recent: numbers of newest windows of which each is tested against the older ones for a change of soil, few for a large
+    change, many for a small one or noisy sensors; change: standard deviations of their difference that are one, and
+    least_change: least share of n that is; fastest: steering rate of the road wheels (rad/s) beyond which no window runs, since
+    no steering follows; slowest: measured speed (m/s) below which none does, since the force laws divide by it.
     """
 
     length: float = 1.0
@@ -181,6 +182,7 @@ class MovingHorizon:
         self._guess = np.array([n0 if f.known is None else f.known[0] for f in free])
         self._prior = np.array([rules.prior if f.known is None else f.known[1] for f in free])
         self._soil = np.array([f.known is None for f in free])
+        self._common = self._soil * common_error(rules.common_error, windows.compiled.model)
         self._scale = np.array([f.scale for f in free])
         self.n = self._guess.copy()
         self.summary, self._since = Summary(), 0
@@ -322,6 +324,5 @@ class MovingHorizon:
         _, curvature = self.summary.minimum(weight, (self._guess, self._prior))
         inverse = np.linalg.inv(curvature)
         robust = inverse @ self.summary.scatter(self.n, weight) @ inverse
-        common = np.where(self._soil, self.rules.common_error, 0.0)
-        return np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)) + (common * self.n) ** 2)
+        return np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)) + (self._common * self.n) ** 2)
 

@@ -17,6 +17,7 @@ from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.estimator.evidence import gather, run_horizon
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import Verdict, decide, initial_guesses
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
@@ -33,7 +34,7 @@ class DriveSoil:
     """What one drive says of the soil along its way.
 
     log; verdict: on the drive as a whole; x, y (W,): middle of each window (m); n, information (W,): minimum and curvature of its
-    quadratic in n.
+    quadratic in n; common: share of n that an error common to all windows of the model makes.
     """
 
     log: str
@@ -42,6 +43,7 @@ class DriveSoil:
     y: Array
     n: Array
     information: Array
+    common: float
 
 
 @dataclass(frozen=True)
@@ -73,14 +75,14 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     n = np.clip(at - gradient / np.maximum(hessian, 1e-9), bounds.lower, bounds.upper)
     middle = windows.rows + windows.steps // 2
     x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
-    return DriveSoil(recording.name, decide(evidence, evidence.n), x, y, n, hessian * rules.stride / rules.length)
+    information, common = hessian * rules.stride / rules.length, common_error(rules.common_error, model)
+    return DriveSoil(recording.name, decide(evidence, evidence.n), x, y, n, information, common)
 
 
 def fuse(drives: Sequence[DriveSoil], size: float) -> tuple[Cell, ...]:
     """Cells of `size` (m) that the drives cross, row by row. Raises ValueError for a size that is not positive."""
     if not size > 0:
         raise ValueError(f"cell size: expected a positive number of metres, found {size}")
-    common = HorizonRules().common_error
     members: dict[tuple[int, int], list[tuple[int, float, float]]] = {}
     for k, drive in enumerate(drives):
         for x, y, n, information in zip(drive.x, drive.y, drive.n, drive.information, strict=True):
@@ -93,6 +95,8 @@ def fuse(drives: Sequence[DriveSoil], size: float) -> tuple[Cell, ...]:
         mean = float(weight @ n / weight.sum())
         noise = 1.0 / weight.sum()
         scatter = float(weight**2 @ (n - mean) ** 2 / weight.sum() ** 2) * len(found) / (len(found) - 1)
+        crossed = {entry[0] for entry in found}
+        common = max(drives[k].common for k in crossed)
         std = float(np.sqrt(max(noise, scatter) + (common * mean) ** 2))
-        cells.append(Cell(column, row, mean, std, len(found), len({entry[0] for entry in found})))
+        cells.append(Cell(column, row, mean, std, len(found), len(crossed)))
     return tuple(cells)

@@ -20,7 +20,7 @@ from softsoil.codegen.factor_order import factor_order
 from softsoil.codegen.sampling import LONGEST_STEP
 from softsoil.estimator.drift import CHANNELS, DriftMonitor
 from softsoil.estimator.soil_change import CLOCK_SLACK, SoilChange, evidence
-from softsoil.estimator.tuning import FADING, LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit
+from softsoil.estimator.tuning import FADING, LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit, common_error
 from softsoil.estimator.ukf import Innovation, UnscentedKalmanFilter
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.symbolic.model import Model
@@ -63,6 +63,7 @@ class TerrainFilter:
         self._kicked = np.flatnonzero(self._kick)
         self._ceiling = by_unit(states, tuning.ceiling, 1e5)
         self._soil = np.array([i for i, name in enumerate(states.names) if name in N_NAMES], dtype=int)
+        self._common = common_error(tuning.common_error, model)
         self._fades = [i for i, name in enumerate(states.names) if name in FADING]
         self._u, self._turn, self._heading = states.index("u"), states.index("omega_z"), states.index("psi")
         self._motion = [states.index(name) for name in STATE_CHANNELS]
@@ -157,7 +158,7 @@ class TerrainFilter:
     @property
     def n_std(self) -> Array:
         """(A,) its standard deviation, 0 of an n that is not estimated."""
-        common = self.tuning.common_error * self.n if self.learn else np.zeros(len(self._soil))
+        common = self._common * self.n if self.learn else np.zeros(len(self._soil))
         return np.sqrt(self.ukf.variance[self._soil] + common**2)
 
     def set_n(self, n: float) -> None:

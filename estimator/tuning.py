@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
 
 N_NAMES = ("n", "n_f", "n_r")
@@ -26,17 +27,18 @@ class Tuning:
     and omega_z as in the moving horizon), added to the sensor's variance; kick: of v and omega_z, densities beside model_error
     while the road wheels steer faster than `fastest` (rad/s), which no actuator follows, and in the first `run_in` (s), since
     histories start straight; common_error: share of n that an error common to all updates makes, which no number of them
-    removes; n_walk: of the sinkage exponent per square root of a second; n_std: of the first guess; extra_std, extra_walk: the
-    same of states that an effect brings; sensor_floor: least standard deviation that a sensor is believed to have; gate:
-    innovation in standard deviations; patience, patience_rates: updates in a row that a measurement of the pose (x, y, psi), or
-    of another state, may fail the gate to the same side before the state is taken to have jumped there (0: never): a pose
-    integrates velocities and leaps by a fault of its sensor only, a velocity by forces that the model misses; change_after,
-    change_sigmas, change_std, change_error: where the innovations of up to change_after seconds say by more than change_sigmas
-    that n has jumped (`estimator/soil_change.py`), jumps having the standard deviation change_std and what is measured of one an
-    error of change_error, it is another soil: n is put there and change_std is added to its uncertainty; standstill: m/s, below
-    it the vehicle is taken to stand: place and soil are held and no force is evaluated; fade: s, time in which slip velocities
-    then go to zero; input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a standard
-    deviation, by unit; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
+    removes, beside the vehicle's own n_error; n_walk: of the sinkage exponent per square root of a second; n_std: of the first
+    guess; extra_std, extra_walk: the same of states that an effect brings; sensor_floor: least standard deviation that a sensor
+    is believed to have; gate: innovation in standard deviations; patience, patience_rates: updates in a row that a measurement
+    of the pose (x, y, psi), or of another state, may fail the gate to the same side before the state is taken to have jumped
+    there (0: never): a pose integrates velocities and leaps by a fault of its sensor only, a velocity by forces that the model
+    misses; change_after, change_sigmas, change_std, change_error: where the innovations of up to change_after seconds say by
+    more than change_sigmas that n has jumped (`estimator/soil_change.py`), jumps having the standard deviation change_std and
+    what is measured of one an error of change_error, it is another soil: n is put there and change_std is added to its
+    uncertainty; standstill: m/s, below it the vehicle is taken to stand: place and soil are held and no force is evaluated;
+    fade: s, time in which slip velocities then go to zero; input_limit, output_limit: beyond these, by unit, a value is none of
+    a vehicle; ceiling: of a standard deviation, by unit; update_every: predictions per update (the paper: 12 ms and 24 ms), 1
+    for slow logs.
     `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle` prints what they give.
     """
 
@@ -92,6 +94,14 @@ EXACT_MODEL = Tuning(
     model_error=(0.02, 0.02, 0.002, 0.1, 0.05, 0.02), output_error=(0.0,) * 6, common_error=0.0, n_walk=0.002
 )
 """For drives of the model itself, whose equations miss nothing: what is left is rounding and the sampling of inputs."""
+
+
+def common_error(own: float, model: Model) -> float:
+    """Share of n that an error common to all measurements makes: sqrt(own^2 + n_error^2), n_error of the model's vehicle.
+
+    own: share by what the force law misses of any drive.
+    """
+    return float(np.hypot(own, getattr(model.geometry, "n_error", 0.0)))
 
 
 def by_unit(layout: Layout, numbers: ByUnit, default: float) -> NDArray[np.float64]:

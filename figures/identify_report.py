@@ -12,7 +12,7 @@ from softsoil.figures.identify import draw_costs, draw_errors, draw_numbers
 from softsoil.figures.labels import in_degrees, per_cent
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, words, write_page
 from softsoil.refinement.identify_result import Found, Identification, in_order
-from softsoil.refinement.identify_words import judged_sentences, state_words, verdict_sentence
+from softsoil.refinement.identify_words import error_sentence, judged_sentences, state_words, verdict_sentence
 from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.refinement.words import with_error
 
@@ -31,7 +31,7 @@ def write_report(result: Identification, path: Path, about: Mapping[str, Mapping
         f'<div class="verdict {KINDS[result.verdict]}">{inside}</div>',
         section("Numbers", _numbers(result), figure(lambda p: draw_numbers(result, p), NUMBERS_CAPTION)),
         section("What they cost n", figure(lambda p: draw_costs(result, p), COSTS_CAPTION, "narrow")),
-        section("Sinkage exponents", _soils(result)),
+        section("Sinkage exponents", _soils(result), paragraph(error_sentence(result))),
         section("The log left out", *map(paragraph, judged_sentences(result)), errors, _pictures(result)),
         section("What was done", items(DONE)),
         section("Notes", items(result.notes)) if result.notes else "",

@@ -77,6 +77,7 @@ def identify(
     # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
     vehicle = vehicle_of(known, state.values, {name: found.std * alone.get(name, 1.0) for name, found in numbers.items()})
+    vehicle = vehicle.with_(n_error=n_error(state.n, state.n_std))
     verdict, reason = _verdict(state, numbers, fitted, had, rules)
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
     return Identification(
@@ -90,14 +91,14 @@ def identify(
         vehicle=vehicle,
         known=known,
         seconds=time.perf_counter() - began,
-        notes=(*place, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
+        notes=(*place, state.rolls, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
     )
 
 
 @dataclass(frozen=True)
 class _State:
-    """Result of the fits: values, standard errors and states of all numbers, n of each drive, their costs, contradictions, and
-    errors with every number free."""
+    """Result of the fits: values, standard errors and states of all numbers, n of each drive, their costs, contradictions,
+    errors with every number free, and a note of the radius by rolling."""
 
     values: Values
     std: Values
@@ -107,6 +108,15 @@ class _State:
     costs: Values
     contradictions: tuple[Contradiction, ...]
     errors: Errors
+    rolls: str
+
+
+def n_error(n: Sequence[float], std: Sequence[float]) -> float:
+    """Error of n that an identified vehicle makes in all drives alike, as a share: root mean square of those of its own drives.
+
+    n, std: of the drives of its fit.
+    """
+    return float(np.clip(np.sqrt(np.mean((np.array(std) / np.array(n)) ** 2)), 0.0, 1.0))
 
 
 def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
@@ -137,7 +147,7 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
             break
         doubted.append(found.name)
         contradictions.append(found)
-    rolling = by_rolling(bench.known, values, errors, rules)
+    rolling, rolls = by_rolling(bench.known, values, errors, rules)
     if rolling is not None:
         doubted.append(rolling.name)
         contradictions.append(rolling)
@@ -165,7 +175,7 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
         float(np.hypot(np.sqrt(errors.covariance[i, i]), rules.model_error_n * one)) for i, one in zip(index, n, strict=True)
     )
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}
-    return _State(all_values, stds, states, tuple(n), n_std, n_costs(every, stds), tuple(contradictions), errors)
+    return _State(all_values, stds, states, tuple(n), n_std, n_costs(every, stds), tuple(contradictions), errors, rolls)
 
 
 def _state(known: Known, name: str, kept: Sequence[str]) -> str:
@@ -200,18 +210,25 @@ def _by_motion(bench: Bench, rules: Rules) -> tuple[list[Contradiction], tuple[s
     return [Contradiction("l_f", given, place.value, place.std, float(sigmas), "position against course")], (note,)
 
 
-def by_rolling(known: Known, values: Mapping[str, float], errors: Errors, rules: Rules) -> Contradiction | None:
-    """The radius, as a tape would say it, against wheel speeds, motion and the balances of the wheels.
+def by_rolling(
+    known: Known, values: Mapping[str, float], errors: Errors, rules: Rules
+) -> tuple[Contradiction | None, str]:
+    """The radius, as a tape would say it, against wheel speeds, motion and the balances of the wheels: whether it is
+    contradicted, and a note of what the logs say.
 
     values, errors: of a fit that did not know the radius.
     """
     given, (rolls, std) = known["radius"], expected(known)["radius"]
     own = float(np.hypot(errors.std["radius"], ROLLING_ERROR * given))
-    off = values["radius"] - rolls
-    sigmas = float(abs(off) / np.hypot(own, std))
-    if sigmas < rules.contradicted_motion or abs(off) < rules.material * given:
-        return None
-    return Contradiction("radius", given, given + off, own, sigmas, "the speeds that its wheels roll at")
+    off, both = values["radius"] - rolls, float(np.hypot(own, std))
+    sigmas = float(abs(off) / both)
+    note = (
+        f"radius: given as {given:.4f} m, {with_error(given + off, own)} m by rolling ({sigmas:.1f} standard deviations); these "
+        f"logs contradict one that is {1e3 * rules.contradicted_rolling * both:.1f} mm off"
+    )
+    if sigmas < rules.contradicted_rolling or abs(off) < rules.material * given:
+        return None, note
+    return Contradiction("radius", given, given + off, own, sigmas, "the speeds that its wheels roll at"), note
 
 
 def _moved(bench: Bench, contradictions: Sequence[Contradiction]) -> Values:

@@ -108,6 +108,7 @@ class Identification:
             "numbers": numbers,
             "effects": self.vehicle.effects,
             "n": {log: {"value": value, "std": std} for log, (value, std) in self.n.items()},
+            "n_error": self.vehicle.n_error,
             "judged_on": self.judged.log,
             "before": {"mse": self.judged.before, "n": self.judged.n_before[0], "rms": self.judged.rms_before},
             "expected": {"mse": self.judged.expected},

@@ -11,17 +11,20 @@ class Rules:
 
     seen: largest share of its prior standard deviation that a number's standard error keeps for it to be identified;
     contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted;
-    contradicted_motion: the same of l_f by position and of the radius by rolling, which depend on little else; material: the
-    least departure of a given number that matters, as a share of its value; n_std: largest standard error of n, as a share of it;
-    inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error that
-    one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after another;
-    model_error: standard deviations of numbers over their sampling errors, since what the force law misses moves them too: on the
-    second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_n: the same of n, as a share.
+    contradicted_motion: the same of l_f by position against course, which depends on little else (`python -m
+    benchmarks.identify_contradictions --place 24`); contradicted_rolling: of the radius by rolling; material: the least
+    departure of a given number that matters, as a share of its value; n_std: largest standard error of n, as a share of it;
+    inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error
+    that one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after
+    another; model_error: standard deviations of numbers over their sampling errors, since what the force law misses moves them
+    too: on the second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_n: the same of
+    n, as a share.
     """
 
     seen: float = 0.75
     contradicted: float = 4.0
-    contradicted_motion: float = 3.0
+    contradicted_motion: float = 2.5
+    contradicted_rolling: float = 3.0
     material: float = 0.003
     n_std: float = 0.08
     inertia_std: float = 0.15

@@ -20,7 +20,7 @@ def vehicle_toml(found: Identification) -> str:
         *(f"# Asked for: {words}." for words in found.asks),
         f"name = {toml_text(vehicle.name)}",
     ]
-    lines += [_line(n.name, getattr(vehicle, n.name), found.numbers.get(n.name), n.unit) for n in NUMBERS]
+    lines += [_line(n.name, getattr(vehicle, n.name), found.numbers.get(n.name), n.unit, doc=n.doc) for n in NUMBERS]
     if vehicle.simulator:
         lines += ["", "[simulator]", *(f"{key} = {value:.6g}" for key, value in vehicle.simulator.items())]
     lines += [] if vehicle.steering is None else ["", *vehicle.steering.toml()]
@@ -34,9 +34,9 @@ def vehicle_toml(found: Identification) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _line(name: str, value: float, number: Found | None, unit: str, fixed: bool = False) -> str:
+def _line(name: str, value: float, number: Found | None, unit: str, fixed: bool = False, doc: str = "") -> str:
     unit = "" if unit == "1" else unit
-    words = unit
+    words = f"{unit}: {doc}".strip(": ")
     if number is not None:
         words = f"{unit} ± {number.std:.2g}, {STATES[number.state]}".strip()
         if number.state == "identified" and number.given is not None:

@@ -30,6 +30,12 @@ def state_words(number: Found) -> str:
     return STATES[number.state]
 
 
+def error_sentence(found: Identification) -> str:
+    """The error that the file makes of every n."""
+    share = 100 * found.vehicle.n_error
+    return f"n by this file has an error of {share:.1f} % in all drives alike (n_error), which every estimate adds to its own."
+
+
 def judged_sentences(found: Identification) -> list[str]:
     """n and predictions of the log left out, before and after."""
     judged = found.judged

@@ -128,7 +128,7 @@ def refine(
         after=held_mse(final, final.absent, windowing.horizons),
         n_before=n_before,
         n_after=n_after,
-        n_std=tuple(last.named()[f.name][1] for f in bench.ground) if bench.sinks else (),
+        n_std=_n_std(bench, last, n_after, vehicle.n_error),
         judged=_judged(recordings, refined, soils, n_after, start),
         ground=() if bench.sinks else fitted_ground(
             bench.ground, soils, [r.name for r in recordings], bench.values(bench.ground), last, [s.left for s in left]
@@ -143,6 +143,12 @@ def refine(
         carried=tuple(n for n, e in catalogue(vehicle).items() if carried(e, recordings, vehicle)),
         notes=lines,
     )
+
+
+def _n_std(bench: Bench, last: Fit, n: Sequence[float], common: float) -> tuple[float, ...]:
+    """Standard deviation of each n: of the fit `last`, and the share `common` by numbers that no fit freed; none without n."""
+    stds = [last.named()[f.name][1] for f in bench.ground] if bench.sinks else []
+    return tuple(float(np.hypot(std, common * one)) for std, one in zip(stds, n, strict=True))
 
 
 def _judged(

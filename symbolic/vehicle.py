@@ -79,6 +79,7 @@ class Vehicle:
     toe_rear_load: float = _number("rad/N", -0.1, 0.1, "rear toe per axle load beyond rest", "loads added", 0.0, spread=4e-6)
     max_steer: float = _number("rad", 0.01, 1.5, "greatest steering angle", "turn plates", 0.5, share=0.05, modelled=False)
     max_steer_rate: float = _number("rad/s", 0.01, 50.0, "greatest steering rate", "steering log", 1.0, share=0.2, modelled=False)
+    n_error: float = _number("1", 0.0, 1.0, "error of n that they make, as a share", "identify", 0.0, spread=0.01, modelled=False)
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     simulator: dict[str, float] = field(default_factory=dict)
     uncertainty: dict[str, float] = field(default_factory=dict)

@@ -31,13 +31,16 @@ TRUSTED = 0.10
 
 @dataclass(frozen=True)
 class Estimated:
-    """One estimate: log, method, first guess, error of n as a share, verdict."""
+    """One estimate: log, method, first guess, error of n as a share, verdict; its standard deviation as a share, and what the
+    vehicle file's n_error has of that."""
 
     log: str
     method: str
     guess: float
     error: float
     verdict: str
+    std: float
+    common: float
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,15 @@ class Judgement:
     def trusted_wrongly(self) -> int:
         """Estimates called identified that are more than TRUSTED off."""
         return sum(e.verdict == "identified" and abs(e.error) > TRUSTED for e in self.estimates)
+
+    def nees(self, method: str) -> tuple[float, float]:
+        """Mean squared error of n in its standard deviations over what a method calls identified: as stated, and without the
+        vehicle's n_error. NaN without any."""
+        chosen = [e for e in self.estimates if e.method == method and e.verdict == "identified"]
+        if not chosen:
+            return np.nan, np.nan
+        stated = np.mean([(e.error / e.std) ** 2 for e in chosen])
+        return float(stated), float(np.mean([e.error**2 / (e.std**2 - e.common**2) for e in chosen]))
 
 
 def judge_drive(
@@ -78,17 +90,20 @@ def judge_drive(
     windows = drive_windows(noisy, model, START_UP, rules)
     evidence = gather(windows, initial_guesses(GUESSES[1]), True, rules)
 
-    def final(method: str, guess: float) -> float:
-        return float(run_method(noisy, model, guess, method).n_front[-1])
+    def final(method: str, guess: float) -> tuple[float, float]:
+        found = run_method(noisy, model, guess, method)
+        return float(found.n_front[-1]), float(found.n_front_std[-1])
 
-    ends: list[tuple[str, float, float, tuple[float, ...]]] = []
-    ends += [("horizon", guess, final("horizon", guess), ()) for guess in horizon_guesses]
-    best = ends[-1][2]
-    others = (final("ukf", float(np.clip(evidence.n[0], *BOUNDS))),)
-    ends += [("ukf", guess, final("ukf", guess), others) for guess in GUESSES]
+    def estimated(method: str, guess: float, end: tuple[float, float], others: tuple[float, ...] = ()) -> Estimated:
+        word = decide(evidence, np.array(end[:1]), others).word
+        return Estimated(clean.name, method, guess, end[0] / n - 1.0, word, end[1] / n, vehicle.n_error * end[0] / n)
+
+    by_horizon = [(guess, final("horizon", guess)) for guess in horizon_guesses]
+    best = by_horizon[-1][1][0]
+    others = (final("ukf", float(np.clip(evidence.n[0], *BOUNDS)))[0],)
     estimates = [
-        Estimated(clean.name, method, guess, value / n - 1.0, decide(evidence, np.array([value]), more).word)
-        for method, guess, value, more in ends
+        *(estimated("horizon", guess, end) for guess, end in by_horizon),
+        *(estimated("ukf", guess, final("ukf", guess), others) for guess in GUESSES),
     ]
     mse = []
     most = float(np.abs(clean["steer"]).max() * 1.02)
@@ -101,7 +116,9 @@ def judge_drive(
 
 def words(part: Judgement) -> str:
     """The judgement of one drive in one line."""
-    estimates = ", ".join(f"{e.method} from {e.guess:g} {100 * e.error:+.1f} % {e.verdict}" for e in part.estimates)
+    estimates = ", ".join(
+        f"{e.method} from {e.guess:g} {100 * e.error:+.1f} ± {100 * e.std:.1f} % {e.verdict}" for e in part.estimates
+    )
     before, expected = part.ratios[0]
     return f"{estimates}; mse {before:.0f} ({expected:.1f}) times smaller"
 
@@ -119,7 +136,8 @@ def lines(judgement: Judgement) -> list[str]:
         within = 100.0 * float(np.mean(errors <= 10.0))
         out.append(
             f"n by {method}, Table-5 noise, {len(errors)} estimates: median {np.median(errors):.1f} %, worst {errors.max():.1f} %"
-            f", {within:.0f} % within 10 %"
+            f", {within:.0f} % within 10 %; NEES of those identified {judgement.nees(method)[0]:.2f}, "
+            f"{judgement.nees(method)[1]:.2f} without the file's n_error"
         )
     verdicts = [e.verdict for e in judgement.estimates]
     counts = ", ".join(f"{word} {verdicts.count(word)}" for word in sorted(set(verdicts), key=verdicts.count, reverse=True))

@@ -8,11 +8,14 @@ import pytest
 
 from c_folders import NAMES, SCALAR, declared, library
 from drives import clay_drive, reference_vehicle
-from softsoil.codegen.c_library.binding import CFilter
+from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.build import FLAGS
+from softsoil.codegen.c_library.folder import write_library
+from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.sampling import STEP
-from softsoil.estimator.c_library import c_parts
+from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.c_library import c_library_texts, c_parts
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain_filter import TerrainFilter
 from softsoil.recording.states import measured_states
@@ -29,8 +32,8 @@ VARIANTS = {"vectors": FLAGS, "scalar": SCALAR, **{" ".join(flags[-1:]): flags f
 pytestmark = pytest.mark.compiler
 
 
-def drive(model):
-    log = clay_drive(3.0)
+def drive(model, seconds=3.0):
+    log = clay_drive(seconds)
     return measured_inputs(log, model.external)[0], measured_states(log)
 
 
@@ -121,6 +124,30 @@ def test_filter_equals_the_estimators(name, flags):
         assert np.abs(away).max() < SAME
         assert np.abs(ours.P - theirs.ukf.P).max() < SAME
     assert ours.state.updates == 80 and abs(ours.x[-1] - 0.6) > 1e-4
+
+
+def test_the_vehicle_s_error_of_n_is_in_the_library_s_bars(tmp_path):
+    """Filter and horizon: the same n, variances larger by (n_error n)^2."""
+    own = declared("plain")
+    write_library(tmp_path, c_library_texts(Declaration(own.vehicle.with_(n_error=0.05), own.soil)))
+    model, ends = c_parts(own).model, []
+    soil = [model.x.index(name) for name in ("n_f", "n_r")]
+    u, y = drive(model, 10.0)
+    for lib in (library("plain"), CLibrary(tmp_path, SCALAR)):
+        c, horizon = CFilter(lib, np.append(y[0], [0.6, 0.6]), np.append(NOISE, [0.1, 0.1])), CHorizon(lib)
+        horizon.start(0.0)
+        for k in range(len(u) - 1):
+            c.predict(u[k], STEP)
+            c.update(y[k + 1], c.state.t)
+            horizon.push(u[k], y[k], k * STEP)
+            horizon.update()
+        assert horizon.head.windows > 1
+        ends.append((c.x[soil], c.std[soil], horizon.n, horizon.std))
+    (x, std, n, n_std), (other_x, other_std, other_n, other_n_std) = ends
+    np.testing.assert_array_equal(x, other_x)
+    np.testing.assert_array_equal(n, other_n)
+    np.testing.assert_allclose(other_std**2 - std**2, (0.05 * x) ** 2, rtol=1e-9)
+    np.testing.assert_allclose(other_n_std**2 - n_std**2, (0.05 * n) ** 2, rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -9,15 +9,21 @@ from softsoil.estimator.verdict import Verdict
 from softsoil.recording.noise import add_noise
 
 
-def drive(n, information, x=(1.0, 2.0)):
+def drive(n, information, x=(1.0, 2.0), common=0.03):
     count = len(x)
-    return DriveSoil("a", Verdict("identified", ""), np.array(x), np.zeros(count), np.full(count, n), np.full(count, information))
+    n, information = np.full(count, n), np.full(count, information)
+    return DriveSoil("a", Verdict("identified", ""), np.array(x), np.zeros(count), n, information, common)
 
 
 def test_drives_are_fused_by_information():
     (cell,) = fuse([drive(0.5, 300.0), drive(0.8, 100.0)], 5.0)
     assert cell.n == pytest.approx(0.575) and (cell.windows, cell.drives) == (4, 2)
     assert cell.std > np.sqrt(1 / 800)
+
+
+def test_the_error_common_to_all_drives_stays_however_many_there_are():
+    (one,), (many,) = fuse([drive(0.5, 1e8)], 5.0), fuse([drive(0.5, 1e8, common=0.04)] * 9, 5.0)
+    assert one.std == pytest.approx(0.03 * 0.5, rel=1e-4) and many.std == pytest.approx(0.04 * 0.5, rel=1e-4)
 
 
 def test_cells_are_told_by_place_and_need_two_windows():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
-from softsoil.estimator.estimate import estimate
+from softsoil.estimator.estimate import METHODS, estimate, run_method
 from softsoil.estimator.evidence import Evidence, sensor_variance
 from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.synthetic import synthetic_drive
@@ -55,6 +55,14 @@ def test_a_new_soil_is_followed_and_dated():
     after = found.t > border + 5.0
     assert np.all(np.abs(found.n[after, 0] - 0.8) < 0.1 * 0.8)
     assert len(both) == end + len(softer)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_vehicle_s_error_of_n_widens_the_bar_and_leaves_n(noisy, method):
+    vehicle = reference_vehicle().with_(n_error=0.05)
+    plain, wide = (run_method(noisy, nominal_bicycle(v, CLAY), 0.6, method, start=1.0) for v in (reference_vehicle(), vehicle))
+    np.testing.assert_array_equal(plain.n_front, wide.n_front)
+    np.testing.assert_allclose(wide.n_front_std**2 - plain.n_front_std**2, (0.05 * plain.n_front) ** 2, rtol=1e-9)
 
 
 def test_a_right_model_on_an_exciting_drive_is_identified(noisy):

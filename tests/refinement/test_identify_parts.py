@@ -92,12 +92,14 @@ def radius_errors(std):
 @pytest.mark.parametrize(("share", "said"), [(1.0, False), (1.002, False), (1.01, True), (0.99, True)])
 def test_a_radius_that_does_not_roll_is_contradicted(share, said):
     errors = radius_errors(0.0002)
-    contradiction = by_rolling(KNOWN, {"radius": share * 0.33}, errors, RULES)
+    contradiction, note = by_rolling(KNOWN, {"radius": share * 0.33}, errors, RULES)
     assert (contradiction is not None) == said
+    measured = float(note.split("m, ")[1].split(" ")[0])
+    assert measured == pytest.approx(share * 0.33, abs=1e-4) and "these logs contradict one that is 2.2 mm off" in note
     if said:
-        assert contradiction.value == pytest.approx(share * 0.33) and contradiction.sigmas > RULES.contradicted_motion
+        assert contradiction.value == pytest.approx(share * 0.33) and contradiction.sigmas > RULES.contradicted_rolling
     rough = known_from_table({**NUMBERS_GIVEN, "simulator": {"contact_search": 0.0033}}, "car.toml", "car")
-    assert by_rolling(rough, {"radius": 1.01 * 0.33}, errors, RULES) is None, "the search makes up for it"
+    assert by_rolling(rough, {"radius": 1.01 * 0.33}, errors, RULES)[0] is None, "the search makes up for it"
 
 
 def moving(l_f=1.4, seconds=40.0, dt=0.012, sway=0.0):
