@@ -12,7 +12,7 @@
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
 #define LONGEST_WINDOW 105 /* samples */
-#define MAGIC 0xa19c0b8bu
+#define MAGIC 0xf453f9b1u
 
 typedef softsoil_horizon_window_t window_t;
 
