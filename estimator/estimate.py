@@ -73,7 +73,7 @@ def estimate(
 
     n = (found.n_front[-1],) if tied else (found.n_front[-1], found.n_rear[-1])
     verdict = judge(drive, model, first, n, tied=tied, start=start, again=again if method == "ukf" else None)
-    return replace(found, verdict=_with_wheels(drive, verdict, choice))
+    return replace(found, verdict=judged_without_wheels(drive, verdict, choice))
 
 
 def _no_soil(drive: Recording, model: Model) -> TerrainEstimate:
@@ -97,7 +97,7 @@ def _driveline(drive: Recording, model: Model, n0: float, start: float) -> Choic
         return None
 
 
-def _with_wheels(drive: Recording, verdict: Verdict, choice: Choice | None) -> Verdict:
+def judged_without_wheels(drive: Recording, verdict: Verdict, choice: Choice | None) -> Verdict:
     """The verdict with what stands for absent wheel speeds; none is "identified" between drivelines of different n."""
     if not absent_axles([drive]):
         return verdict
