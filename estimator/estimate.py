@@ -25,7 +25,7 @@ from softsoil.symbolic.model import Model
 
 METHODS = ("ukf", "horizon")
 ABSENT_WHEELS_ERROR = 0.03
-"""Share of n by which estimates with and without wheel speeds differ on the same drives, root mean square (plant vehicles 0 to 2)."""
+"""Share of n by which estimates with and without wheel speeds differ on the same drives (rms; vehicles 0 to 2 of the plant)."""
 
 
 def estimate(
