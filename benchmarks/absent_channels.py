@@ -1,4 +1,4 @@
-"""The same drives without v, without wheel speeds, without pose and without all of them: n, and the effects that are identified.
+"""The same drives without v, without wheel speeds, without pose and without all of them: n with its verdict, and the effects.
 
     python benchmarks/absent_channels.py ../shared/data/chrono_vehicle [--effects steer_lag ...] [--write PAGE]
 
@@ -14,13 +14,14 @@ from itertools import chain
 from pathlib import Path
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.terrain import estimate_terrain
+from softsoil.estimator.estimate import estimate
 from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
+from softsoil.recording.usable import mark_checked
 from softsoil.refinement.refine import refine
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOILS
@@ -81,9 +82,10 @@ def estimates(folder: Path, vehicle: Vehicle) -> Iterator[str]:
             if name.endswith("10 Hz"):
                 drive = replace(drive, channels={k: v[::SLOW] for k, v in drive.channels.items()}, truth={})
             truth = named_n(log.name) or float("nan")
-            found = estimate_terrain(drive, bicycle(vehicle, soil), truth + 0.2, tied=True, start=2.0)
-            n, std = found.n_front[-1], found.n_front_std[-1]
-            cells.append(f"{n:.3f} ± {std:.3f} ({100 * (n / truth - 1):+.0f} %)")
+            found = estimate(mark_checked(drive), bicycle(vehicle, soil), truth + 0.2, start=2.0)
+            n, std, verdict = found.n_front[-1], found.n_front_std[-1], found.verdict
+            doubt = "" if verdict is None or verdict.usable else f" {verdict.word}"
+            cells.append(f"{n:.3f} ± {std:.3f} ({100 * (n / truth - 1):+.0f} %){doubt}")
         yield f"| {name} | " + " | ".join(cells) + " |"
 
 

@@ -87,7 +87,8 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     vehicle, soil = declaration.vehicle, declaration.soil
     lines = [f"# {note}" for note in notes] + [f'law = "{declaration.law}"', "", "[vehicle]", f"name = {toml_text(vehicle.name)}"]
     lines += [_line(n.name, getattr(vehicle, n.name), f"{n.unit}: {n.doc}") for n in NUMBERS]
-    tables = {"simulator": vehicle.simulator, **{f"effects.{name}": values for name, values in vehicle.effects.items()}}
+    tables = {"simulator": vehicle.simulator, "driveline": vehicle.driveline}
+    tables |= {f"effects.{name}": values for name, values in vehicle.effects.items()}
     known = {n.name for n in NUMBERS} | {key for values in vehicle.effects.values() for key in values}
     tables |= {"uncertainty": {key: std for key, std in vehicle.uncertainty.items() if key in known}}
     for name, values in tables.items():

@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.predictor import Predictor, substeps_for
 from softsoil.recording.clock import on_even_clock
@@ -107,6 +108,8 @@ class Replay:
         self.states, self.recorded = known_states(log), measured_states(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
+        model = with_log_wheels(model, [log])
+        self._nominal = model.p.nominal  # of a model with more parameters than p, where wheel speeds are absent
         self.predictor = Predictor(model, log.dt, substeps=substeps_for(log.dt))
         self._extra = len(model.x) - len(STATE_CHANNELS)
 
@@ -122,6 +125,7 @@ class Replay:
         starts = np.arange(self.first, last - steps, steps)
         left_out = last - (int(starts[-1]) + steps + 1 if len(starts) else self.first)
         starts = starts[np.isfinite(self.states[starts]).all(axis=1)]
+        p = np.concatenate([p, self._nominal[len(np.asarray(p)) :]])
         full, memory = self._along(p)
         predicted = np.empty((len(starts), steps + 1, len(STATE_CHANNELS)))
         for i, row in enumerate(starts):
@@ -136,6 +140,7 @@ class Replay:
 
     def rates(self, p: ArrayLike) -> Array:
         """(N - 1, 6) rates of the states that the model has at the recorded states, each as its step over dt says."""
+        p = np.concatenate([p, self._nominal[len(np.asarray(p)) :]])
         full, memory = self._along(p)
         after = self.predictor.one_step(full[:-1], self.inputs[:-1], p, memory[:-1])
         return (after - full[:-1])[:, : len(STATE_CHANNELS)] / self.dt

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import substeps_for
@@ -159,7 +160,7 @@ def drive_windows(recording: Recording, model: Model, start: float, rules: Horiz
     """Windows of a drive after `start` seconds, weighted by sensor noise and model error."""
     drive = shooting_drive(recording, model, start)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
-    compiled = WindowModel(model, drive.dt, substeps_for(drive.dt))
+    compiled = WindowModel(with_log_wheels(model, [recording]), drive.dt, substeps_for(drive.dt))
     return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in, rules.slowest)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.drift import Drift
 from softsoil.estimator.inputs import measured_inputs
@@ -104,7 +105,7 @@ def estimate_terrain(
     if len(log) < 4:
         raise ValueError(f"{log.name}: expected at least 4 rows after the start-up, found {len(log)}")
     own_step, log = log.dt, on_fine_clock(log)
-    augmented = terrain_model(model, tied)
+    augmented = terrain_model(with_log_wheels(model, [log]), tied)
     inputs, _ = measured_inputs(log, augmented.external)
     measured = measured_states(log)
     own = _filter(log, augmented, n0, tuning)

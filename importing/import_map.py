@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from softsoil.files.toml_file import read_toml
+from softsoil.importing.counters import unwrapped
 from softsoil.importing.sources import Series
 from softsoil.recording.columns import UNITS
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Array
@@ -62,8 +63,13 @@ class Mapped:
 
     def samples(self, series: Series) -> Array:
         """(N,) values of its fields in its source's series: their mean, NaN where one is missing, or the rate of that."""
-        values: Array = np.mean([series.values[name] for name in self.fields], axis=0)
+        parts = [series.values[name] for name in self.fields]
+        values: Array = np.mean([unwrapped(part)[0] for part in parts] if self.rate else parts, axis=0)
         return _rate(series.t, values) if self.rate else values
+
+    def wraps(self, series: Series) -> int:
+        """How often counts, of which the channel is the rate, started anew in its source's series."""
+        return sum(unwrapped(series.values[name])[1] for name in self.fields) if self.rate else 0
 
     def si(self, values: Array, radius: float) -> Array:
         """values (N,) of `samples`, in SI units of the channel; radius: of the wheels (m)."""

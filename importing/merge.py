@@ -97,6 +97,9 @@ def merge(
             origins[n] = Origin("derived", first.source, first.rate_hz, first.gaps)
     channels = _mounted(channels, plan, geometry)
     notes = tuple(note for s in series.values() for note in s.notes)
+    for channel, origin in plan.channels.items():
+        if count := origin.wraps(series[origin.source]):
+            notes += (f"{channel}: {origin.label}: a counter that wrapped {count} times",)
     recording = Recording(name, channels, {}, notes, {}, state)
     return Merged(recording, origins, float(clock[0]))
 

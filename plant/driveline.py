@@ -54,14 +54,15 @@ def clutch(wanted, limit, engaged):
 def spin_rates(machine, locked, drive, torque, spin, dt, rates):
     """Write the wheels' angular accelerations (rad/s^2).
 
-    drive: torque at axle speed (N m), split evenly by the centre differential; torque (4,): of soil, brakes and bearings
-    on each wheel about its axle; locked (3,): whether the clutches of centre, front and rear differential are engaged;
-    spin (4,) rad/s. Differentials are symmetric; the centre's own inertia turns at the mean of both axles.
+    drive: torque at axle speed (N m), of which the centre gives the share front_drive to the front axle; torque (4,): of soil,
+    brakes and bearings on each wheel about its axle; locked (3,): whether the clutches of centre, front and rear differential
+    are engaged; spin (4,) rad/s. Axle differentials are symmetric; the centre's own inertia turns at the mean of both axles.
     """
     inertia, boxes, limit = machine.spin_inertia, machine.box_inertia, machine.lock_limit
     couple = 0.25 * boxes[0]
     own_front, own_rear = 2.0 * inertia + boxes[1] + couple, 2.0 * inertia + boxes[2] + couple
-    front, rear = torque[0] + torque[1] + 0.5 * drive, torque[2] + torque[3] + 0.5 * drive
+    to_front = machine.front_drive * drive
+    front, rear = torque[0] + torque[1] + to_front, torque[2] + torque[3] + drive - to_front
     apart = 0.5 * (spin[0] + spin[1] - spin[2] - spin[3]) / dt
     det = own_front * own_rear - couple * couple
     # (front - t)(own_rear + couple) - (rear + t)(own_front + couple) = -apart det, solved for the clutch's torque t.

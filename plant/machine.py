@@ -61,6 +61,7 @@ class Machine(NamedTuple):
     full_throttle: Array  # (N, 2) torque against rad/s
     zero_throttle: Array
     brake_torque: float
+    front_drive: float  # share of the driving torque that the centre gives to the front axle
     torque_reaction: float  # share of the propeller shaft's torque that the chassis feels about x
     joint_reaction: float  # share of a half shaft's torque that the chassis feels about the steered wheel's axle, not y
 
@@ -179,6 +180,7 @@ def build_vehicle(table: dict[str, Any], name: str) -> PlantVehicle:
         full_throttle=_curve(drive["full_throttle"], RPM),
         zero_throttle=_curve(drive["zero_throttle"], RPM),
         brake_torque=float(drive["brake_torque"]),
+        front_drive=float(drive.get("front_drive", 0.5)),
         torque_reaction=float(drive.get("torque_reaction", 0.0)),
         joint_reaction=float(drive.get("joint_reaction", 1.0)),
     )

@@ -14,18 +14,6 @@ from softsoil.recording.drive import WHEEL_CHANNELS, Array, ChannelState, Record
 from softsoil.recording.evidence import SPIKE, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry, corners
 
-RESISTANCE, SLIP_COMPLIANCE = 0.045, 0.45
-"""Slip of wheels whose speed is not measured: s = SLIP_COMPLIANCE (RESISTANCE + a_x/g + a_y steer/g), the force per weight that
-driven wheels give at steady speed, for acceleration, and against the steered wheels' side force. On 18 drives of two vehicles
-with all wheels driven, on clay, loam and sand, it is 80 to 98 % of the variance of the measured wheels' mean slip. What is lost:
-brakes, spinning wheels, axles that are not driven, and what differs between the wheels."""
-INNER_SLIP = {"f": 0.5, "r": 0.17}
-"""Slip of an axle's left wheel less its right one per a_y/g: an open differential gives both the same torque, so that the inner,
-lighter wheel slips more (fits on the same drives: 0.22 to 0.9 in front, 0.08 to 0.37 at the rear)."""
-MOST_SLIP = 0.3
-"""Slip of wheels that are not measured stays within this: beyond it, they dig."""
-GRAVITY = 9.81
-"""m/s^2"""
 SLOPE = 0.4
 """s: straight line through positions that gives a velocity."""
 POSE_TIME, BLIND_TIME = 0.5, 2.0
@@ -68,12 +56,10 @@ def completed(recording: Recording, geometry: Geometry) -> Recording:
             add(name, np.cumsum(rate) * log.dt, "dead reckoning from speed and heading, from zero")
     absent = [name for name in WHEEL_CHANNELS if name in missing]
     if absent:
-        for name, values in _wheels(replace(log, channels=channels), geometry, v, absent).items():
-            channels[name] = values
-            state[name] = "derived"
-        known = [name for name in WHEEL_CHANNELS if name not in absent]
-        how = f"the slip of {', '.join(known)}" if known else "the slip that the driving force asks for"
-        notes.append(f"{', '.join(absent)}: not in the log; each wheel rolls as the vehicle moves, with {how}")
+        rolling = _rolling(u, omega, _filled(log["steer"]), v, geometry)
+        channels |= {name: rolling[name] for name in absent}
+        state |= dict.fromkeys(absent, "derived")
+        notes.append(f"{', '.join(absent)}: not in the log; as they roll freely, models take the slip from the balance of forces")
     return replace(log, channels=channels, state=state, notes=tuple(notes))
 
 
@@ -168,28 +154,11 @@ def _smoother(known: Array, steps: Array, stiffness: float) -> Array:
     return np.array(value)
 
 
-def _wheels(log: Recording, geometry: Geometry, v: Array, absent: list[str]) -> dict[str, Array]:
-    """Speeds of wheels that roll as the vehicle moves, with the mean slip of those that are measured, or that driving needs.
-
-    Both sides differ as open differentials make them: INNER_SLIP.
-    """
-    u, omega, steer = (_filled(log[name]) for name in ("u", "omega_z", "steer"))
-    aside = np.clip(u * omega / GRAVITY, -1.0, 1.0)
-    centres, apart = {}, {}
+def _rolling(u: Array, omega: Array, steer: Array, v: Array, geometry: Geometry) -> dict[str, Array]:
+    """Speeds of wheels that roll freely as the vehicle moves (rad/s)."""
+    speeds = {}
     for name, (x, y, steered) in corners(geometry).items():
         angle = steer if steered else 0.0
-        centres[name] = np.maximum((u - y * omega) * np.cos(angle) + (v + x * omega) * np.sin(angle), LEAST_DRIVE)
-        apart[name] = 0.5 * np.sign(y) * INNER_SLIP[name[-2]] * aside
-    known = [name for name in WHEEL_CHANNELS if name not in absent]
-    if known:
-        rims = {name: np.maximum(geometry.radius * np.abs(_filled(log[name])), LEAST_DRIVE) for name in known}
-        slip = np.mean([1.0 - centres[name] / rims[name] - apart[name] for name in known], axis=0)
-    else:
-        ahead = _sliding_slope(u, log.dt) - v * omega
-        if log.measured("a_x_imu"):
-            ahead = _filled(np.where(np.abs(log["a_x_imu"]) > SPIKE, np.nan, log["a_x_imu"]))
-        slip = SLIP_COMPLIANCE * (RESISTANCE + (ahead + u * omega * steer) / GRAVITY)
-    return {
-        name: centres[name] / (1.0 - np.clip(slip + apart[name], -MOST_SLIP, MOST_SLIP)) / geometry.radius
-        for name in absent
-    }
+        centre = (u - y * omega) * np.cos(angle) + (v + x * omega) * np.sin(angle)
+        speeds[name] = np.maximum(centre, LEAST_DRIVE) / geometry.radius
+    return speeds

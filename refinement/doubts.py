@@ -40,7 +40,8 @@ def known_of(vehicle: Vehicle) -> Known:
     """What the owner of a complete vehicle file knows: a number at its default was not measured."""
     values = {n.name: float(getattr(vehicle, n.name)) for n in NUMBERS}
     numbers = {n.name: values[n.name] for n in NUMBERS if values[n.name] != n.default}
-    return Known(vehicle.name, numbers, vehicle.effects, vehicle.uncertainty, vehicle.source, vehicle.simulator)
+    given = (vehicle.effects, vehicle.uncertainty, vehicle.source, vehicle.simulator)
+    return Known(vehicle.name, numbers, *given, driveline=vehicle.driveline)
 
 
 def doubts(vehicle: Vehicle) -> dict[str, Doubt]:

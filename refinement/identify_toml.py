@@ -21,8 +21,9 @@ def vehicle_toml(found: Identification) -> str:
         f"name = {toml_text(vehicle.name)}",
     ]
     lines += [_line(n.name, getattr(vehicle, n.name), found.numbers.get(n.name), n.unit, doc=n.doc) for n in NUMBERS]
-    if vehicle.simulator:
-        lines += ["", "[simulator]", *(f"{key} = {value:.6g}" for key, value in vehicle.simulator.items())]
+    for part, values in (("simulator", vehicle.simulator), ("driveline", vehicle.driveline)):
+        if values:
+            lines += ["", f"[{part}]", *(f"{key} = {value:.6g}" for key, value in values.items())]
     lines += [] if vehicle.steering is None else ["", *vehicle.steering.toml()]
     for effect, values in vehicle.effects.items():
         lines += ["", f"[effects.{effect}]"]

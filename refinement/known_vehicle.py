@@ -9,7 +9,7 @@ from typing import Any
 
 from softsoil.files.steering_map import SteeringMap, steering_from_table
 from softsoil.files.toml_file import finite, read_toml
-from softsoil.symbolic.vehicle import NUMBERS, SIMULATOR, Vehicle
+from softsoil.symbolic.vehicle import DRIVELINE, NUMBERS, SIMULATOR, Vehicle
 
 NEEDED = ("mass", "l_f", "l_r", "track", "radius", "width")
 """What a scale and a tape give: without them nothing can be said of the rest."""
@@ -28,7 +28,7 @@ class Known:
     name; numbers: of the vehicle itself; effects: of declared effects, as in a vehicle file; stated: standard deviations that the
     file states in its table [uncertainty]; file: where it comes from; simulator: as in a vehicle file, of a simulated soil;
     steering: map of the steering; search: how far below a wheel the simulated soil's contact search finds it (m): its wheels roll
-    as if their radius were larger by as much.
+    as if their radius were larger by as much; driveline: as in a vehicle file.
     """
 
     name: str
@@ -39,6 +39,7 @@ class Known:
     simulator: dict[str, float] = field(default_factory=dict)
     steering: SteeringMap | None = None
     search: float = 0.0
+    driveline: dict[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> float:
         """A number that every known vehicle has."""
@@ -144,7 +145,11 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
         if key not in SIMULATOR:
             raise ValueError(f"{where}: simulator: expected keys {', '.join((*SIMULATOR.names, SEARCH))}; found {key!r}")
     steering = steering_from_table(table.get("steering", {}), where)
-    return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator, steering, search)
+    driveline = {str(key): finite(v, f"{where}: driveline.{key}") for key, v in _table(table.get("driveline", {}), where).items()}
+    for key, value in driveline.items():
+        if key not in DRIVELINE or not 0.0 <= value <= 1.0:
+            raise ValueError(f"{where}: driveline: expected {' and '.join(DRIVELINE.names)} from 0 to 1; found {key} = {value:g}")
+    return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator, steering, search, driveline)
 
 
 def _table(value: Any, where: str) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from softsoil.declaration.ground import idle
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.estimator.verdict import Verdict, judge
 from softsoil.recording.drive import STATE_CHANNELS, Recording
@@ -73,6 +74,9 @@ def refine(
         raise ValueError(f"soils: expected one per drive ({len(logs)}), found {len(soils)}")
     declaration = Declaration(declaration.vehicle, soils[0], declaration.law)
     recordings = [forward_part(usable(log, declaration.vehicle)) for log in logs]
+    choice = _driveline(recordings, declaration, soils, start)
+    if choice is not None:
+        declaration = replace(declaration, vehicle=declaration.vehicle.with_(driveline=choice.numbers))
     vehicle = declaration.vehicle
     names = _possible(recordings, declaration, candidates)
     bench = make_bench(recordings, declaration, start, windowing, names, soils)
@@ -99,6 +103,7 @@ def refine(
     n_before, n_after = (tuple(map(float, one.absent[:, index].ravel())) for one in (bench, whole))
     groups = inseparable(selection)
     lines = notes(recordings, declaration, bench, selection)
+    lines += () if choice is None else (f"no wheel speeds: {choice}",)
     idle_here = _idle(declaration, candidates)
     lines += tuple(f"{name}: not tried, it does nothing with {declaration.law}" for name in idle_here)
     lines += tuple(
@@ -149,6 +154,14 @@ def _n_std(bench: Bench, last: Fit, n: Sequence[float], common: float) -> tuple[
     """Standard deviation of each n: of the fit `last`, and the share `common` by numbers that no fit freed; none without n."""
     stds = [last.named()[f.name][1] for f in bench.ground] if bench.sinks else []
     return tuple(float(np.hypot(std, common * one)) for std, one in zip(stds, n, strict=True))
+
+
+def _driveline(recordings: Sequence[Recording], declaration: Declaration, soils: Sequence[Soil], start: float) -> Choice | None:
+    """The driveline that drives without wheel speeds show, where it is not declared; None on hard ground."""
+    models = [Declaration(declaration.vehicle, soil, declaration.law).build() for soil in soils]
+    if not declaration.sinks or not undeclared(recordings, models[0]):
+        return None
+    return choose_driveline(recordings, models, [float(soil.n) for soil in soils], start)
 
 
 def _judged(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
 from softsoil.estimator.stiffness import needed_substeps
@@ -139,7 +140,8 @@ def make_bench(
     names: effects that will be tried, default all that are not declared.
     Raises ValueError for drives that shooting cannot use.
     """
-    model, soils = whole_model(declaration, names), tuple(soils or [declaration.soil] * len(recordings))
+    model = with_log_wheels(whole_model(declaration, names), recordings)
+    soils = tuple(soils or [declaration.soil] * len(recordings))
     plain, sinks = declaration.plain(), declaration.sinks
     soil_of = [model.p.index(name) for name in plain.p.names]
     drives = [shooting_drive(r, model, start, windowing.smooth(r.dt, sinks)) for r in recordings]

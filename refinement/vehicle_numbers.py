@@ -180,7 +180,7 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
     rest: dict[str, Any] = {**known.rest(set(own)), **own}
     stated = {name: std for name, std in (stds or {}).items() if name not in SIMULATOR}
     made = Vehicle(name=known.name, effects=effects, simulator=simulator, uncertainty=stated, **rest)
-    return replace(made, steering=known.steering)
+    return replace(made, steering=known.steering, driveline=known.driveline)
 
 
 def declared_vehicle(known: Known) -> Vehicle:
@@ -188,7 +188,7 @@ def declared_vehicle(known: Known) -> Vehicle:
     declared; yaw inertia and height of the centre of gravity, which have no default, as expected."""
     numbers: dict[str, Any] = {name: expected(known)[name][0] for name in ("yaw_inertia", "h_cg")} | known.numbers
     made = Vehicle(name=known.name, effects=known.effects, simulator=known.simulator, **numbers)
-    return replace(made, steering=known.steering)
+    return replace(made, steering=known.steering, driveline=known.driveline)
 
 
 def free_layout(known: Known) -> Layout:

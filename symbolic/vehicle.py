@@ -51,8 +51,9 @@ class Vehicle:
     """A two-axle vehicle with rigid wheels: NUMBERS says what each number is.
 
     effects: declared effects by name, each a table of parameters; simulator: where its logs come from a simulated soil, how that
-    meets a wheel (SIMULATOR), empty for a real one; uncertainty: standard deviations of numbers and effects' parameters, by name
-    and in their units, as far as they are known; steering: command to mean road-wheel angle; source: its file.
+    meets a wheel (SIMULATOR), empty for a real one; driveline: which wheels are driven (DRIVELINE), empty: logs decide;
+    uncertainty: standard deviations of numbers and effects' parameters, by name and in their units, as far as they are known;
+    steering: command to mean road-wheel angle; source: its file.
     Raises ValueError for a number outside its physical bounds.
     Example: softsoil.load_vehicle("reference").with_(mass=2000.0).mass == 2000.0
     """
@@ -82,6 +83,7 @@ class Vehicle:
     n_error: float = _number("1", 0.0, 1.0, "error of n that they make, as a share", "identify", 0.0, spread=0.01, modelled=False)
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     simulator: dict[str, float] = field(default_factory=dict)
+    driveline: dict[str, float] = field(default_factory=dict)
     uncertainty: dict[str, float] = field(default_factory=dict)
     steering: SteeringMap | None = None
     source: str = field(default="", compare=False)
@@ -123,11 +125,16 @@ SIMULATOR = Layout.of(
     Signal("patch_length", "", "length over radius of the patch that its contact search finds", 0.0, 0.0, 10.0),
 )
 """What a simulated soil may declare of itself, in the table [simulator]: options of the force law."""
+DRIVELINE = Layout.of(
+    Signal("centre_lock", "", "1: both axles turn alike; 0: each has its share of the torque", 1.0, 0.0, 1.0),
+    Signal("front_drive", "", "share of the torque at the front axle: 1 front, 0 rear, 0.5 open centre", 0.5, 0.0, 1.0),
+)
+"""The table [driveline], for logs without wheel speeds (softsoil.declaration.driveline)."""
 
 
 def load_vehicle(source: str | Path) -> Vehicle:
     """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file (keys: NUMBERS, `[effects.<name>]` tables of
-    declared effects, `[simulator]`, `[steering]`).
+    declared effects, `[simulator]`, `[driveline]`, `[steering]`).
 
     Raises ValueError naming the file, the key, what was expected and what was found.
     Example: softsoil.load_vehicle("paper").effects == {}
@@ -147,14 +154,13 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     if missing:
         raise ValueError(f"{where}: expected keys {'; '.join(missing)}; found none of {'these' if missing[1:] else 'that name'}")
     values: dict[str, Any] = {n.name: finite(table[n.name], f"{where}: key {n.name!r}") for n in NUMBERS if n.name in table}
-    simulator = _table(table, "simulator", where)
-    for key, value in simulator.items():
-        if key not in SIMULATOR:
-            raise ValueError(f"{where}: simulator: expected keys {', '.join(SIMULATOR.names)}; found {key!r}")
-        if not SIMULATOR[key].lower <= value <= SIMULATOR[key].upper:
-            raise ValueError(
-                f"{where}: simulator.{key}: expected {SIMULATOR[key].lower:g} to {SIMULATOR[key].upper:g}, found {value:g}"
-            )
+    for part, options in (("simulator", SIMULATOR), ("driveline", DRIVELINE)):
+        values[part] = _table(table, part, where)
+        for key, value in values[part].items():
+            if key not in options:
+                raise ValueError(f"{where}: {part}: expected keys {', '.join(options.names)}; found {key!r}")
+            if not (low := options[key].lower) <= value <= (high := options[key].upper):
+                raise ValueError(f"{where}: {part}.{key}: expected {low:g} to {high:g}, found {value:g}")
     effects = table.get("effects", {})
     if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
         raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
@@ -169,8 +175,7 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
             )
     values["steering"] = steering_from_table(table.get("steering", {}), where)
     try:
-        values |= {"effects": effects, "simulator": simulator, "uncertainty": uncertainty, "source": where}
-        return Vehicle(str(table.get("name", name)), **values)
+        return Vehicle(str(table.get("name", name)), effects=effects, uncertainty=uncertainty, source=where, **values)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 

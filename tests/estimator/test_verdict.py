@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
-from softsoil.estimator.estimate import METHODS, estimate, run_method
+from softsoil.estimator.driveline_choice import Choice
+from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
 from softsoil.estimator.evidence import Evidence, sensor_variance
 from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
-from softsoil.estimator.verdict import WORDS, decide
+from softsoil.estimator.verdict import WORDS, Verdict, decide
 from softsoil.recording.derive import mark
+from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.usable import mark_checked
 from softsoil.symbolic.bicycle import nominal_bicycle
@@ -102,11 +104,15 @@ def test_a_flipped_sign_is_never_identified(noisy, channel):
     assert not estimate(flipped, clay_bicycle(), 0.7, start=1.0).verdict.usable
 
 
-def test_no_n_that_rests_on_derived_wheel_speeds_is_identified(noisy):
-    """On a drive of the model itself, on which all else is right: the judge alone would pass it."""
-    derived = mark_checked(mark(noisy, "derived", "omega_fl"))
-    found = estimate(derived, clay_bicycle(), 0.7, method="horizon", start=1.0)
-    assert found.verdict.word == "inconsistent" and found.verdict.reason.startswith("omega_fl is derived: n may be too high")
+def test_no_n_is_identified_between_drivelines_of_different_n(noisy):
+    bare = mark(noisy, "derived", *WHEEL_CHANNELS)
+    right = Verdict("identified", "fine")
+    one = Choice("front wheels driven", {}, {"front wheels driven": 0.5})
+    both = Choice("front wheels driven", {}, {"front wheels driven": 0.5, "rear wheels driven": 0.56})
+    assert judged_without_wheels(noisy, right, None) is right
+    assert judged_without_wheels(bare, right, one).usable and judged_without_wheels(bare, right, None).usable
+    doubtful = judged_without_wheels(bare, right, both)
+    assert doubtful.word == "inconsistent" and "rear wheels driven (n = 0.560)" in doubtful.reason
 
 
 def test_a_straight_drive_excites_nothing():

@@ -162,6 +162,39 @@ def test_the_way_of_a_wheel_becomes_its_speed():
     assert np.allclose(origin.si(origin.samples(Series("/a", t, {"way": 3000.0 * t})), radius=0.3), 10.0)
 
 
+@pytest.mark.parametrize(("bits", "first"), [(16, 0), (16, -(2**15)), (32, 0), (32, -(2**31))])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_counts_that_wrap_go_on(clean, bits, first, sign):
+    text = '[channels]\nomega_fl = {source = "/a:ticks", rate = true, factor = 0.001}\n'
+    origin = map_from_table(tomllib.loads(text), "map").channels["omega_fl"]
+    t = np.linspace(0.0, 2.0, 101)
+    turned = sign * np.round(4000.0 * t) + (2**bits - 1500.0 if sign > 0 else 1500.0)
+    series = Series("/a", t, {"ticks": np.mod(turned, 2**bits) + first})
+    assert origin.wraps(series) == 1
+    assert np.allclose(origin.si(origin.samples(series), radius=0.3), sign * 4.0, atol=1e-6)
+
+
+def test_what_never_wraps_is_left_and_a_wrap_is_noted(clean):
+    text = """
+        [channels]
+        u = "a:u"
+        omega_z = "a:omega_z"
+        steer = "a:steer"
+        omega_fl = {source = "a:ticks", rate = true, factor = 0.001}
+        """
+    ticks = np.round(np.cumsum(clean["omega_fl"]) * clean.dt * 1000.0)
+    fields = {name: clean[name] for name in ("u", "omega_z", "steer")}
+    plan = map_from_table(tomllib.loads(text), "map")
+    drives = []
+    for counts in (ticks, np.mod(ticks, 2**16)):
+        made = merge("log", plan, {"a": Series("a", clean.t, {**fields, "ticks": counts})}, reference_vehicle())
+        drives.append(made.recording)
+    assert np.allclose(drives[0]["omega_fl"], drives[1]["omega_fl"], atol=1e-9)
+    assert not any("wrapped" in note for note in drives[0].notes)
+    (note,) = [note for note in drives[1].notes if "wrapped" in note]
+    assert note.startswith("omega_fl: a:ticks (rate): a counter that wrapped ")
+
+
 def test_the_speed_of_a_velocity_to_the_east_and_north_is_drafted():
     twist = SimpleNamespace(linear=SimpleNamespace(x=3.0, y=-4.0, z=0.5), angular=SimpleNamespace(x=0.0, y=0.0, z=0.0))
     message = SimpleNamespace(twist=twist)

