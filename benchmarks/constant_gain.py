@@ -14,10 +14,10 @@ import numpy as np
 
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.shooting import Shooting, shooting_drive
-from softsoil.estimator.unknown_ground import N_NAMES
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import Fit, Free, Weights, fit
 from softsoil.refinement.rules import RULES
+from softsoil.refinement.unknown_ground import N_NAMES
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.effect import Correction, Effect, add_effect
 from softsoil.symbolic.model import Model, Quantities

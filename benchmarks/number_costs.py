@@ -17,7 +17,6 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.unknown_ground import N_NAMES, N_SCALE
 from softsoil.estimator.window_fit import fit_windows
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
@@ -26,6 +25,7 @@ from softsoil.recording.states import sensor_std
 from softsoil.refinement.identify_bench import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR, SUBSTEPS
 from softsoil.refinement.identify_errors import n_costs
 from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.unknown_ground import N_NAMES, N_SCALE
 from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.signals import Layout, Signal

@@ -63,7 +63,7 @@ def generate(
             from softsoil.control.c_folder import controller_texts
 
             return controller_texts(declaration(vehicle, soil, law, model), dt, fmi, hessian=hessian)
-        from softsoil.estimator.c_library import c_library_texts
+        from softsoil.control.c_estimator import c_library_texts
 
         return c_library_texts(declaration(vehicle, soil, law, model), dt, fmi)
 

@@ -7,13 +7,13 @@ from softsoil.codegen.c_library.library import fill, template
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_controller import HESSIANS, controller_files, controller_values
 from softsoil.control.c_driver import driver_files
+from softsoil.control.c_estimator import c_library_texts, c_parts
 from softsoil.control.c_fmu import driver_fmi_files
 from softsoil.control.c_statuses import STATUSES
 from softsoil.control.declared import for_control
 from softsoil.control.driver_types import DriverSettings
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.c_library import c_library_texts, c_parts
 from softsoil.estimator.tuning import N_NAMES
 from softsoil.symbolic.signals import Layout
 

@@ -14,9 +14,9 @@ from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.codegen.sampling import STEP
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
+from softsoil.control.c_estimator import c_library_texts
 from softsoil.control.declared import for_control
 from softsoil.declaration.model_file import Declaration, declaration_toml
-from softsoil.estimator.c_library import c_library_texts
 
 Array = NDArray[np.float64]
 

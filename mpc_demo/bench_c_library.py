@@ -11,8 +11,8 @@ import numpy as np
 from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
+from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration, declaration_toml
-from softsoil.estimator.c_library import c_library_texts
 from softsoil.estimator.terrain import terrain_model
 from softsoil.mpc_demo.bench_filter import DT, Q, R, U, Y, filterpy_filter
 from softsoil.mpc_demo.bench_horizon import horizon_rows

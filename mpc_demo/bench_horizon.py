@@ -11,8 +11,8 @@ from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
+from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration, declaration_toml
-from softsoil.estimator.c_library import c_library_texts
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.mpc_demo.bench_rows import Row, seconds

@@ -12,12 +12,12 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.horizons import HORIZONS
 from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import Drive
-from softsoil.estimator.unknown_ground import free_n
 from softsoil.estimator.window_fit import fit_windows
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.identify_bench import FASTEST, HORIZON, SUBSTEPS, Bench, first_n
 from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.identify_result import Judged
+from softsoil.refinement.unknown_ground import free_n
 from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.catalogue import bicycle
 

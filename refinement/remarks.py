@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.unknown_ground import N_NAMES
 from softsoil.recording.drive import Recording
 from softsoil.refinement.observations import carried
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, size
 from softsoil.refinement.trace import Bench, Candidate
+from softsoil.refinement.unknown_ground import N_NAMES
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect
 

@@ -13,11 +13,11 @@ from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
 from softsoil.estimator.stiffness import needed_substeps
-from softsoil.estimator.unknown_ground import N_NAMES, free_n, free_road, ground_starts
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import sensor_std
 from softsoil.refinement.fit import Fit, Weights, fit
 from softsoil.refinement.rules import RULES
+from softsoil.refinement.unknown_ground import N_NAMES, free_n, free_road, ground_starts
 from softsoil.refinement.vehicle_numbers import own_layout
 from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.bicycle import soil_parameters

@@ -11,12 +11,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from softsoil.control.c_estimator import generate
     from softsoil.control.nmpc import Nmpc
     from softsoil.control.ocp import Ocp
     from softsoil.control.plugs_acados import to_acados
     from softsoil.control.plugs_do_mpc import to_do_mpc
     from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
-    from softsoil.estimator.c_library import generate
     from softsoil.estimator.estimate import estimate
     from softsoil.estimator.horizons import predict
     from softsoil.files.package_data import example_logs
@@ -70,11 +70,11 @@ __all__ = [
 
 if not TYPE_CHECKING:
     _MODULES = {
+        "control.c_estimator": ("generate",),
         "control.nmpc": ("Nmpc",),
         "control.ocp": ("Ocp",),
         "control.plugs_acados": ("to_acados",),
         "control.plugs_do_mpc": ("to_do_mpc",),
-        "estimator.c_library": ("generate",),
         "estimator.estimate": ("estimate",),
         "estimator.horizons": ("predict",),
         "files.package_data": ("example_logs",),

@@ -169,10 +169,8 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     there = {*(n.name for n in NUMBERS), *(key for values in effects.values() for key in values)}
     for key, std in uncertainty.items():
         if key not in there or not std > 0:
-            raise ValueError(
-                f"{where}: uncertainty.{key}: expected a positive standard deviation of a number of the vehicle or of a "
-                f"parameter of its effects, found {std:g}"
-            )
+            what = "a positive standard deviation of a number of the vehicle or of a parameter of its effects"
+            raise ValueError(f"{where}: uncertainty.{key}: expected {what}, found {std:g}")
     values["steering"] = steering_from_table(table.get("steering", {}), where)
     try:
         return Vehicle(str(table.get("name", name)), effects=effects, uncertainty=uncertainty, source=where, **values)

@@ -7,8 +7,8 @@ from tempfile import mkdtemp
 from drives import reference_vehicle
 from softsoil.codegen.c_library.binding import CLibrary
 from softsoil.codegen.c_library.folder import write_library
+from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.c_library import c_library_texts
 from softsoil.symbolic.soil import CLAY
 
 NAMES = ("plain", "tracks")

@@ -10,7 +10,7 @@ from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
-from softsoil.estimator.c_library import c_library_texts, c_parts
+from softsoil.control.c_estimator import c_library_texts, c_parts
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive

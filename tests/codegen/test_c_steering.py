@@ -9,8 +9,8 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.codegen.c_library.steering import HEADER, steering_header
+from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.c_library import c_library_texts
 from softsoil.files.steering_map import SteeringMap
 from softsoil.symbolic.soil import CLAY
 

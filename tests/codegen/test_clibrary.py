@@ -14,8 +14,8 @@ from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.sampling import STEP
+from softsoil.control.c_estimator import c_library_texts, c_parts
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.c_library import c_library_texts, c_parts
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain_filter import TerrainFilter
 from softsoil.recording.states import measured_states

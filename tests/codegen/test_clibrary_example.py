@@ -12,7 +12,7 @@ from c_folders import SCALAR, folder
 from drives import CLAY_LOG
 from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.horizon_binding import CHorizon
-from softsoil.estimator.c_horizon import SENTENCES
+from softsoil.control.c_horizon import SENTENCES
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import measured_states

@@ -9,8 +9,8 @@ import pytest
 from c_folders import NAMES, declared, folder
 from drives import PROJECT, reference_vehicle
 from softsoil.codegen.c_library.build import SOURCES
+from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.c_library import c_library_texts
 from softsoil.symbolic.soil import CLAY
 
 GENERATED = PROJECT / "generated"

@@ -11,7 +11,7 @@ from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
 from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.sampling import STEP
-from softsoil.estimator.c_library import c_parts
+from softsoil.control.c_estimator import c_parts
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning

@@ -18,13 +18,13 @@ from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.stiffness import needed_substeps
 from softsoil.estimator.synthetic import synthetic_drive
-from softsoil.estimator.unknown_ground import free_n, free_road, ground_starts
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import write_drive
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
 from softsoil.refinement.refine import refine
+from softsoil.refinement.unknown_ground import free_n, free_road, ground_starts
 from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.catalogue import bicycle

@@ -15,8 +15,8 @@ from softsoil.codegen.c_library.library import DriftNumbers, DriftSum, FilterNum
 from softsoil.codegen.c_library.parts import Parts, take_apart
 from softsoil.codegen.c_library.steering import HEADER, steering_header
 from softsoil.codegen.sampling import STEP
+from softsoil.control.c_horizon import horizon_numbers
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.c_horizon import horizon_numbers
 from softsoil.estimator.drift import DriftRules, likely_classes
 from softsoil.estimator.promote import promote_parameters
 from softsoil.estimator.soil_change import CHANGE_CLIP, CHANGE_SAMPLES
