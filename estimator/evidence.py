@@ -20,6 +20,10 @@ from softsoil.recording.drive import STATE_CHANNELS
 
 Array = NDArray[np.float64]
 
+SPLITS = (1 / 3, 1 / 2, 2 / 3)
+"""Shares of a drive's windows that count as its earlier part, when n of both parts is compared."""
+LEAST_PART = 4
+"""Windows of a part, at least."""
 LATERAL = ("v", "omega_z")
 """Channels that n moves and by which a model is judged."""
 THIRD = np.array([1.0, -3.0, 3.0, -1.0])
@@ -35,8 +39,9 @@ class Evidence:
     error alone, without the initial guess; by_guess: final n from each initial guess (G, A); n_axles, axles_std (2,): n of the
     front and of the rear axle, fitted separately; unexplained, unexplained_std: mean square that the model leaves of each
     lateral channel beyond sensor noise, as a share of the channel's own variance, and its standard error; inertia, inertia_std:
-    share by which the drive would have the yaw inertia larger than declared, and its standard deviation; motion: root mean
-    square lateral specific force u omega_z (m/s^2); windows: how many.
+    share by which the drive would have the yaw inertia larger than declared, and its standard deviation; parts (2,),
+    parts_sigmas: n of an earlier and of the later part of the drive where these differ most, and by how many standard
+    deviations; motion: root mean square lateral specific force u omega_z (m/s^2); windows: how many.
     """
 
     n: Array
@@ -49,6 +54,8 @@ class Evidence:
     unexplained_std: dict[str, float]
     inertia: float
     inertia_std: float
+    parts: Array
+    parts_sigmas: float
     motion: float
     windows: int
 
@@ -70,11 +77,10 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     information = np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
     axles, axles_std = _by_axle(windows, first, tied, rules)
     unexplained, unexplained_std = _unexplained(windows, first)
-    inertia, inertia_std = inertia_error(windows, first)
     speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
     return Evidence(
         n, std, information, np.array([run.n for run in runs]), axles, axles_std, unexplained, unexplained_std,
-        inertia, inertia_std, float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows),
+        *inertia_error(windows, first), *parts_of(first, last), float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows),
     )  # fmt: skip
 
 
@@ -100,6 +106,29 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
     inverse = np.linalg.inv(curvature)
     robust = inverse @ apart.summary.scatter(n, weight) @ inverse
     return n, np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
+
+
+def parts_of(horizon: MovingHorizon, last: int) -> tuple[Array, float]:
+    """(2,) n of the earlier and of the later windows where these differ most, and by how many standard deviations."""
+    summary, count = horizon.summary, last + 1 - horizon.since
+    weight = np.full(last + 1, horizon.share)
+    parts, sigmas = np.repeat(horizon.n[:1], 2), 0.0
+    for share in SPLITS:
+        cut = horizon.since + round(share * count)
+        if min(cut - horizon.since, last + 1 - cut) < LEAST_PART:
+            continue
+        ends, variances = [], []
+        for rows in (slice(horizon.since, cut), slice(cut, last + 1)):
+            n, curvature = summary.minimum(weight, None, rows)
+            inverse = np.linalg.inv(curvature)
+            robust = inverse @ summary.scatter(n, weight, rows) @ inverse
+            ends.append(n)
+            variances.append(np.maximum(np.diag(robust), np.diag(inverse)))
+        apart = np.abs(ends[1] - ends[0]) / np.sqrt(variances[0] + variances[1])
+        axle = int(np.argmax(apart))
+        if apart[axle] > sigmas:
+            parts, sigmas = np.array([ends[0][axle], ends[1][axle]]), float(apart[axle])
+    return parts, sigmas
 
 
 def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:

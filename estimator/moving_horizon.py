@@ -251,6 +251,11 @@ class MovingHorizon:
         """The first window of the present soil."""
         return self._since
 
+    @property
+    def share(self) -> float:
+        """What a window counts of one that overlaps none."""
+        return self._share
+
     def parameters(self, n: Array) -> Array:
         """(n_p,) parameters of the model with n (A,)."""
         model = self.windows.compiled.model

@@ -37,9 +37,10 @@ class VerdictRules:
     deviations, from which they disagree;
     unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right model leaves at most;
     unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia, inertia_sigmas: share by which the
-    drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; least_motion: root
-    mean square lateral specific force (m/s^2) below which nothing is said of the model; road: coefficient of friction from
-    which a drive that hard ground fits better than soil, by `road_sigmas` standard errors, was on hard ground.
+    drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; parts, parts_sigmas:
+    the same of n in the earlier and the later part of the drive, over n; least_motion: root mean square lateral specific
+    force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
+    fits better than soil, by `road_sigmas` standard errors, was on hard ground.
     """
 
     excited: float = 0.05
@@ -51,6 +52,8 @@ class VerdictRules:
     unexplained_sigmas: float = 2.0
     inertia: float = 0.12
     inertia_sigmas: float = 3.0
+    parts: float = 0.10
+    parts_sigmas: float = 2.5
     least_motion: float = 0.2
     road: float = 0.4
     road_sigmas: float = 1.0
@@ -123,7 +126,8 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    for check in (_consistent, _as_heavy_to_turn, _excited, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree):
+    checks = (_consistent, _as_heavy_to_turn, _excited, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil)
+    for check in checks:
         found = check(evidence, n, others, rules)
         if found is not None:
             return Verdict(*found, evidence)
@@ -214,5 +218,15 @@ def _axles_agree(e: Evidence, n: Array, others: Sequence[float], rules: VerdictR
     if apart > rules.apart_sigmas * float(np.hypot(*e.axles_std)) and apart > rules.apart * 0.5 * (front + rear):
         return "axles_disagree", (
             f"the front axle alone gives n = {front:.2f} ± {e.axles_std[0]:.2f}, the rear one {rear:.2f} ± {e.axles_std[1]:.2f}"
+        )
+    return None
+
+
+def _one_soil(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    before, after = e.parts
+    if e.parts_sigmas > rules.parts_sigmas and abs(after - before) > rules.parts * float(n[0]):
+        return "inconsistent", (
+            f"the earlier part of the drive gives n = {before:.2f}, the later one {after:.2f}, {e.parts_sigmas:.1f} standard "
+            f"deviations from each other: the soil or the vehicle changes on the way"
         )
     return None

@@ -8,8 +8,8 @@ import pytest
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
-from softsoil.estimator.evidence import Evidence, sensor_variance
-from softsoil.estimator.moving_horizon import estimate_horizon
+from softsoil.estimator.evidence import Evidence, parts_of, run_horizon, sensor_variance
+from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, estimate_horizon
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
 from softsoil.estimator.verdict import WORDS, Verdict, decide
@@ -65,6 +65,21 @@ def test_the_vehicle_s_error_of_n_widens_the_bar_and_leaves_n(noisy, method):
     plain, wide = (run_method(noisy, nominal_bicycle(v, CLAY), 0.6, method, start=1.0) for v in (reference_vehicle(), vehicle))
     np.testing.assert_array_equal(plain.n_front, wide.n_front)
     np.testing.assert_allclose(wide.n_front_std**2 - plain.n_front_std**2, (0.05 * plain.n_front) ** 2, rtol=1e-9)
+
+
+def test_a_drive_over_two_soils_says_so_where_the_change_itself_is_too_small_to_date(noisy):
+    """n of 0.5 and then of 0.6, with the paper's noise: the horizon sees no change, its windows of both halves differ."""
+    rules = HorizonRules()
+    for n, same in ((0.5, True), (0.62, False)):
+        model = nominal_bicycle(reference_vehicle(), CLAY.with_(n=n))
+        halves = [noisy, add_noise(synthetic_drive(model, reference_vehicle().radius, seconds=25.0), "good", 5)]
+        horizons = [run_horizon(drive_windows(half, clay_bicycle(), 1.0, rules), 0.55, True, rules) for half in halves]
+        summary = horizons[0].summary
+        for name in ("at", "hessian", "gradient", "states", "cost"):
+            getattr(summary, name).extend(getattr(horizons[1].summary, name))
+        parts, sigmas = parts_of(horizons[0], len(summary.at) - 1)
+        assert (sigmas < 2.5) == same, (parts, sigmas)
+        assert parts[1] == pytest.approx(n, rel=0.06)
 
 
 def test_a_right_model_on_an_exciting_drive_is_identified(noisy):
@@ -130,7 +145,8 @@ def test_an_unknown_method_is_refused(noisy):
 EVIDENCE = Evidence(
     n=np.array([0.5]), std=np.array([0.02]), information_std=np.array([0.01]), by_guess=np.array([[0.5], [0.49], [0.51]]),
     n_axles=np.array([0.5, 0.5]), axles_std=np.array([0.01, 0.01]), unexplained={"v": 0.0, "omega_z": 1e-4},
-    unexplained_std={"v": 0.01, "omega_z": 1e-5}, inertia=0.05, inertia_std=0.01, motion=2.0, windows=30,
+    unexplained_std={"v": 0.01, "omega_z": 1e-5}, inertia=0.05, inertia_std=0.01,
+    parts=np.array([0.48, 0.51]), parts_sigmas=1.0, motion=2.0, windows=30,
 )  # fmt: skip
 
 
@@ -149,6 +165,8 @@ EVIDENCE = Evidence(
         ({"n_axles": np.array([0.4, 0.6])}, 0.5, (), "axles_disagree"),
         ({"inertia": -0.2}, 0.5, (), "inconsistent"),
         ({"inertia": -0.2, "inertia_std": 0.1}, 0.5, (), "identified"),
+        ({"parts": np.array([0.42, 0.52]), "parts_sigmas": 3.2}, 0.5, (), "inconsistent"),
+        ({"parts": np.array([0.42, 0.52]), "parts_sigmas": 1.5}, 0.5, (), "identified"),
     ],
 )
 def test_each_word_has_its_evidence(changes, n, others, word):
