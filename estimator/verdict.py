@@ -126,8 +126,8 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    checks = (_consistent, _as_heavy_to_turn, _excited, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil)
-    for check in checks:
+    of_drive, of_n = (_consistent, _as_heavy_to_turn, _excited), (_inside, _same_from_all_guesses, _same_as_windows)
+    for check in (*of_drive, *of_n, _axles_agree, _one_soil):
         found = check(evidence, n, others, rules)
         if found is not None:
             return Verdict(*found, evidence)
