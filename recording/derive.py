@@ -59,7 +59,7 @@ def completed(recording: Recording, geometry: Geometry) -> Recording:
         rolling = _rolling(u, omega, _filled(log["steer"]), v, geometry)
         channels |= {name: rolling[name] for name in absent}
         state |= dict.fromkeys(absent, "derived")
-        notes.append(f"{', '.join(absent)}: not in the log; they roll freely here, and slip in the model by the balance of forces")
+        notes.append(f"{', '.join(absent)}: not in the log; they roll freely here and slip in the model")
     return replace(log, channels=channels, state=state, notes=tuple(notes))
 
 
