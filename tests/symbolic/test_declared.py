@@ -101,7 +101,7 @@ def test_vehicle_round_trip_and_declared_effects(tmp_path):
     path.write_text(vehicle_text() + "[effects.payload]\npayload_mass = 200.0\n", encoding="utf-8")
     vehicle = load_vehicle(path)
     assert vehicle.effects == {"payload": {"payload_mass": 200.0}}
-    assert vehicle.with_(effects={}) == reference_vehicle().with_(effects={}, simulator={}, uncertainty={})
+    assert vehicle.with_(effects={}) == reference_vehicle().with_(effects={}, simulator={}, driveline={}, uncertainty={})
     assert vehicle.wheelbase == pytest.approx(2.721)
 
 
