@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 # Two halves of about the same length, one per core; a new folder of tests falls into the second.
 FIRST := $(addprefix tests/,cases codegen control estimator importing mpc_demo plant recording refinement)
 
-.PHONY: demo test test-first test-rest docs check lock clean
+.PHONY: demo test test-types test-first test-rest docs check lock clean
 
 demo: $(STAMP)
 	$(BIN)/softsoil study --vehicle paper --out runs/study-paper
@@ -15,8 +15,10 @@ demo: $(STAMP)
 
 test: $(STAMP)
 	$(BIN)/ruff check .
+	$(MAKE) --no-print-directory -j3 test-types test-first test-rest
+
+test-types: $(STAMP)
 	$(BIN)/mypy
-	$(MAKE) --no-print-directory -j2 test-first test-rest
 
 test-first: $(STAMP)
 	$(BIN)/python -m pytest $(FIRST)
