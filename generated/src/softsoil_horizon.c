@@ -12,7 +12,7 @@
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
 #define LONGEST_WINDOW 105 /* samples */
-#define MAGIC 0x277783d5u
+#define MAGIC 0x9ad22c2eu
 
 typedef softsoil_horizon_window_t window_t;
 
