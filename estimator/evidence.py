@@ -109,7 +109,10 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
 
 
 def parts_of(horizon: MovingHorizon, last: int) -> tuple[Array, float]:
-    """(2,) n of the earlier and of the later windows where these differ most, and by how many standard deviations."""
+    """(2,) n of the earlier and of the later windows where these differ most, and by how many standard deviations.
+
+    horizon: run to the window `last`, the index of the newest that counts.
+    """
     summary, count = horizon.summary, last + 1 - horizon.since
     weight = np.full(last + 1, horizon.share)
     parts, sigmas = np.repeat(horizon.n[:1], 2), 0.0
