@@ -42,7 +42,7 @@ def with_driveline(model: Model, axles: Sequence[str]) -> Model:
     of the law, per axle m_y,left = m_y,right, and between two axles r omega_f = r omega_r or T_f = front_drive (T_f + T_r).
     axles: of "f", "r", those of which a wheel speed is not measured; of none, or of a model that has one, the model as it is.
     """
-    if not axles or any(memory.name == NAME for memory in model.memories):
+    if not axles or turns_wheels(model):
         return model
     names = tuple(f"{axle}{side}" for axle in axles for side in SIDES)
     slips = Layout(
@@ -76,6 +76,11 @@ def with_driveline(model: Model, axles: Sequence[str]) -> Model:
     return replace(model, u=model.u + slips, p=model.p + numbers, memories=(*model.memories, memory)).correct(
         "contacts", turning
     )
+
+
+def turns_wheels(model: Model) -> bool:
+    """Whether the model turns wheels by the balance of forces."""
+    return any(memory.name == NAME for memory in model.memories)
 
 
 def _moves(q: Quantities, names: Sequence[str]) -> dict[str, Scalar]:

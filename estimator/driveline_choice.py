@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from softsoil.declaration.ground import sinks
 from softsoil.estimator.absent_wheels import absent_axles
 from softsoil.estimator.free_windows import FreeWindows
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, exponents
@@ -26,9 +27,8 @@ DRIVELINES = {
     "rear wheels driven": {"centre_lock": 0.0, "front_drive": 0.0},
 }
 """Drivelines that a log may decide between, in words."""
-
-
 ITERATIONS = 8
+"""Of each fit, at most."""
 AMBIGUOUS = 2.0
 """Standard errors of the mean cost of a window by which a driveline is worse than another one that excludes it."""
 
@@ -52,8 +52,11 @@ class Choice:
 
 
 def undeclared(recordings: Sequence[Recording], model: Model) -> bool:
-    """Whether the recordings lack the wheel speeds of both axles and the vehicle does not say which wheels are driven."""
-    return len(absent_axles(recordings)) == 2 and not model.geometry.driveline
+    """Whether the recordings lack the wheel speeds of both axles and the vehicle does not say which wheels are driven.
+
+    On hard ground it does not matter.
+    """
+    return sinks(model) and len(absent_axles(recordings)) == 2 and not model.geometry.driveline
 
 
 def choose_driveline(
@@ -77,6 +80,19 @@ def choose_driveline(
         if words == best or worse.mean() < AMBIGUOUS * worse.std() / np.sqrt(max(share * len(worse), 1.0)):
             possible[words] = float(fits[words][0].value[0])
     return Choice(best, DRIVELINES[best], possible)
+
+
+def log_driveline(drive: Recording, model: Model, n0: float, start: float) -> Choice | None:
+    """The driveline that a log without wheel speeds shows, where it is not declared; None for a log that is too short.
+
+    n0: initial guess of n; start: seconds left out at the beginning.
+    """
+    if not undeclared([drive], model):
+        return None
+    try:
+        return choose_driveline([drive], [model], [n0], start)
+    except ValueError:  # without two windows nothing is identified, as the verdict says
+        return None
 
 
 def with_choice(model: Model, choice: Choice) -> Model:

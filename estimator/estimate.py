@@ -11,7 +11,7 @@ import pandas as pd
 
 from softsoil.declaration.ground import sinks
 from softsoil.estimator.absent_wheels import absent_axles
-from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared, with_choice
+from softsoil.estimator.driveline_choice import Choice, log_driveline, with_choice
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
@@ -24,8 +24,6 @@ from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 
 METHODS = ("ukf", "horizon")
-ABSENT_WHEELS_ERROR = 0.03
-"""Share of n by which estimates with and without wheel speeds differ on the same drives (rms; vehicles 0 to 2 of the plant)."""
 
 
 def estimate(
@@ -66,7 +64,7 @@ def estimate(
     tied = bool(model.effects)
     if not sinks(model):
         return _no_soil(drive, model)
-    choice = _driveline(drive, model, first, start)
+    choice = log_driveline(drive, model, first, start)
     model = model if choice is None else with_choice(model, choice)
     found = run_method(drive, model, first, method, start=start, tuning=tuning, progress=progress)
 
@@ -87,16 +85,6 @@ def _no_soil(drive: Recording, model: Model) -> TerrainEstimate:
         states=known_states(drive)[-1:], nis=np.zeros(0), dof=np.zeros(0, dtype=int), counts=Counts(), step_us=unknown,
         verdict=Verdict("no_soil", reason),
     )  # fmt: skip
-
-
-def _driveline(drive: Recording, model: Model, n0: float, start: float) -> Choice | None:
-    """The driveline that a log without wheel speeds shows, where it is not declared; None for a log that is too short."""
-    if not undeclared([drive], model):
-        return None
-    try:
-        return choose_driveline([drive], [model], [n0], start)
-    except ValueError:  # without two windows nothing is identified, as the verdict says
-        return None
 
 
 def judged_without_wheels(drive: Recording, verdict: Verdict, choice: Choice | None) -> Verdict:
@@ -128,21 +116,12 @@ def run_method(
     """
     tied = bool(model.effects)
     if method == "ukf":
-        return _widened(drive, estimate_terrain(drive, model, n0, tied=tied, tuning=tuning, start=start, progress=progress))
+        return estimate_terrain(drive, model, n0, tied=tied, tuning=tuning, start=start, progress=progress)
     found = estimate_horizon(drive, model, n0, tied=tied, start=start, progress=progress)
     front, rear = found.n[:, 0], found.n[:, -1]
-    made = TerrainEstimate(
+    return TerrainEstimate(
         t=found.t, n_front=front, n_rear=rear, n_front_std=found.std[:, 0], n_rear_std=found.std[:, -1],
         states=np.array(found.summary.states)[:, : len(STATE_CHANNELS)], nis=np.zeros(0), dof=np.zeros(0, dtype=int),
         counts=Counts(), step_us=found.step_us, parameters={"n_f": float(front[-1]), "n_r": float(rear[-1])},
         changes=found.changes,
     )  # fmt: skip
-    return _widened(drive, made)
-
-
-def _widened(drive: Recording, found: TerrainEstimate) -> TerrainEstimate:
-    """The estimate with the error that absent wheel speeds add, common to all updates."""
-    if not absent_axles([drive]):
-        return found
-    front = np.hypot(found.n_front_std, ABSENT_WHEELS_ERROR * found.n_front)
-    return replace(found, n_front_std=front, n_rear_std=np.hypot(found.n_rear_std, ABSENT_WHEELS_ERROR * found.n_rear))

@@ -123,7 +123,7 @@ def parts_of(horizon: MovingHorizon, last: int) -> tuple[Array, float]:
         ends, variances = [], []
         for rows in (slice(horizon.since, cut), slice(cut, last + 1)):
             n, curvature = summary.minimum(weight, None, rows)
-            inverse = np.linalg.inv(curvature)
+            inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
             robust = inverse @ summary.scatter(n, weight, rows) @ inverse
             ends.append(n)
             variances.append(np.maximum(np.diag(robust), np.diag(inverse)))

@@ -7,6 +7,7 @@ missing. Histories of the model at the start of a window are those along the rec
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.estimator.absent_wheels import with_log_wheels
+from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.predictor import Predictor, substeps_for
 from softsoil.recording.clock import on_even_clock
@@ -108,6 +110,10 @@ class Replay:
         self.states, self.recorded = known_states(log), measured_states(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
+        choice = log_driveline(log, model, float(model.p.nominal[model.p.index("n_f")]), start)
+        if choice is not None:
+            warnings.warn(f"{log.name}: no wheel speeds: {choice}", stacklevel=2)
+            model = with_choice(model, choice)
         model = with_log_wheels(model, [log])
         self._nominal = model.p.nominal  # of a model with more parameters than p, where wheel speeds are absent
         self.predictor = Predictor(model, log.dt, substeps=substeps_for(log.dt))

@@ -7,21 +7,17 @@ is compiled. A wrong inertia is taken up by n (40 % too large: n 19 to 37 % too 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.free_windows import STATE_STEP, FreeWindows, N
-from softsoil.estimator.moving_horizon import MovingHorizon
+from softsoil.estimator.free_windows import STATE_STEP, FreeWindows, Linear, N
+from softsoil.estimator.moving_horizon import LEAST_CURVATURE, MovingHorizon
 from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
 
 Array = NDArray[np.float64]
 
 YAW = STATE_CHANNELS.index("omega_z")
-LEAST_CURVATURE = 1e-6
-"""Curvature of windows that say nothing of the inertia: a standard deviation of 1000 times its value."""
 
 
 def inertia_error(windows: FreeWindows, horizon: MovingHorizon) -> tuple[float, float]:
@@ -34,9 +30,10 @@ def inertia_error(windows: FreeWindows, horizon: MovingHorizon) -> tuple[float, 
     x0, p = np.array(horizon.summary.states)[which], horizon.parameters(horizon.n)
     linear = windows.linearise(p, x0, horizon.free, which)
     by_inertia = _by_inertia(windows, p, which)[..., None]
-    sound = np.isfinite(by_inertia).all(axis=(1, 2)) & np.isfinite(linear.by_free).all(axis=(1, 2))
-    reduced = reduce_windows(replace(linear, by_free=np.concatenate([linear.by_free, by_inertia], axis=2)))
-    hessian, gradient = reduced.hessian[sound], reduced.gradient[sound]
+    by_free = np.concatenate([linear.by_free, by_inertia], axis=2)
+    sound = np.isfinite(by_free).all(axis=(1, 2)) & np.isfinite(linear.by_state).all(axis=(1, 2))
+    reduced = reduce_windows(Linear(linear.residual[sound], linear.by_state[sound], by_free[sound]))
+    hessian, gradient = reduced.hessian, reduced.gradient
     weight = horizon.weight(last)[which][sound]
     total = np.einsum("w,wkl->kl", weight, hessian) + LEAST_CURVATURE * np.eye(hessian.shape[-1])
     inverse = np.linalg.inv(total)

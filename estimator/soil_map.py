@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.ground import refuse_hard_ground
+from softsoil.estimator.driveline_choice import log_driveline, with_choice
+from softsoil.estimator.estimate import judged_without_wheels
 from softsoil.estimator.evidence import gather, run_horizon
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.tuning import common_error
-from softsoil.estimator.verdict import Verdict, decide, initial_guesses
+from softsoil.estimator.verdict import Verdict, VerdictRules, decide, initial_guesses
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -27,6 +29,8 @@ Array = NDArray[np.float64]
 
 FEWEST = 2
 """Windows that a cell needs, so that their scatter says something."""
+ON_THE_WAY = VerdictRules(parts=np.inf)
+"""Of the verdict on a drive: soils that change along the way are what a map is for."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,8 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     """
     refuse_hard_ground(model)
     rules = HorizonRules()
+    choice = log_driveline(recording, model, n0, start)
+    model = model if choice is None else with_choice(model, choice)
     windows = drive_windows(recording, model, start, rules)
     evidence = gather(windows, initial_guesses(n0), True, rules)
     summary = run_horizon(windows, n0, True, rules).summary
@@ -75,8 +81,9 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     n = np.clip(at - gradient / np.maximum(hessian, 1e-9), bounds.lower, bounds.upper)
     middle = windows.rows + windows.steps // 2
     x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
-    information, common = hessian * rules.stride / rules.length, common_error(rules.common_error, model)
-    return DriveSoil(recording.name, decide(evidence, evidence.n), x, y, n, information, common)
+    information, common = hessian * rules.stride / rules.length, common_error(rules.common_error, windows.compiled.model)
+    verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY), choice)
+    return DriveSoil(recording.name, verdict, x, y, n, information, common)
 
 
 def fuse(drives: Sequence[DriveSoil], size: float) -> tuple[Cell, ...]:

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.declaration.driveline import turns_wheels
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
 
+ABSENT_WHEELS_ERROR = 0.03
+"""Share of n by which estimates with and without wheel speeds differ on the same drives (rms; vehicles 0 to 2 of the plant)."""
 N_NAMES = ("n", "n_f", "n_r")
 """States that are the sinkage exponent: of both axles, or of each."""
 POSE = ("x", "y", "psi")
@@ -97,11 +100,13 @@ EXACT_MODEL = Tuning(
 
 
 def common_error(own: float, model: Model) -> float:
-    """Share of n that an error common to all measurements makes: sqrt(own^2 + n_error^2), n_error of the model's vehicle.
+    """Share of n that an error common to all measurements makes: root of the sum of squares of `own`, of n_error of the model's
+    vehicle, and of ABSENT_WHEELS_ERROR where the model turns its wheels itself.
 
     own: share by what the force law misses of any drive.
     """
-    return float(np.hypot(own, getattr(model.geometry, "n_error", 0.0)))
+    absent = ABSENT_WHEELS_ERROR if turns_wheels(model) else 0.0
+    return float(np.linalg.norm([own, getattr(model.geometry, "n_error", 0.0), absent]))
 
 
 def by_unit(layout: Layout, numbers: ByUnit, default: float) -> NDArray[np.float64]:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from softsoil.estimator.window_fit import WindowFit
-from softsoil.recording.drive import Recording
+from softsoil.recording.derive import derived_of
+from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.read import as_drive
 from softsoil.refinement.identify_asks import Excitation, asks, excitation
@@ -45,7 +46,8 @@ def identify(
     logs: two drives or more, or their files; soils: class of all or of each, n unknown; known: what the owner has measured, as a
     table of numbers or its file; judged: index of the log that is left out of every fit and judges; start: seconds left out at
     the beginning of each; rules: thresholds; progress: called with the share that is done.
-    Raises ValueError for fewer than two logs, logs that cannot be used, or known numbers that are too few or out of bounds.
+    Raises ValueError for fewer than two logs, logs that cannot be used or lack the speed of a wheel, or known numbers that are
+    too few or out of bounds.
 
     Example:
         >>> import softsoil
@@ -62,6 +64,12 @@ def identify(
     if len(logs) < 2:
         raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(logs)}")
     recordings = [as_drive(log) for log in logs]
+    for recording in recordings:
+        if absent := derived_of(recording, WHEEL_CHANNELS):
+            raise ValueError(
+                f"{recording.name}: expected the speed of every wheel, whose balances pin the vehicle's numbers; found "
+                f"{', '.join(absent)} not measured: identify from logs with wheel speeds"
+            )
     soils = [soils] * len(logs) if isinstance(soils, Soil) else list(soils)
     if len(soils) != len(logs):
         raise ValueError(f"identify: expected one soil, or one for each of {len(logs)} logs; found {len(soils)}")

@@ -157,9 +157,9 @@ def _n_std(bench: Bench, last: Fit, n: Sequence[float], common: float) -> tuple[
 
 
 def _driveline(recordings: Sequence[Recording], declaration: Declaration, soils: Sequence[Soil], start: float) -> Choice | None:
-    """The driveline that drives without wheel speeds show, where it is not declared; None on hard ground."""
+    """The driveline that drives without wheel speeds show, where it is not declared."""
     models = [Declaration(declaration.vehicle, soil, declaration.law).build() for soil in soils]
-    if not declaration.sinks or not undeclared(recordings, models[0]):
+    if not undeclared(recordings, models[0]):
         return None
     return choose_driveline(recordings, models, [float(soil.n) for soil in soils], start)
 

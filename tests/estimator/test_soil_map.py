@@ -5,7 +5,10 @@ import pytest
 
 from drives import clay_bicycle, clay_drive
 from softsoil.estimator.soil_map import DriveSoil, drive_soil, fuse
+from softsoil.estimator.tuning import ABSENT_WHEELS_ERROR
 from softsoil.estimator.verdict import Verdict
+from softsoil.recording.derive import mark
+from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 
 
@@ -34,6 +37,14 @@ def test_cells_are_told_by_place_and_need_two_windows():
 def test_a_cell_needs_a_size():
     with pytest.raises(ValueError, match="expected a positive number of metres"):
         fuse([drive(0.5, 100.0)], 0.0)
+
+
+def test_without_wheel_speeds_the_driveline_is_the_logs_and_the_error_wider():
+    log = add_noise(clay_drive(25.0), "good", 2)
+    measured = drive_soil(log, clay_bicycle(), 0.7, 1.0)
+    derived = drive_soil(mark(log, "derived", *WHEEL_CHANNELS), clay_bicycle(), 0.7, 1.0)
+    assert derived.common == pytest.approx(np.hypot(measured.common, ABSENT_WHEELS_ERROR))
+    assert "wheel speeds from the balance of forces" in derived.verdict.reason or not derived.verdict.usable
 
 
 def test_the_soil_of_a_drive_is_that_of_its_model():

@@ -9,7 +9,9 @@ from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
 from softsoil.estimator.evidence import Evidence, parts_of, run_horizon, sensor_variance
+from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, estimate_horizon
+from softsoil.estimator.soil_map import ON_THE_WAY
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
 from softsoil.estimator.verdict import WORDS, Verdict, decide
@@ -172,6 +174,26 @@ EVIDENCE = Evidence(
 def test_each_word_has_its_evidence(changes, n, others, word):
     found = decide(replace(EVIDENCE, **changes), np.array([n]), others)
     assert found.word == word and found.word in WORDS and found.reason
+
+
+def test_soils_that_change_along_the_way_are_what_a_map_is_for():
+    two = replace(EVIDENCE, parts=np.array([0.42, 0.52]), parts_sigmas=3.2)
+    assert decide(two, np.array([0.5])).word == "inconsistent"
+    assert decide(two, np.array([0.5]), rules=ON_THE_WAY).word == "identified"
+
+
+def test_windows_that_say_nothing_give_no_parts_and_no_inertia(noisy):
+    """Windows in which the model has no finite answer have no curvature: they neither fail nor contradict."""
+    rules = HorizonRules()
+    windows = drive_windows(noisy, clay_bicycle(), 1.0, rules)
+    horizon = run_horizon(windows, 0.55, True, rules)
+    horizon.summary.hessian = [np.zeros((1, 1)) for _ in horizon.summary.hessian]
+    horizon.summary.gradient = [np.zeros(1) for _ in horizon.summary.gradient]
+    _, sigmas = parts_of(horizon, len(windows.rows) - 1)
+    assert sigmas < 1.0
+    windows.sigma = np.full(6, np.inf)  # no channel counts
+    share, std = inertia_error(windows, horizon)
+    assert abs(share) < std
 
 
 def test_noise_of_a_channel_from_its_third_differences():

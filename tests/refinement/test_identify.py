@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
 from softsoil.commands.cli import app
 from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.recording.derive import mark
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
@@ -80,6 +81,13 @@ def test_a_log_that_repeats_one_wave_says_so_and_asks_for_more_waves():
 def test_fewer_than_two_logs_are_refused():
     with pytest.raises(ValueError, match="expected two logs or more"):
         identify([drive_of({}, "lock", 0.5, seconds=6.0)], [CLAY], KNOWN)
+
+
+def test_a_log_without_wheel_speeds_is_refused():
+    """Wheels that are derived roll freely: the balances of what they push would give wrong numbers."""
+    log = mark(drive_of({}, "lock", 0.5, seconds=6.0), "derived", "omega_rl", "omega_rr")
+    with pytest.raises(ValueError, match=r"expected the speed of every wheel.*found omega_rl, omega_rr not measured"):
+        identify([log, log], [CLAY] * 2, KNOWN)
 
 
 def test_soils_and_known_numbers_that_do_not_fit_the_logs_are_refused():
