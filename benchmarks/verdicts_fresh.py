@@ -102,7 +102,9 @@ def judged(index: int, seed: int, method: str) -> dict[str, Any]:
     n = float(found.n_front[-1])
     right = kind not in NO_N and abs(n / case.n - 1) <= RIGHT
     word, reason = ("unjudged", "") if found.verdict is None else (found.verdict.word, found.verdict.reason)
-    return {**one, "n": n, "right": right, "word": word, "reason": reason}
+    evidence = None if found.verdict is None else found.verdict.evidence
+    asked = {} if evidence is None else {"inertia": evidence.inertia, "parts": evidence.parts_sigmas}
+    return {**one, "n": n, "right": right, "word": word, "reason": reason, **asked}
 
 
 def report(done: list[Mapping[str, Any]]) -> None:
@@ -112,11 +114,25 @@ def report(done: list[Mapping[str, Any]]) -> None:
         counts.setdefault(one["kind"], Counter())[f"{one['word']}, {'right' if one['right'] else 'wrong'}"] += 1
     for name, counter in counts.items():
         print(f"{name:15s} " + "; ".join(f"{key} {value}" for key, value in sorted(counter.items())))
+    for kind in ("nominal", "inertia x 1.4", "inertia x 0.65", "soil change"):
+        asked = [one for one in done if one["kind"] == kind and "inertia" in one]
+        if asked:
+            print(_asked(kind, asked))
     whole = [one for one in done if one["kind"] != SHORT]
     for right, text in ((True, "within 10 %"), (False, "not within 10 %")):
         said, of = _identified(done, right)
         rest = "{} of {}".format(*_identified(whole, right))
         print(f'"identified" said of {said} of {of} estimates {text} ({100 * said / max(of, 1):.0f} %); without {SHORT}: {rest}')
+
+
+def _asked(kind: str, done: list[Mapping[str, Any]]) -> str:
+    """What drives of a kind say of the yaw inertia, and how far n of two parts of them differs."""
+    low, middle, high = (100 * np.percentile([one["inertia"] for one in done], share) for share in (0, 50, 100))
+    parts = [one["parts"] for one in done]
+    return (
+        f"{kind}: yaw inertia asked for {middle:+.0f} % from the declared one in the median ({low:+.0f} to {high:+.0f}); n of two "
+        f"parts differs by {np.median(parts):.1f} standard deviations in the median, {max(parts):.1f} at most"
+    )
 
 
 def _identified(done: list[Mapping[str, Any]], right: bool) -> tuple[int, int]:
