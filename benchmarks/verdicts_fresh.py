@@ -130,8 +130,8 @@ def _asked(kind: str, done: list[Mapping[str, Any]]) -> str:
     low, middle, high = (100 * np.percentile([one["inertia"] for one in done], share) for share in (0, 50, 100))
     parts = [one["parts"] for one in done]
     return (
-        f"{kind}: yaw inertia asked for {middle:+.0f} % from the declared one in the median ({low:+.0f} to {high:+.0f}); n of two "
-        f"parts differs by {np.median(parts):.1f} standard deviations in the median, {max(parts):.1f} at most"
+        f"{kind}: yaw inertia asked for {middle:+.0f} % from the declared one in the median ({low:+.0f} to {high:+.0f}); n of "
+        f"two parts differs by {np.median(parts):.1f} standard deviations in the median, {max(parts):.1f} at most"
     )
 
 
