@@ -38,7 +38,8 @@ class DriveSoil:
     """What one drive says of the soil along its way.
 
     log; verdict: on the drive as a whole; x, y (W,): middle of each window (m); n, information (W,): minimum and curvature of its
-    quadratic in n; common: share of n that an error common to all windows of the model makes.
+    quadratic in n; common: share of n that an error common to all windows of the model makes; origin: latitude and longitude
+    (deg) of x = y = 0, where the log has them.
     """
 
     log: str
@@ -48,6 +49,7 @@ class DriveSoil:
     n: Array
     information: Array
     common: float
+    origin: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
     information, common = hessian * rules.stride / rules.length, common_error(rules.common_error, windows.compiled.model)
     verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY), choice)
-    return DriveSoil(recording.name, verdict, x, y, n, information, common)
+    return DriveSoil(recording.name, verdict, x, y, n, information, common, recording.origin)
 
 
 def fuse(drives: Sequence[DriveSoil], size: float) -> tuple[Cell, ...]:

@@ -67,7 +67,8 @@ class Import:
         offsets = [vars(offset) for offset in self.offsets]
         clock = {"rows": len(self.drive), "rate_hz": 1.0 / self.drive.dt, "start_s": self.merged.start_s}
         checks = [check.as_json() for check in self.checks]
-        return {**clock, "channels": channels, "offsets": offsets, "checks": checks, "notes": list(self.drive.notes)}
+        place = {"origin": self.drive.origin and list(self.drive.origin)}
+        return {**clock, **place, "channels": channels, "offsets": offsets, "checks": checks, "notes": list(self.drive.notes)}
 
 
 def inspect_sources(paths: Sequence[Path], progress: Progress = lambda share: None) -> list[Holding]:
@@ -130,7 +131,7 @@ def _local(one: Series, names: tuple[str, str, str]) -> Series:
     latitude, longitude, altitude = (one.values.get(n, blank) for n in names)
     east, north, origin = east_north(one.name, latitude, longitude, altitude)
     note = f"{one.name}: local frame with its origin at latitude {origin[0]:.7f}, longitude {origin[1]:.7f} deg"
-    return replace(one, values={**one.values, "east": east, "north": north}, notes=(*one.notes, note))
+    return replace(one, values={**one.values, "east": east, "north": north}, notes=(*one.notes, note), origin=origin)
 
 
 def bring_in(

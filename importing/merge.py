@@ -100,8 +100,16 @@ def merge(
     for channel, origin in plan.channels.items():
         if count := origin.wraps(series[origin.source]):
             notes += (f"{channel}: {origin.label}: a counter that wrapped {count} times",)
-    recording = Recording(name, channels, {}, notes, {}, state)
+    recording = Recording(name, channels, {}, notes, {}, state, _origin(plan, series))
     return Merged(recording, origins, float(clock[0]))
+
+
+def _origin(plan: ImportMap, series: Mapping[str, Series]) -> tuple[float, float] | None:
+    """Latitude and longitude (deg) of the drive's frame, where x and y are the metres east and north of one source's fixes."""
+    x, y = (plan.channels.get(name) for name in ("x", "y"))
+    if x is None or y is None or x != Mapped(x.source, ("east",)) or y != Mapped(x.source, ("north",)):
+        return None
+    return series[x.source].origin
 
 
 def _clock(plan: ImportMap, moved: Mapping[str, Array]) -> Array:

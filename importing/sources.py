@@ -57,13 +57,15 @@ class Holding:
 class Series:
     """Samples of one source.
 
-    name; t (N,): increasing times (s) on the source's clock; values: field -> (N,), NaN where a sample lacks it; notes.
+    name; t (N,): increasing times (s) on the source's clock; values: field -> (N,), NaN where a sample lacks it; notes; origin:
+    latitude and longitude (deg) of the local frame of its fields east and north.
     """
 
     name: str
     t: Array
     values: Mapping[str, Array]
     notes: tuple[str, ...] = ()
+    origin: tuple[float, float] | None = None
 
     @property
     def rate_hz(self) -> float:

@@ -51,7 +51,8 @@ class Recording:
     name: file stem or manoeuvre; channels: sensor channels by name, each (N,), SI units as in CHANNEL_UNITS, all on `t`;
     truth: clean `true_*` columns, for evaluation only (nothing that estimates or traces may touch it);
     notes: what the reader did to the data (gaps, outliers), one sentence each; meta: free text facts such as the soil;
-    state: of channels that are not plainly measured, "measured", "derived" or "absent".
+    state: of channels that are not plainly measured, "measured", "derived" or "absent"; origin: latitude and longitude (deg) of
+    x = y = 0, where x points east and y north.
     Raises ValueError where lengths differ, `t` does not increase or a state is none of the three.
 
     Example:
@@ -67,6 +68,7 @@ class Recording:
     notes: tuple[str, ...] = ()
     meta: Mapping[str, str] = field(default_factory=dict)
     state: Mapping[str, ChannelState] = field(default_factory=dict)
+    origin: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         for key, value in self.state.items():

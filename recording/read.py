@@ -17,6 +17,8 @@ REQUIRED = ("t", "u", "omega_z", "steer")
 """The least that a drive has; `softsoil.recording.derive.completed` derives and marks the rest."""
 STATES_KEY = "softsoil_channel_states"
 """Key of the metadata of a Parquet file under which the channels' states stand."""
+ORIGIN_KEY = "softsoil_origin"
+"""Key of that metadata under which latitude and longitude (deg) of the drive's frame stand."""
 TABLE_NAME = "table"
 """Name of a drive from a table in memory."""
 GAP_STEPS = 2.5
@@ -59,7 +61,17 @@ def _drive(
     notes += _gaps(channels["t"])
     check_units(path, sources, channels)
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
-    return Recording(_stem(path), channels, truth, tuple(notes), meta, _states(path, table, channels))
+    return Recording(_stem(path), channels, truth, tuple(notes), meta, _states(path, table, channels), _origin(path, table))
+
+
+def _origin(path: Path, table: pd.DataFrame) -> tuple[float, float] | None:
+    """Latitude and longitude (deg) of x = y = 0 that an imported drive carries in its metadata."""
+    kept = table.attrs.get(ORIGIN_KEY)
+    if kept is None:
+        return None
+    if not isinstance(kept, list) or len(kept) != 2 or not all(isinstance(value, float) for value in kept):
+        raise ValueError(f"{path}: metadata {ORIGIN_KEY}: expected latitude and longitude in degrees, found {kept!r}")
+    return kept[0], kept[1]
 
 
 def _states(path: Path, table: pd.DataFrame, channels: Mapping[str, Array]) -> dict[str, ChannelState]:
@@ -78,7 +90,8 @@ def as_drive(log: Recording | pd.DataFrame | str | Path) -> Recording:
 
 
 def write_drive(recording: Recording, path: str | Path) -> Path:
-    """Write a drive as CSV, CSV.gz or Parquet with the default column names; returns the path. Parquet keeps channel states.
+    """Write a drive as CSV, CSV.gz or Parquet with the default column names; returns the path. Parquet keeps channel
+    states and the origin of the frame.
 
     Example:
         >>> import softsoil, tempfile
@@ -91,6 +104,8 @@ def write_drive(recording: Recording, path: str | Path) -> Path:
     path = Path(path)
     table = pd.DataFrame({**recording.channels, **recording.truth})
     table.attrs[STATES_KEY] = {name: recording.state_of(name) for name in recording.channels}
+    if recording.origin is not None:
+        table.attrs[ORIGIN_KEY] = list(recording.origin)
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix == ".parquet":
         table.to_parquet(path, index=False)

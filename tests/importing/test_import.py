@@ -11,7 +11,17 @@ import pytest
 from typer.testing import CliRunner
 
 import softsoil.importing.bag as bag_module
-from benchmarks.judges.messy_bags import BALLAST, BALLAST_BYTES, EPOCH, LATE, SIGMA, changed_lines, edited, write_bag
+from benchmarks.judges.messy_bags import (
+    BALLAST,
+    BALLAST_BYTES,
+    EPOCH,
+    LATE,
+    ORIGIN,
+    SIGMA,
+    changed_lines,
+    edited,
+    write_bag,
+)
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.cli import app
 from softsoil.estimator.terrain import estimate_terrain
@@ -66,6 +76,7 @@ def test_every_channel_is_within_its_sensor_noise(messy, clean):
         assert len(error) > 400
         assert np.std(error) < 1.15 * sigma, name
         assert abs(np.mean(error)) < 0.2 * sigma, name
+    assert messy.drive.origin == pytest.approx(ORIGIN, abs=1e-3) and messy.as_json()["origin"] == list(messy.drive.origin)
 
 
 def test_the_late_steering_is_found_within_15_ms_and_nothing_else_is_shifted(messy):

@@ -1,0 +1,58 @@
+"""Soil maps of logs whose place on the globe is known: longitude and latitude, one frame for logs of several origins."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from drives import MULTI_LOG
+from softsoil.commands.cli import app
+from softsoil.commands.map import in_one_frame
+from softsoil.estimator.soil_map import DriveSoil
+from softsoil.estimator.verdict import Verdict
+from softsoil.importing.local_frame import latitude_longitude, other_frame
+from softsoil.recording.read import read_drive, write_drive
+
+HERE, THERE = (48.1374, 11.5755), (48.1392, 11.5790)
+
+
+def soil(origin, x, y):
+    points = np.array(x), np.array(y)
+    return DriveSoil("a", Verdict("identified", ""), *points, np.full(len(x), 0.5), np.full(len(x), 9.0), 0.03, origin)
+
+
+def test_a_degree_of_latitude_is_111_kilometres():
+    east, north = other_frame("test", np.zeros(1), np.zeros(1), THERE, HERE)
+    assert north[0] == pytest.approx((THERE[0] - HERE[0]) * 111.2e3, rel=2e-3)
+    assert east[0] == pytest.approx((THERE[1] - HERE[1]) * 111.3e3 * np.cos(np.deg2rad(HERE[0])), rel=4e-3)
+    latitude, longitude = latitude_longitude("test", east, north, HERE)
+    assert (latitude[0], longitude[0]) == pytest.approx(THERE, abs=1e-7)
+
+
+def test_logs_of_several_origins_come_into_the_frame_of_the_first():
+    east, north = other_frame("test", np.array([3.0]), np.array([-4.0]), THERE, HERE)
+    first, second = in_one_frame([soil(HERE, [0.0], [0.0]), soil(THERE, [3.0], [-4.0])])
+    assert second.origin == first.origin == HERE
+    assert (second.x[0], second.y[0]) == pytest.approx((east[0], north[0]), abs=1e-6)
+
+
+def test_a_log_without_a_place_is_not_mixed_with_one_that_has_it():
+    with pytest.raises(ValueError, match="of every log or of none; a has none"):
+        in_one_frame([soil(HERE, [0.0], [0.0]), soil(None, [3.0], [4.0])])
+
+
+@pytest.mark.slow
+def test_the_map_is_in_longitude_and_latitude(tmp_path):
+    log = write_drive(replace(read_drive(MULTI_LOG).between(0.0, 15.0), origin=HERE), tmp_path / "log.parquet")
+    assert read_drive(log).origin == HERE
+    done = CliRunner().invoke(app, ["map", str(log), "--soil", "clay", "--all", "--out", str(tmp_path / "map")])
+    assert done.exit_code == 0, done.output
+    content = json.loads((tmp_path / "map" / "map.json").read_text(encoding="utf-8"))
+    assert content["origin"] == list(HERE) and content["frame"].startswith("WGS 84")
+    corners = np.array([cell["geometry"]["coordinates"][0] for cell in content["features"]])
+    x, y = (np.ptp(corners[0, :, i]) for i in (0, 1))
+    assert y * 111.2e3 == pytest.approx(10.0, rel=5e-3)
+    assert x * 111.3e3 * np.cos(np.deg2rad(HERE[0])) == pytest.approx(10.0, rel=1e-2)
+    assert np.abs(corners - np.array(HERE[::-1])).max() < 0.005
