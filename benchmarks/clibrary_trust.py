@@ -3,9 +3,10 @@
 WHAT is storm, fuzz, arm, generate, controller or driver.
 
 storm: ten million steps of random driving with everything that can go wrong, under address and undefined sanitizers;
-fuzz: libFuzzer (clang) for ten minutes from the corpus in tests/codegen/clibrary_corpus; arm: the library on 32-bit ARM under
-emulation against this machine, and the instructions of a step; generate: `softsoil generate --model refined.toml` with an
-empty cache and again, in seconds, and its bytes (--model: another refined.toml than one made of the reference vehicle);
+fuzz: libFuzzer (clang) for ten minutes on the estimator from the corpus in tests/codegen/clibrary_corpus, or with --of on the
+controller or the driver; arm: the library on 32-bit ARM under emulation against this machine, and the instructions of a step;
+generate: `softsoil generate --model refined.toml` with an empty cache and again, in seconds, and its bytes (--model: another
+refined.toml than one made of the reference vehicle);
 controller: a million solves of the controller on the plain bicycle with everything that can go wrong, under sanitizers;
 driver: the same of 200,000 ticks of the whole driver, on hard ground.
 """
@@ -18,7 +19,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks.judges.c_library import CORPUS, SANITIZERS, arm_instructions, arm_numbers, build
@@ -33,8 +33,8 @@ def storm(folder: Path, scratch: Path, steps: int, sanitizers: tuple[str, ...] =
     subprocess.run([str(program), str(steps), "1"], check=True)
 
 
-def controller(scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
-    """A storm on the controller of the plain bicycle among obstacles."""
+def controller_library(folder: Path) -> None:
+    """The controller of the plain bicycle among obstacles, as C."""
     from softsoil.codegen.c_library.folder import write_library
     from softsoil.control.c_controller import controller_files
     from softsoil.control.ocp import Ocp, OcpSettings
@@ -42,13 +42,11 @@ def controller(scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZE
     from softsoil.symbolic.vehicle import load_vehicle
 
     vehicle = load_vehicle(PROJECT / "vehicles" / "reference.toml")
-    write_library(scratch, controller_files(Ocp(tanh_bicycle(vehicle), vehicle, OcpSettings(obstacles=2))))
-    program = build(["gcc", "-O2", "-march=native", *sanitizers], scratch, "controller_storm.c", scratch / "storm")
-    subprocess.run([str(program), str(steps), "1"], check=True)
+    write_library(folder, controller_files(Ocp(tanh_bicycle(vehicle), vehicle, OcpSettings(obstacles=2))))
 
 
-def driver(scratch: Path, ticks: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
-    """A storm on the driver of the reference vehicle with its effects, on hard ground."""
+def driver_library(folder: Path) -> None:
+    """The driver of the reference vehicle with its effects, on hard ground, as C."""
     from softsoil.codegen.c_library.folder import write_library
     from softsoil.control.c_folder import controller_texts
     from softsoil.declaration.model_file import Declaration
@@ -56,22 +54,35 @@ def driver(scratch: Path, ticks: int, sanitizers: tuple[str, ...] = SANITIZERS) 
     from softsoil.symbolic.vehicle import load_vehicle
 
     declared = Declaration(load_vehicle(PROJECT / "vehicles" / "reference.toml"), CLAY, "hard_ground")
-    write_library(scratch, controller_texts(declared))
-    program = build(["gcc", "-O2", "-march=native", *sanitizers], scratch, "driver_storm.c", scratch / "storm")
-    subprocess.run([str(program), str(ticks), "1"], check=True)
+    write_library(folder, controller_texts(declared))
 
 
-def fuzz(folder: Path, scratch: Path, seconds: int) -> None:
-    """libFuzzer from the committed corpus; what it finds stays in the scratch folder."""
+LIBRARIES = {"controller": controller_library, "driver": driver_library}
+
+
+def closed_loop_storm(what: str, scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
+    """A storm of `steps` solves of the controller or ticks of the driver."""
+    LIBRARIES[what](scratch)
+    program = build(["gcc", "-O2", "-march=native", *sanitizers], scratch, f"{what}_storm.c", scratch / "storm")
+    subprocess.run([str(program), str(steps), "1"], check=True)
+
+
+def fuzz(what: str, folder: Path, scratch: Path, seconds: int) -> None:
+    """libFuzzer on the estimator, controller or driver, the estimator from its committed corpus; what it finds stays in the
+    scratch folder."""
     compiler = ["clang", "-O1", "-fsanitize=fuzzer,address,undefined", *SANITIZERS[1:]]
-    program = build(compiler, folder, "clibrary_fuzz.c", scratch / "fuzz")
     found = scratch / "corpus"
     found.mkdir()
+    if what == "estimator":
+        program, corpus = build(compiler, folder, "clibrary_fuzz.c", scratch / "fuzz"), [str(CORPUS)]
+    else:
+        LIBRARIES[what](scratch / "library")
+        program, corpus = build([*compiler, "-DFUZZ"], scratch / "library", f"{what}_storm.c", scratch / "fuzz"), []
     limits = [f"-max_total_time={seconds}", "-max_len=2000", "-print_final_stats=1"]
-    subprocess.run([str(program), *limits, str(found), str(CORPUS)], check=True, cwd=scratch)
+    subprocess.run([str(program), *limits, str(found), *corpus], check=True, cwd=scratch)
 
 
-def arm(folder: Path, scratch: Path, amount: int) -> None:
+def arm(folder: Path, scratch: Path) -> None:
     """Numbers and instructions."""
     here, there = arm_numbers(folder, scratch)
     worst = max(abs(a - b) for a, b in zip(here, there, strict=True))
@@ -125,6 +136,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=("storm", "fuzz", "arm", "generate", "controller", "driver"))
     parser.add_argument("--amount", type=int, help="steps of the storm, seconds of fuzzing")
+    parser.add_argument("--of", choices=("estimator", *LIBRARIES), default="estimator", help="what is fuzzed")
     parser.add_argument("--folder", type=Path, default=PROJECT / "generated")
     parser.add_argument("--plain", action="store_true", help="the storm without sanitizers, five times as fast")
     parser.add_argument("--model", type=Path, help="refined.toml for generate")
@@ -133,18 +145,17 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as scratch:
             generate(given.model, Path(scratch))
         return
-    if given.what in ("controller", "driver"):
-        storms, amount = {"controller": controller, "driver": driver}, {"controller": STEPS // 10, "driver": STEPS // 50}
-        with tempfile.TemporaryDirectory() as scratch:
-            storms[given.what](Path(scratch), given.amount or amount[given.what], () if given.plain else SANITIZERS)
-        return
-    if given.plain:
-        with tempfile.TemporaryDirectory() as scratch:
-            storm(given.folder, Path(scratch), given.amount or STEPS, ())
-        return
-    runs: dict[str, Callable[[Path, Path, int], object]] = {"storm": storm, "fuzz": fuzz, "arm": arm}
+    amounts = {"storm": STEPS, "fuzz": SECONDS, "arm": 0, "controller": STEPS // 10, "driver": STEPS // 50}
+    amount, sanitizers = given.amount or amounts[given.what], () if given.plain else SANITIZERS
     with tempfile.TemporaryDirectory() as scratch:
-        runs[given.what](given.folder, Path(scratch), given.amount or {"storm": STEPS, "fuzz": SECONDS, "arm": 0}[given.what])
+        if given.what in LIBRARIES:
+            closed_loop_storm(given.what, Path(scratch), amount, sanitizers)
+        elif given.what == "fuzz":
+            fuzz(given.of, given.folder, Path(scratch), amount)
+        elif given.what == "storm":
+            storm(given.folder, Path(scratch), amount, sanitizers)
+        else:
+            arm(given.folder, Path(scratch))
 
 
 if __name__ == "__main__":
