@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 from softsoil.codegen.c_library.horizon import HorizonNumbers
-from softsoil.estimator.evidence import LATERAL, TRIMMED
+from softsoil.estimator.evidence import LATERAL, LEAST_PART, SPLITS, TRIMMED
 from softsoil.estimator.free_windows import FREE_STEP, SETTLING, STATE_STEP
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import LEAST_CURVATURE, SCALE, HorizonRules
@@ -22,7 +22,7 @@ SENTENCES = {
     "depends_on_first_guess": "n depends on its initial guess: drive on",
     "at_bound": "n is at a bound of its range: check soil and vehicle",
     "axles_disagree": "front and rear axle disagree on n",
-    "inconsistent": "the model leaves more of yaw rate or lateral velocity than a right one: check vehicle, soil and sensors",
+    "inconsistent": "the windows contradict the model, its yaw inertia, or one soil on the way: check vehicle, soil and sensors",
     "no_soil": "there is no soft soil",
 }
 
@@ -41,7 +41,7 @@ def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: Ver
         },
         model_error=rules.model_error, recent=rules.recent,
         limits={name: float(value) for name, value in bounds.items() if name != "unexplained"},
-        unexplained=[limit_of[name] for name in LATERAL],
+        unexplained=[limit_of[name] for name in LATERAL], splits=SPLITS, least_part=LEAST_PART,
         constants={
             "longest_step": LONGEST_STEP, "huber": HUBER, "ridge": RIDGE, "least_curvature": LEAST_CURVATURE,
             "free_step": FREE_STEP, "trimmed": TRIMMED,

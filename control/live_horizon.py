@@ -26,13 +26,19 @@ class LiveEvidence:
     """Numbers that the verdict rests on.
 
     information_std: of n by noise and model error alone; unexplained, unexplained_std: share of the variance of v and of omega_z
-    that the model leaves beyond sensor noise, and its standard error; motion: root mean square lateral specific force (m/s^2);
+    that the model leaves beyond sensor noise, and its standard error; inertia, inertia_std: share by which the windows would have
+    the yaw inertia larger than declared, and its standard deviation; parts, parts_sigmas: n of the earlier and the later windows
+    where these differ most, and by how many standard deviations; motion: root mean square lateral specific force (m/s^2);
     windows: that the estimate rests on; changes: how often the soil has changed.
     """
 
     information_std: float
     unexplained: tuple[float, float]
     unexplained_std: tuple[float, float]
+    inertia: float
+    inertia_std: float
+    parts: tuple[float, float]
+    parts_sigmas: float
     motion: float
     windows: int
     changes: int
@@ -88,6 +94,8 @@ class LiveHorizon:
         """What the verdict rests on."""
         head = self._c.head
         (v, omega_z), (v_std, omega_z_std) = head.unexplained, head.unexplained_std
+        earlier, later = head.parts
         return LiveEvidence(
-            float(head.information_std[0]), (v, omega_z), (v_std, omega_z_std), head.motion, head.windows, head.changes
-        )
+            float(head.information_std[0]), (v, omega_z), (v_std, omega_z_std), head.inertia, head.inertia_std, (earlier, later),
+            head.parts_sigmas, head.motion, head.windows, head.changes,
+        )  # fmt: skip

@@ -19,7 +19,9 @@ FILES = {
 MOTION = ("x", "y", "psi", "u", "v", "omega_z")
 """States that are unknown at the start of a window."""
 MOST = 4
-"""Parameters that a horizon estimates at most: with them the jobs of a window fill one vector of eight."""
+"""Parameters that a horizon estimates at most: with them the jobs of a window fill one vector."""
+LANES = 8
+"""Jobs of a vector. One that the parameters leave free asks for the yaw inertia."""
 SHORTEST = 0.8
 """Share of the nominal step that a sample interval may be; shorter ones would need more memory."""
 KEPT_MORE = 4
@@ -31,6 +33,7 @@ class HorizonNumbers:
     """Numbers of the horizon and of its verdict, as the Python classes have them.
 
     rules: name -> value of HorizonRules; model_error, recent: of them too; limits, unexplained: of VerdictRules;
+    splits, least_part: where a drive is cut into an earlier and a later part, and windows of a part at least;
     constants: of the windows' arithmetic; state_step: of differences by the initial state; verdicts: (word, sentence) of each;
     scale: of a soil's parameter.
     """
@@ -40,6 +43,8 @@ class HorizonNumbers:
     recent: Sequence[int]
     limits: Mapping[str, float]
     unexplained: Sequence[float]
+    splits: Sequence[float]
+    least_part: int
     constants: Mapping[str, float]
     state_step: Sequence[float]
     verdicts: Sequence[tuple[str, str]]
@@ -75,7 +80,8 @@ def horizon_values(parts: Parts, numbers: HorizonNumbers, dt: float) -> dict[str
     active = [name for name in MOTION if name not in _passive(parts)]
     passive = [name for name in MOTION if name not in active]
     columns = {name: 1 + i for i, name in enumerate([*active, *names])}
-    apart = -(-(7 + len(names)) // 8) * 8
+    asked = len(names) + (1 + len(active) + len(names) < LANES)
+    apart = -(-(7 + len(names)) // LANES) * LANES
     columns |= {name: apart + i for i, name in enumerate(passive)}
     least = SHORTEST * dt
     held = rules["again"] + rules["length"] + 2 * rules["settling"] + rules["smoothing"] + 0.5
@@ -98,7 +104,9 @@ def horizon_values(parts: Parts, numbers: HorizonNumbers, dt: float) -> dict[str
         "h_guess": _list([s.nominal for s in signals]), "h_guess_std": _list(spread),
         "h_state_column": ", ".join(str(columns[name]) for name in MOTION),
         "h_free_column": ", ".join(str(columns[name]) for name in names),
-        "h_active": str(1 + len(active) + len(names)), "h_passive": str(len(passive)),
+        "h_asked": str(asked), "h_inertia_column": str(1 + len(active) + len(names)), "h_splits": str(len(numbers.splits)),
+        "h_split": _list(numbers.splits), "h_least_part": str(numbers.least_part),
+        "h_active": str(1 + len(active) + asked), "h_passive": str(len(passive)),
         "h_fast_steering": "  row->blocked = row->blocked || fabs(row->u[SOFTSOIL_U_steer_rate]) > fastest;" if fast else "",
         **{f"v_{name}": number(value) for name, value in numbers.limits.items()},
         "v_unexplained": _list(numbers.unexplained),

@@ -13,6 +13,7 @@ extern "C" {
 #endif
 
 #define SOFTSOIL_HORIZON_N 1 /* parameters estimated */
+#define SOFTSOIL_HORIZON_ASKED 2 /* and with them, where there is room, the yaw inertia: for the verdict alone */
 #define SOFTSOIL_HORIZON_ROWS 1245 /* samples kept */
 #define SOFTSOIL_HORIZON_WINDOWS 241 /* windows that count */
 #define SOFTSOIL_HORIZON_KEPT 24 /* newest windows that may be linearised again */
@@ -29,7 +30,7 @@ enum softsoil_verdict {
   SOFTSOIL_VERDICT_DEPENDS_ON_FIRST_GUESS, /* n depends on its initial guess: drive on */
   SOFTSOIL_VERDICT_AT_BOUND, /* n is at a bound of its range: check soil and vehicle */
   SOFTSOIL_VERDICT_AXLES_DISAGREE, /* front and rear axle disagree on n */
-  SOFTSOIL_VERDICT_INCONSISTENT, /* the model leaves more of yaw rate or lateral velocity than a right one: check vehicle, soil and sensors */
+  SOFTSOIL_VERDICT_INCONSISTENT, /* the windows contradict the model, its yaw inertia, or one soil on the way: check vehicle, soil and sensors */
   SOFTSOIL_VERDICT_NO_SOIL, /* there is no soft soil */
   SOFTSOIL_VERDICT_COUNT
 };
@@ -53,7 +54,7 @@ typedef struct {
 
 typedef struct {
   int64_t row; /* first sample */
-  double at[SOFTSOIL_HORIZON_N], gradient[SOFTSOIL_HORIZON_N], hessian[SOFTSOIL_HORIZON_N][SOFTSOIL_HORIZON_N];
+  double at[SOFTSOIL_HORIZON_N], gradient[SOFTSOIL_HORIZON_ASKED], hessian[SOFTSOIL_HORIZON_ASKED][SOFTSOIL_HORIZON_ASKED];
   double state[SOFTSOIL_HORIZON_STATES];
   double cost;      /* mean robust squared residual */
   double excess[2]; /* variance of the residual of v and omega_z per degree of freedom, NaN where not measured */
@@ -75,6 +76,10 @@ typedef struct {
   double free_n[SOFTSOIL_HORIZON_N];      /* estimate without the initial guess */
   double unexplained[2];                  /* share of the variance of v and omega_z that the model leaves beyond noise */
   double unexplained_std[2];
+  double inertia;                         /* share by which the windows would have the yaw inertia larger than declared */
+  double inertia_std;                     /* its standard deviation; 1e9 where it is not asked for */
+  double parts[2];                        /* n of an earlier and of the later part, where these differ most */
+  double parts_sigmas;                    /* by how many standard deviations they differ */
   double motion;                          /* m/s^2, root mean square of u omega_z */
   double cost;                            /* of the newest window */
   softsoil_horizon_options_t options;

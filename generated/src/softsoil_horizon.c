@@ -7,12 +7,15 @@
 
 #define K SOFTSOIL_HORIZON_N
 #define NS SOFTSOIL_HORIZON_STATES
-#define D (NS + K)
+/* What a window is asked: the parameters and, where a job is free for it, the share by which the yaw inertia is larger. */
+#define Q SOFTSOIL_HORIZON_ASKED
+#define ASKS_INERTIA (Q - K)
+#define D (NS + Q)
 #define ROWS SOFTSOIL_HORIZON_ROWS
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
 #define LONGEST_WINDOW 105 /* samples */
-#define MAGIC 0x9ad22c2eu
+#define MAGIC 0xfa853a3du
 
 typedef softsoil_horizon_window_t window_t;
 
@@ -26,7 +29,7 @@ static const double trimmed = 4.0;
 enum { RECENTS = 3 };
 static const int recents[RECENTS] = {4, 8, 16};
 static const double state_step[NS] = {0.0001, 0.0001, 1e-05, 0.0001, 0.0001, 1e-05};
-static const double free_step = 5e-06;
+static const double free_step = 5e-06, inertia_step = 1e-3;
 /* The parameters: their states, scales, bounds, and which of them are a soil's. */
 static const int at_state[K] = {SOFTSOIL_X_n};
 static const int is_soil[K] = {1};
@@ -34,7 +37,8 @@ static const double scale[K] = {0.1}, lowest[K] = {0.2}, highest[K] = {1.6};
 /* Column of each initial state's job, and of each parameter's. */
 static const int state_column[NS] = {8, 9, 10, 1, 2, 3};
 static const int free_column[K] = {4};
-enum { ACTIVE = 5, PASSIVE = 3 };
+enum { INERTIA_COLUMN = 5 };
+enum { ACTIVE = 6, PASSIVE = 3 };
 static const double nominal[SOFTSOIL_N_X] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5};
 static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0, 1000.0, 1000.0};
 static const double y_limit[SOFTSOIL_N_Y] = {100000000.0, 100000000.0, 100000.0, 150.0, 150.0, 50.0};
@@ -43,6 +47,10 @@ static const int32_t y_wraps[SOFTSOIL_N_Y] = {0, 0, 1, 0, 0, 0};
 static const double most_std = 0.05, same = 0.1, bound = 0.02, axles = 0.13, axles_sigmas = 2.5;
 static const double most_unexplained[2] = {0.1, 0.022}, least_motion = 0.2;
 static const double unexplained_sigmas = 2.0;
+static const double most_inertia = 0.12, inertia_sigmas = 3.0;
+static const double most_parts = 0.1, most_parts_sigmas = 2.5;
+enum { SPLITS = 3, LEAST_PART = 4 };
+static const double splits[SPLITS] = {0.3333333333333, 0.5, 0.6666666666667};
 /* v and omega_z: by which a model is judged. */
 static const int judged[2] = {SOFTSOIL_Y_v, SOFTSOIL_Y_omega_z};
 
@@ -59,7 +67,7 @@ const char *softsoil_verdict_text(int verdict) {
     case SOFTSOIL_VERDICT_AXLES_DISAGREE:
       return "front and rear axle disagree on n";
     case SOFTSOIL_VERDICT_INCONSISTENT:
-      return "the model leaves more of yaw rate or lateral velocity than a right one: check vehicle, soil and sensors";
+      return "the windows contradict the model, its yaw inertia, or one soil on the way: check vehicle, soil and sensors";
     case SOFTSOIL_VERDICT_NO_SOIL:
       return "there is no soft soil";
     default:
@@ -168,6 +176,7 @@ int softsoil_horizon_init(softsoil_horizon_t *h, const softsoil_horizon_options_
   }
   for (int i = 0; i < 2; ++i) h->noise[i] = chosen.r_std[judged[i]] * chosen.r_std[judged[i]];
   h->unexplained_std[0] = h->unexplained_std[1] = 1e9;
+  h->inertia_std = 1e9;
   h->verdict = SOFTSOIL_VERDICT_NOT_EXCITED;
   h->steps = nearest(window_length / chosen.dt) > 2 ? nearest(window_length / chosen.dt) : 2;
   h->apart = nearest(stride / chosen.dt) > 1 ? nearest(stride / chosen.dt) : 1;
@@ -468,6 +477,7 @@ static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[S
     put(x, free_column[k], w->state, n);
     for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][free_column[k]] = start[1 + k][c];
   }
+  double turning = w->state[SOFTSOIL_X_omega_z];
   for (int s = 0; s <= h->steps; ++s) {
     const softsoil_horizon_row_t *row = row_at(h, w->row + s);
     softsoil_model_measure_jobs(ACTIVE, PASSIVE, row->u, o->p, (const softsoil_jobs_t *)x, y);
@@ -486,11 +496,18 @@ static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[S
         slope[NS + k] = (y[c][free_column[k]] - at) / sigma / step[k];
         sound = sound && fabs(slope[NS + k]) < 1e12;
       }
+      if (ASKS_INERTIA) {
+        slope[D - 1] = (y[c][INERTIA_COLUMN] - at) / sigma / inertia_step;
+        sound = sound && fabs(slope[D - 1]) < 1e12;
+      }
       if (!sound) return 0;
       const double error = at - row->y[c];
       if (row->seen[c] && isfinite(sigma)) add(sums, c, (y_wraps[c] ? wrapped(error) : error) / sigma, slope);
     }
     if (s < h->steps) softsoil_model_step_jobs(ACTIVE, PASSIVE, row->u, o->p, o->dt, h->substeps, x, m);
+    /* With an inertia larger by a share, the yaw rate changes less by that share. */
+    if (ASKS_INERTIA) x[SOFTSOIL_X_omega_z][INERTIA_COLUMN] -= inertia_step * (x[SOFTSOIL_X_omega_z][0] - turning);
+    turning = x[SOFTSOIL_X_omega_z][0];
   }
   return 1;
 }
@@ -517,7 +534,7 @@ static void judge_window(const softsoil_horizon_t *h, const sums_t *s, const dou
 static int linearise(softsoil_horizon_t *h, int64_t i, const double (*start)[SOFTSOIL_CELLS]) {
   window_t *w = window_at(h, i);
   path_t path[LONGEST_WINDOW + 1];
-  double a[NS * NS], inverse[NS * NS], solved[NS][K], move[NS];
+  double a[NS * NS], inverse[NS * NS], solved[NS][Q], move[NS];
   sums_t s;
   memcpy(w->at, h->n, sizeof w->at);
   memset(w->gradient, 0, sizeof w->gradient);
@@ -530,16 +547,16 @@ static int linearise(softsoil_horizon_t *h, int64_t i, const double (*start)[SOF
   if (!invert(NS, a, inverse)) return SOFTSOIL_NUMERICAL;
   for (int r = 0; r < NS; ++r) {
     move[r] = 0.0;
-    for (int k = 0; k < K; ++k) solved[r][k] = 0.0;
+    for (int k = 0; k < Q; ++k) solved[r][k] = 0.0;
     for (int c = 0; c < NS; ++c) {
       move[r] -= inverse[r * NS + c] * s.lean[c];
-      for (int k = 0; k < K; ++k) solved[r][k] += inverse[r * NS + c] * s.normal[NS + k][c];
+      for (int k = 0; k < Q; ++k) solved[r][k] += inverse[r * NS + c] * s.normal[NS + k][c];
     }
   }
-  for (int k = 0; k < K; ++k) {
+  for (int k = 0; k < Q; ++k) {
     w->gradient[k] = s.lean[NS + k];
     for (int r = 0; r < NS; ++r) w->gradient[k] -= solved[r][k] * s.lean[r];
-    for (int l = 0; l < K; ++l) {
+    for (int l = 0; l < Q; ++l) {
       w->hessian[k][l] = k > l ? s.normal[NS + k][NS + l] : s.normal[NS + l][NS + k];
       for (int r = 0; r < NS; ++r) w->hessian[k][l] -= s.normal[NS + k][r] * solved[r][l];
     }
@@ -563,8 +580,8 @@ typedef struct {
   double n[K], hessian[K * K], weight;
 } minimum_t;
 
-static double weight_of(const softsoil_horizon_t *h, int64_t i) {
-  const int64_t age = h->taken - 1 - i;
+static double weight_of(const softsoil_horizon_t *h, int64_t i, int even) {
+  const int64_t age = even ? 0 : h->taken - 1 - i;
   return age < WINDOWS ? h->weights[age] : 0.0;
 }
 
@@ -572,13 +589,13 @@ static int64_t first_counted(const softsoil_horizon_t *h) {
   return h->since > h->taken - WINDOWS ? h->since : h->taken - WINDOWS;
 }
 
-/* Their minimum, with the initial guess or without; 0 where there is none. */
-static int minimise(softsoil_horizon_t *h, int64_t from, int64_t to, int guess, minimum_t *out) {
+/* Their minimum, with the initial guess or without, weighted by age or evenly; 0 where there is none. */
+static int minimise(softsoil_horizon_t *h, int64_t from, int64_t to, int guess, int even, minimum_t *out) {
   double lean[K] = {0.0}, firm[K * K], inverse[K * K];
   memset(out, 0, sizeof *out);
   for (int64_t i = from; i < to; ++i) {
     const window_t *w = window_at(h, i);
-    const double weight = weight_of(h, i);
+    const double weight = weight_of(h, i, even);
     out->weight += weight;
     for (int k = 0; k < K; ++k) {
       lean[k] -= weight * w->gradient[k];
@@ -602,11 +619,11 @@ static int minimise(softsoil_horizon_t *h, int64_t from, int64_t to, int guess, 
 }
 
 /* Scatter of the windows' scores at n, weighted. */
-static void scatter(softsoil_horizon_t *h, const double *n, int64_t from, int64_t to, double *out) {
+static void scatter(softsoil_horizon_t *h, const double *n, int64_t from, int64_t to, int even, double *out) {
   memset(out, 0, K * K * sizeof *out);
   for (int64_t i = from; i < to; ++i) {
     const window_t *w = window_at(h, i);
-    const double weight = weight_of(h, i);
+    const double weight = weight_of(h, i, even);
     double score[K];
     for (int k = 0; k < K; ++k) {
       score[k] = w->gradient[k];
@@ -627,7 +644,7 @@ static double sandwich(const double *a, const double *s, int k) {
 
 static void estimate(softsoil_horizon_t *h) {
   minimum_t found;
-  if (!minimise(h, first_counted(h), h->taken, 1, &found)) return;
+  if (!minimise(h, first_counted(h), h->taken, 1, 0, &found)) return;
   for (int k = 0; k < K; ++k)
     if (isfinite(found.n[k])) h->n[k] = between(lowest[k], found.n[k], highest[k]);
 }
@@ -639,8 +656,8 @@ static int changed_within(softsoil_horizon_t *h, int recent) {
   minimum_t part[2];
   int found = 0;
   if (h->taken - h->since < recent + 2 * recents[0]) return 0;
-  if (!minimise(h, middle, h->taken, 0, &part[0]) || !minimise(h, from, middle, 0, &part[1])) return 0;
-  scatter(h, part[1].n, from, middle, per_window);
+  if (!minimise(h, middle, h->taken, 0, 0, &part[0]) || !minimise(h, from, middle, 0, 0, &part[1])) return 0;
+  scatter(h, part[1].n, from, middle, 0, per_window);
   const double share = h->weights[0], old = part[1].weight / share;
   for (int j = 0; j < 2; ++j) {
     for (int k = 0; k < K * K; ++k) part[j].hessian[k] /= share;
@@ -672,9 +689,9 @@ static void deviations(softsoil_horizon_t *h) {
   const int64_t from = first_counted(h);
   double inverse[K * K], scores[K * K];
   minimum_t found;
-  scatter(h, h->n, from, h->taken, scores);
+  scatter(h, h->n, from, h->taken, 0, scores);
   for (int guess = 0; guess < 2; ++guess) {
-    const int good = minimise(h, from, h->taken, guess, &found);
+    const int good = minimise(h, from, h->taken, guess, 0, &found);
     for (int k = 0; k < K && !guess; ++k) found.hessian[k * K + k] += least_curvature;
     if (!good || !invert(K, found.hessian, inverse)) continue;
     for (int k = 0; k < K; ++k) {
@@ -713,11 +730,76 @@ static void unexplained(softsoil_horizon_t *h, int c) {
   h->unexplained_std[c] = error / motion;
 }
 
+/* One step of the parameters and of the yaw inertia at the estimate: by which share the windows would have it larger. */
+static void ask_inertia(softsoil_horizon_t *h) {
+  double total[Q * Q] = {0.0}, inverse[Q * Q], lean[Q] = {0.0}, step[Q] = {0.0}, square[Q * Q] = {0.0}, score[Q];
+  h->inertia = 0.0;
+  h->inertia_std = 1e9;
+  if (!ASKS_INERTIA) return;
+  for (int pass = 0; pass < 2; ++pass) {
+    for (int64_t i = first_counted(h); i < h->taken; ++i) {
+      const window_t *w = window_at(h, i);
+      const double weight = weight_of(h, i, 0);
+      for (int k = 0; k < Q; ++k) {
+        score[k] = w->gradient[k];
+        for (int l = 0; l < K; ++l) score[k] += w->hessian[k][l] * (h->n[l] - w->at[l]);
+        for (int l = 0; l < Q && pass; ++l) score[k] += w->hessian[k][l] * step[l];
+      }
+      for (int k = 0; k < Q; ++k) {
+        lean[k] += pass ? 0.0 : weight * score[k];
+        for (int l = 0; l < Q; ++l)
+          (pass ? square : total)[k * Q + l] += weight * (pass ? score[k] * score[l] : w->hessian[k][l]);
+      }
+    }
+    if (pass) break;
+    for (int k = 0; k < Q; ++k) total[k * Q + k] += least_curvature;
+    if (!invert(Q, total, inverse)) return;
+    for (int k = 0; k < Q; ++k)
+      for (int l = 0; l < Q; ++l) step[k] -= inverse[k * Q + l] * lean[l];
+  }
+  double spread = 0.0;
+  for (int l = 0; l < Q; ++l)
+    for (int m = 0; m < Q; ++m) spread += inverse[(Q - 1) * Q + l] * square[l * Q + m] * inverse[m * Q + Q - 1];
+  const double variance = larger(spread, inverse[Q * Q - 1]);
+  if (!isfinite(step[Q - 1]) || !isfinite(variance)) return;
+  h->inertia = step[Q - 1];
+  h->inertia_std = sqrt(variance);
+}
+
+/* n of the earlier and of the later windows where these differ most, and by how many standard deviations. */
+static void compare_parts(softsoil_horizon_t *h) {
+  const int64_t from = first_counted(h), count = h->taken - from;
+  h->parts[0] = h->parts[1] = h->n[0];
+  h->parts_sigmas = 0.0;
+  for (int s = 0; s < SPLITS; ++s) {
+    const int64_t cut = from + nearest(splits[s] * (double)count), ends[3] = {from, cut, h->taken};
+    double inverse[K * K], scores[K * K], variance[K] = {0.0};
+    minimum_t part[2];
+    int good = cut - from >= LEAST_PART && h->taken - cut >= LEAST_PART;
+    for (int j = 0; j < 2 && good; ++j) {
+      good = minimise(h, ends[j], ends[j + 1], 0, 1, &part[j]);
+      if (!good) break;
+      scatter(h, part[j].n, ends[j], ends[j + 1], 1, scores);
+      for (int k = 0; k < K; ++k) part[j].hessian[k * K + k] += least_curvature;
+      good = invert(K, part[j].hessian, inverse);
+      for (int k = 0; k < K && good; ++k) variance[k] += larger(sandwich(inverse, scores, k), inverse[k * K + k]);
+    }
+    for (int k = 0; k < K && good; ++k) {
+      const double sigmas = fabs(part[1].n[k] - part[0].n[k]) / sqrt(variance[k]);
+      if (!is_soil[k] || !(sigmas > h->parts_sigmas) || !isfinite(sigmas)) continue;
+      h->parts[0] = part[0].n[k];
+      h->parts[1] = part[1].n[k];
+      h->parts_sigmas = sigmas;
+    }
+  }
+}
+
 static int decide(const softsoil_horizon_t *h) {
   if (h->windows < 2 * recents[0] || !(h->motion >= least_motion)) return SOFTSOIL_VERDICT_NOT_EXCITED;
   for (int c = 0; c < 2; ++c)
     if (h->unexplained[c] - unexplained_sigmas * h->unexplained_std[c] > most_unexplained[c] * most_unexplained[c])
       return SOFTSOIL_VERDICT_INCONSISTENT;
+  if (fabs(h->inertia) >= larger(most_inertia, inertia_sigmas * h->inertia_std)) return SOFTSOIL_VERDICT_INCONSISTENT;
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k])) return SOFTSOIL_VERDICT_NOT_EXCITED;
   for (int k = 0; k < K; ++k)
@@ -729,6 +811,9 @@ static int decide(const softsoil_horizon_t *h) {
     const double apart = fabs(h->n[k] - h->n[k + 1]), spread = sqrt(h->std[k] * h->std[k] + h->std[k + 1] * h->std[k + 1]);
     if (apart > axles_sigmas * spread && apart > 0.5 * axles * (h->n[k] + h->n[k + 1])) return SOFTSOIL_VERDICT_AXLES_DISAGREE;
   }
+  if (h->parts_sigmas > most_parts_sigmas)
+    for (int k = 0; k < K; ++k)
+      if (is_soil[k] && fabs(h->parts[1] - h->parts[0]) > most_parts * h->n[k]) return SOFTSOIL_VERDICT_INCONSISTENT;
   return SOFTSOIL_VERDICT_IDENTIFIED;
 }
 
@@ -790,6 +875,8 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
   h->windows = (int32_t)(h->taken - first_counted(h));
   h->motion = sqrt(h->force);
   for (int c = 0; c < 2; ++c) unexplained(h, c);
+  ask_inertia(h);
+  compare_parts(h);
   h->verdict = decide(h);
   h->updated = 1;
   if (status) count(h, status);

@@ -11,6 +11,8 @@ from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.control.c_estimator import c_library_texts, c_parts
+from softsoil.estimator.evidence import parts_of
+from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
@@ -65,6 +67,11 @@ def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
     assert np.abs(n - c_n).max() < 1e-7
     assert np.abs(std - c_std).max() < 1e-7
     assert c.head.changes == len(python.changes)
+    parts, sigmas = parts_of(python, len(n) - 1)
+    assert np.array(c.head.parts) == pytest.approx(parts, abs=1e-5) and c.head.parts_sigmas == pytest.approx(sigmas, rel=1e-3)
+    share, share_std = inertia_error(python.windows, python)  # linearises every window again at the end, C does not
+    assert c.head.inertia == pytest.approx(share, abs=max(0.005, 1.5 * share_std))
+    assert c.head.inertia_std == pytest.approx(share_std, rel=0.3)
 
 
 @pytest.mark.parametrize("flags", (SCALAR, FLAGS), ids=("scalar", "lanes"))
@@ -142,6 +149,21 @@ def test_an_exciting_drive_is_identified_and_its_n_is_right(drive):
     c = ran(drive)
     assert c.verdict == "identified"
     assert c.n[0] == pytest.approx(declared("tracks").soil.n, abs=3 * c.std[0])
+
+
+@pytest.mark.parametrize(("factor", "asked"), ((1.4, -0.29), (0.65, 0.54)))
+def test_a_vehicle_of_another_yaw_inertia_is_not_identified(factor, asked):
+    own = declared("tracks")
+    other = replace(own.vehicle, yaw_inertia=own.vehicle.yaw_inertia / factor)
+    log = synthetic_drive(replace(own, vehicle=other).build(), other.radius, seconds=20.0)
+    head = (c := ran(add_noise(log, "good", 3))).head
+    assert c.verdict == "inconsistent"
+    assert 0.5 < head.inertia / asked < 1.3 and abs(head.inertia) > 3.0 * head.inertia_std  # one step, not the minimum
+
+
+def test_the_declared_yaw_inertia_is_not_doubted(drive):
+    head = ran(drive).head
+    assert abs(head.inertia) < max(0.03, 2.0 * head.inertia_std)
 
 
 def test_a_vehicle_that_stands_identifies_nothing(drive):
