@@ -81,10 +81,10 @@ def _measured(data: Path | None, name: str) -> Path:
 def _say_bearing(found: CmuCase) -> None:
     b = found.bearing
     console.print(
-        f"n = {b.n:.3f} +- {b.n_std:.3f} ({b.tests[0]} plate tests, scatter {b.scatter_n:.2f}); "
-        f"modulus {b.k_wheel:.3g} +- {b.k_wheel_std:.2g} N/m^(n+2) ({b.tests[1]} tests of the wheel standing still); "
+        f"n = {b.n:.3f} ± {b.n_std:.3f} ({b.tests[0]} plate tests, scatter {b.scatter_n:.2f}); "
+        f"modulus {b.k_wheel:.3g} ± {b.k_wheel_std:.2g} N/m^(n+2) ({b.tests[1]} tests of the wheel standing still); "
         f"plates of its footprint's area give {b.k_plates:.3g}; "
-        f"modulus ~ width^({b.width_exponent:.2f} +- {b.width_exponent_std:.2f})"
+        f"modulus ~ width^({b.width_exponent:.2f} ± {b.width_exponent_std:.2f})"
     )
 
 
@@ -105,7 +105,7 @@ def _candidates(found: CmuCase, base: str) -> Table:
 def _fitted(name: str, entry: Mapping[str, Any]) -> str:
     if entry["at_bound"]:
         return f"{name} {entry['value']:.3g} (bound)"
-    return f"{name} {entry['value']:.3g}+-{entry['std']:.2g}"
+    return f"{name} {entry['value']:.3g} ± {entry['std']:.2g}"
 
 
 def _per_angle(found: CmuCase) -> Table:
