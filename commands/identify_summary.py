@@ -6,6 +6,7 @@ from rich.table import Table
 
 from softsoil.commands.error_table import error_table
 from softsoil.commands.output import console
+from softsoil.figures.labels import per_cent
 from softsoil.refinement.identify_result import Identification, in_order
 from softsoil.refinement.identify_words import (
     error_sentence,
@@ -28,7 +29,7 @@ def say(found: Identification) -> None:
     for line in (error_sentence(found), *judged_sentences(found)):
         console.print(line, highlight=False)
     console.print(error_table(f"Rms error on {found.judged.log}", found.judged.before, found.judged.after))
-    for line in (*found.notes, f"{found.seconds:.0f} s"):
+    for line in (*found.notes, f"computed in {found.seconds:.0f} s"):
         console.print(line, highlight=False)
 
 
@@ -39,5 +40,5 @@ def number_table(found: Identification) -> Table:
         table.add_column(heading, justify="right" if heading in ("value ± std", "n per std") else "left")
     for name in in_order(found.numbers):
         one = found.numbers[name]
-        table.add_row(name, value_words(one), state_words(one), f"{one.n_percent_per_std:+.1f} %")
+        table.add_row(name, value_words(one), state_words(one), per_cent(0.01 * one.n_percent_per_std, 1, "+"))
     return table

@@ -42,15 +42,15 @@ def say(found: Refinement) -> None:
         console.print(f"Declared numbers as fitted beside {found.unknown}, within what is stated of them:", highlight=False)
     for number_ in found.fitted:
         console.print(f"  {number_words(number_)}", highlight=False)
-    for line in (*n_sentences(found), *ground_sentences(found), *left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
+    lines = (*n_sentences(found), *ground_sentences(found), *left_sentences(found), *found.notes)
+    for line in (*lines, f"computed in {found.seconds:.0f} s"):
         console.print(line, highlight=False)
 
 
 def ranking_table(found: Refinement) -> Table:
     """The best candidates by the share of the held-out cost that each removes on its own."""
-    title = f"Candidates, each alone beside {found.unknown}: effects, and numbers of the vehicle"
-    table = Table(title=title, title_justify="left")
-    for heading in ("effect", "held-out gain", "std", ""):
+    table = Table(title=f"Candidates, each alone beside {found.unknown}", title_justify="left")
+    for heading in ("candidate", "held-out gain", "std", ""):
         table.add_column(heading, justify="right" if heading in ("held-out gain", "std") else "left")
     for candidate in found.ranking[:SHOWN]:
         gain, std = f"{100 * candidate.gain:.1f} %", f"{100 * candidate.std:.1f} %"

@@ -102,7 +102,7 @@ def table_7(studies: list[LogStudy]) -> Table:
     table = Table(title="Sinkage exponent (as the paper's Table 7)", title_justify="left")
     for heading in ("log", "soil", "verdict"):
         table.add_column(heading, no_wrap=True)
-    for heading in ("first guess", "true", "estimate", "error", "within 10 % after"):
+    for heading in ("first guess", "true", "estimate", "error", "settled after"):
         table.add_column(heading, justify="right")
     for entry in studies:
         table.add_row(
@@ -140,16 +140,14 @@ def table_8(entry: LogStudy) -> Table:
 def _say_gain(studies: list[LogStudy]) -> None:
     """What the estimate is worth over all logs, in one line per horizon."""
     names = ", ".join(quantity(name).words for name in LATERAL)
+    console.print(f"Rms errors with the first guess over those with the estimate (geometric mean of {names}):", highlight=False)
     for horizon in HORIZONS:
         found = np.sqrt(gains(studies, horizon))
         known = found[np.isfinite(found)]
         if len(known):
-            console.print(
-                f"{horizon:g} s: rms errors of {names} with the first guess over those with the estimate, "
-                f"geometric mean: {np.exp(np.mean(np.log(known))):.2f}; smaller with the estimate in {(known > 1).sum()} of "
-                f"{len(known)}",
-                highlight=False,
-            )
+            mean = np.exp(np.mean(np.log(known)))
+            better = f"smaller with the estimate in {(known > 1).sum()} of {len(known)}"
+            console.print(f"{horizon:g} s ahead: {mean:.2f}; {better}", highlight=False)
 
 
 def _say_conditions(studies: list[LogStudy], noise: str, seed: int, skip: float) -> None:

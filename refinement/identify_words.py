@@ -50,7 +50,7 @@ def judged_sentences(found: Identification) -> list[str]:
     if ratio is not None and expected is not None:
         lines.append(
             f"Over 2.5 s of its last third the rms error is {math.sqrt(ratio):.3g} times smaller than with the file as it is, "
-            f"and {math.sqrt(expected):.3g} times smaller than with the numbers expected of any such vehicle (geometric mean over "
-            "lateral velocity, yaw rate, heading and y; sensor noise in all)."
+            f"and {math.sqrt(expected):.3g} times smaller than with the numbers expected of any such vehicle (geometric mean "
+            "over lateral velocity, yaw rate, heading and y; sensor noise in all)."
         )
     return lines
