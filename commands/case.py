@@ -109,7 +109,7 @@ def _candidates(found: CmuCase, base: str) -> Table:
 
 def _fitted(name: str, entry: Mapping[str, Any]) -> str:
     if not entry["at_bound"]:
-        return f"{plain(name)} {with_unit(entry['value'], entry['std'], entry["unit"])}"
+        return f"{plain(name)} {with_unit(entry['value'], entry['std'], entry['unit'])}"
     value, _, unit = in_degrees(entry["value"], 0.0, entry["unit"])
     return f"{plain(name)} {value:.3g} {unit}".rstrip() + " (bound)"
 
