@@ -89,7 +89,7 @@ def table_text(report: dict[str, Any]) -> str:
     lines = [
         f"rms lateral force error over peak, median / 95th percentile, {report['runs']} runs",
         "",
-        "| law | load of the moment | mean load | longitudinal | spin moment | abs. sinkage error (mm) | cost in C (us) |",
+        "| law | load of the moment | mean load | longitudinal | spin moment | abs. sinkage error (mm) | cost in C (µs) |",
         "|---|---|---|---|---|---|---|",
     ]
     for name in report["laws"]:

@@ -22,6 +22,7 @@ from softsoil.commands.options_model import (
     say_vehicle,
 )
 from softsoil.commands.output import console, output_folder, say_written, write_result
+from softsoil.figures.labels import plain
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.bench_c_library import c_library_rows
 from softsoil.mpc_demo.bench_filter import filter_rows
@@ -53,11 +54,11 @@ def bench(
     declared = declaration(vehicle, soil or named_soil(drive.name), law, None)
     found = []
     table = Table(title="Speed", title_justify="left")
-    for heading in ("", "value", "against", "value", "ratio", "paper"):
+    for heading in ("what", "value", "against", "value", "ratio", "paper"):
         table.add_column(heading, justify="right" if heading in ("value", "ratio") else "left")
     for row in rows(declared, drive, SUBJECTS if only is None else (only,)):
         found.append(row)
-        console.print(f"{row.name}: {row.value:.3g} {row.unit}", highlight=False)
+        console.print(f"{plain(row.name)}: {_value(row.value, row.unit)}", highlight=False)
         table.add_row(*_cells(row))
     console.print(table)
     content = {"machine": machine(), "rows": [row.as_json() for row in found]}
@@ -80,9 +81,15 @@ def rows(declared, drive, subjects: Sequence[str] = SUBJECTS) -> Iterator[Row]:
 
 
 def _cells(row: Row) -> tuple[str, ...]:
-    other = "" if row.against_value is None else f"{row.against_value:.3g} {row.unit}"
-    ratio = "" if row.ratio is None else f"{row.ratio:.3g}"
-    return (row.name, f"{row.value:.3g} {row.unit}", row.against, other, ratio, row.paper)
+    other = "" if row.against_value is None else _value(row.against_value, row.unit)
+    ratio = "" if row.ratio is None else _value(row.ratio, "")
+    return (plain(row.name), _value(row.value, row.unit), row.against, other, ratio, row.paper.replace(" us", " µs"))
+
+
+def _value(value: float, unit: str) -> str:
+    """A figure with three digits, or a whole number, and its unit; us is written as µs."""
+    number = f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
+    return f"{number} {'µs' if unit == 'us' else unit}".rstrip()
 
 
 def machine() -> str:

@@ -12,6 +12,7 @@ from rich.table import Table
 from softsoil.commands.invocation import current
 from softsoil.commands.options_model import about_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.figures.labels import plain
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.mpc_demo.blind_cases import DURATION, Case, draw_cases
 from softsoil.mpc_demo.blind_test import run_blind, totals
@@ -59,16 +60,16 @@ def _tell(case: Case, result: dict[str, Any] | None, drives: int, told: Callable
 def result_table(cases: Sequence[Case], results: Sequence[dict[str, Any] | None]) -> Table:
     """One row per drive: what was in it, what was identified, whether that is right."""
     table = Table(title="Blind test", title_justify="left")
-    for heading in ("", "soil", "n", "in it", "found", "n estimated", "", "why"):
+    for heading in ("", "soil", "n", "in it", "named", "n estimated", "", "why"):
         table.add_column(heading)
     for case, result in zip(cases, results, strict=True):
-        held = case["name"] or "nothing"
+        held = plain(case["name"] or "nothing")
         held += " (not in the catalogue)" if case["kind"] == "outside" else ""
-        start = [str(case["index"]), case["soil"], f"{case['n']:.2f}", held]
+        start = [str(case["index"]), plain(case["soil"]), f"{case['n']:.2f}", held]
         if result is None:
             table.add_row(*start, "failed", "", "", "")
             continue
-        found = " + ".join(effect["name"] for effect in result["effects"]) or result["verdict"]
+        found = plain(" + ".join(effect["name"] for effect in result["effects"]) or result["verdict"])
         mark = "[green]right[/]" if result["right"] else "[red]wrong[/]"
         table.add_row(*start, found, f"{result['n_after']:.2f}", mark, result["why"])
     return table

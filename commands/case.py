@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,7 +17,9 @@ from softsoil.cases.stanford import CANNOT, read_stanford, run_stanford
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.refine_summary import say
 from softsoil.figures.case import draw_cmu, draw_dart
+from softsoil.figures.labels import law_words, plain
 from softsoil.refinement.result import Refinement
+from softsoil.refinement.words import in_degrees, with_unit
 
 REAL = Path("../shared/data/real")
 """Measured data, where the shared data stand beside the working folder."""
@@ -57,13 +60,14 @@ def cmu(
     for other in found.others:
         for base, force in other.refined.items():
             before, after = rms(other.baseline[base] - other.wheel.run.f_y), rms(force - other.wheel.run.f_y)
-            console.print(f"{other.name}, {base}: as declared {before:.2f} N rms, refined {after:.2f} N rms")
+            console.print(f"{other.name}, {law_words(base)}: as declared {before:.2f} N rms, refined {after:.2f} N rms")
     base = min(found.judged, key=lambda b: found.error(b, "as_declared"))
     before = found.error(base, "as_declared")
     for law in found.judged:
         share = 100 * found.error(law, REFINED) / before
         console.print(
-            f"{law} refined: {share:.0f} % of the best baseline's error ({base}, {before:.2f} N) on angles left out"
+            f"{law_words(law)} refined: {share:.0f} % of the best baseline's error ({law_words(base)}, {before:.2f} N) on angles "
+            "left out"
         )
     written = [write_result(folder / "cmu.json", found.as_json()), draw_cmu(found, "turn_slip", folder / "cmu.png")]
     say_written(written)
@@ -81,41 +85,44 @@ def _measured(data: Path | None, name: str) -> Path:
 def _say_bearing(found: CmuCase) -> None:
     b = found.bearing
     console.print(
-        f"n = {b.n:.3f} +- {b.n_std:.3f} ({b.tests[0]} plate tests, scatter {b.scatter_n:.2f}); "
-        f"modulus {b.k_wheel:.3g} +- {b.k_wheel_std:.2g} N/m^(n+2) ({b.tests[1]} tests of the wheel standing still); "
+        f"n = {b.n:.3f} ± {b.n_std:.3f} ({b.tests[0]} plate tests, scatter {b.scatter_n:.2f}); "
+        f"modulus {b.k_wheel:.3g} ± {b.k_wheel_std:.2g} N/m^(n+2) ({b.tests[1]} tests of the wheel standing still); "
         f"plates of its footprint's area give {b.k_plates:.3g}; "
-        f"modulus ~ width^({b.width_exponent:.2f} +- {b.width_exponent_std:.2f})"
+        f"modulus ~ width^({b.width_exponent:.2f} ± {b.width_exponent_std:.2f})"
     )
 
 
 def _candidates(found: CmuCase, base: str) -> Table:
-    table = Table(title=f"{base}: rms error of the side force, N (scatter of repeats {found.repeat:.2f} N)")
+    title = f"{law_words(base)}: rms error of the side force, N (scatter of repeats {found.repeat:.2f} N)"
+    table = Table(title=title, title_justify="left")
     for name in ("candidate", "fitted", "angle left out", "repeat left out", "sinkage, mm"):
         table.add_column(name, justify="left" if name in ("candidate", "fitted") else "right")
     told = found.as_json()["laws"][base]
     for name, entry in told.items():
         fitted = ", ".join(_fitted(key, value) for key, value in entry["parameters"].items()) or "nothing"
         table.add_row(
-            name, fitted, f"{entry['held_out_angle_rms']:.2f}", f"{entry['held_out_trial_rms']:.2f}",
+            plain(name), fitted, f"{entry['held_out_angle_rms']:.2f}", f"{entry['held_out_trial_rms']:.2f}",
             f"{1e3 * entry['sinkage_rms']:.1f}",
         )  # fmt: skip
     return table
 
 
 def _fitted(name: str, entry: Mapping[str, Any]) -> str:
-    if entry["at_bound"]:
-        return f"{name} {entry['value']:.3g} (bound)"
-    return f"{name} {entry['value']:.3g}+-{entry['std']:.2g}"
+    if not entry["at_bound"]:
+        return f"{plain(name)} {with_unit(entry['value'], entry['std'], entry['unit'])}"
+    value, _, unit = in_degrees(entry["value"], 0.0, entry["unit"])
+    return f"{plain(name)} {value:.3g} {unit}".rstrip() + " (bound)"
 
 
 def _per_angle(found: CmuCase) -> Table:
-    table = Table(title="rms error of the side force by slip angle, N; each angle predicted from the others")
+    table = Table(title="Rms error of the side force by slip angle, N, each from the others", title_justify="left")
     table.add_column("law")
     for angle in found.angles:
         table.add_column(f"{angle}°", justify="right")
     for base in found.judged:
         for name in ("as_declared", REFINED):
-            table.add_row(f"{base} {name}", *(f"{found.error(base, name, 'angle', a):.1f}" for a in found.angles))
+            errors = (f"{found.error(base, name, 'angle', a):.1f}" for a in found.angles)
+            table.add_row(f"{law_words(base)} {plain(name)}", *errors)
     return table
 
 
@@ -192,10 +199,11 @@ def _carried_over(logs: Mapping[str, Refinement]) -> list[dict[str, Any]]:
                 continue
             values = {key: sum(values[key][0] for values in others) / len(others) for key in effect.parameters}
             gain, std, falls = transferred(found, effect, values)
-            words = ", ".join(f"{key} = {value:.3g} {effect.parameters[key][2]}".rstrip() for key, value in values.items())
+            shown = {key: in_degrees(value, 0.0, effect.parameters[key][2]) for key, value in values.items()}
+            words = ", ".join(f"{key} = {value:.3g} {unit}".rstrip() for key, (value, _, unit) in shown.items())
             console.print(
                 f"{name} with {words} of the other logs: removes {100 * gain:.0f} ± {100 * std:.0f} % of the held-out cost; "
-                f"mean squared error of the heading at {WINDOWING.horizons[0]:g} s {falls:.2f} times smaller", highlight=False,
+                f"rms error of the heading at {WINDOWING.horizons[0]:g} s {math.sqrt(falls):.2f} times smaller", highlight=False,
             )  # fmt: skip
             rows.append({"log": name, "effect": effect.name, "values": values, "gain": gain, "std": std, "heading_falls": falls})
     return rows

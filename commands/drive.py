@@ -28,6 +28,7 @@ from softsoil.control.nmpc import Nmpc
 from softsoil.control.ocp import Ocp
 from softsoil.declaration.model_file import Declaration, load_declaration
 from softsoil.figures.drive import animate, draw_drive
+from softsoil.figures.labels import plain
 from softsoil.files.package_data import PLANT_VEHICLE, plant_file
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
@@ -202,16 +203,16 @@ def verdicts_in_words(logs: Sequence[LoopLog]) -> str:
 
 
 def _say(logs: Sequence[LoopLog]) -> None:
-    table = Table(title="Closed loop on the plant", title_justify="left")
+    table = Table(title="Closed loop on the plant: distance to the path, least gap to an obstacle, times", title_justify="left")
     for heading in (
         "course",
         "controller",
         "rms, m",
         "worst, m",
-        "clear, m",
+        "gap, m",
         "touched",
-        "solve ms",
-        "p99",
+        "solve, ms",
+        "p99, ms",
         "failed",
         "late",
         "verdict on n",
@@ -228,9 +229,9 @@ def _say(logs: Sequence[LoopLog]) -> None:
             n = f"{np.mean([log.column('n')[-1] for log in mine]):.2f}"
             n += f" ± {np.mean([log.column('n_std')[-1] for log in mine]):.2f}" if controller == "n_estimated" else ""
             table.add_row(
-                name, controller, f"{s['tracking_rms']:.3f}", f"{s['max_error']:.2f}", clear, f"{s['collisions']}",
+                plain(name), plain(controller), f"{s['tracking_rms']:.3f}", f"{s['max_error']:.2f}", clear, f"{s['collisions']}",
                 f"{s['solve_ms']['median']:.2f}", f"{s['solve_ms']['p99']:.2f}", f"{s['failures']}", f"{s['late']}",
-                verdicts_in_words(mine), n,
+                plain(verdicts_in_words(mine)), n,
             )  # fmt: skip
     console.print(table)
     for log in logs:

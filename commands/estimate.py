@@ -25,6 +25,7 @@ from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.estimator.verdict import Verdict
+from softsoil.figures.labels import plain
 from softsoil.figures.terrain import draw_estimate
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_n
@@ -112,7 +113,7 @@ NEXT = {
 
 def verdict_line(verdict: Verdict) -> str:
     """The verdict in one line, before any number."""
-    return f"{verdict.word}: {verdict.reason}" + ("" if verdict.usable else "; do not use this n")
+    return f"{plain(verdict.word)}: {verdict.reason}" + ("" if verdict.usable else "; do not use this n")
 
 
 def _say(found: TerrainEstimate, drive: Recording) -> None:
@@ -126,7 +127,7 @@ def _say(found: TerrainEstimate, drive: Recording) -> None:
     lines = [
         f"n front {found.n_front[-1]:.3f} ± {found.n_front_std[-1]:.3f}, rear {found.n_rear[-1]:.3f} ± "
         f"{found.n_rear_std[-1]:.3f}; within 10 % of its end after {found.converged_s:.1f} s",
-        f"{np.median(found.step_us):.0f} us per update with its predictions",
+        f"{np.median(found.step_us):.0f} µs per update with its predictions",
     ]
     windows = _windows(found)
     if windows is not None and len(found.nis):
@@ -143,7 +144,11 @@ def _say(found: TerrainEstimate, drive: Recording) -> None:
         classes = ", or ".join((found.drift.likely, *found.drift.also))
         lines.append(f"drift at {found.drift.t:.1f} s ({found.drift.channel} is corrected to one side): likely {classes}")
     for reason, counts in (("not finite", found.counts.invalid), ("outside the gate", found.counts.gated)):
-        lines += [f"left out, {reason}: {name} {count} times" for name, count in counts.items() if drive.measured(name)]
+        alike: dict[int, list[str]] = {}
+        for name, count in counts.items():
+            if drive.measured(name):
+                alike.setdefault(count, []).append(name)
+        lines += [f"left out, {reason}: {', '.join(names)}, {count} times" for count, names in alike.items()]
     lines += [f"input held: {name} {count} times" for name, count in found.counts.held_inputs.items()]
     for line in (*lines, *drive.notes):
         console.print(line, highlight=False)

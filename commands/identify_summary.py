@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from rich.table import Table
 
+from softsoil.commands.error_table import error_table
 from softsoil.commands.output import console
-from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.figures.labels import per_cent
 from softsoil.refinement.identify_result import Identification, in_order
 from softsoil.refinement.identify_words import (
     error_sentence,
@@ -14,7 +15,7 @@ from softsoil.refinement.identify_words import (
     value_words,
     verdict_sentence,
 )
-from softsoil.refinement.words import number, ratio, with_error
+from softsoil.refinement.words import with_error
 
 
 def say(found: Identification) -> None:
@@ -27,8 +28,8 @@ def say(found: Identification) -> None:
         console.print(f"{log}: n {with_error(value, std)}", highlight=False)
     for line in (error_sentence(found), *judged_sentences(found)):
         console.print(line, highlight=False)
-    console.print(error_table(found))
-    for line in (*found.notes, f"{found.seconds:.0f} s"):
+    console.print(error_table(f"Rms error on {found.judged.log}", found.judged.before, found.judged.after))
+    for line in (*found.notes, f"computed in {found.seconds:.0f} s"):
         console.print(line, highlight=False)
 
 
@@ -39,21 +40,5 @@ def number_table(found: Identification) -> Table:
         table.add_column(heading, justify="right" if heading in ("value ± std", "n per std") else "left")
     for name in in_order(found.numbers):
         one = found.numbers[name]
-        table.add_row(name, value_words(one), state_words(one), f"{one.n_percent_per_std:+.1f} %")
-    return table
-
-
-def error_table(found: Identification) -> Table:
-    """Mean squared error of the log left out, before, after, and how many times smaller."""
-    table = Table(title=f"Mean squared error on {found.judged.log}, squared units", title_justify="left")
-    table.add_column("state")
-    for horizon in found.judged.before:
-        for heading in (f"{horizon} s\nbefore", "\nafter", "\nratio"):
-            table.add_column(heading, justify="right")
-    for state in STATE_CHANNELS:
-        cells = []
-        for horizon in found.judged.before:
-            before, after = found.judged.before[horizon][state], found.judged.after[horizon][state]
-            cells += [number(before), number(after), ratio(before, after)]
-        table.add_row(state, *cells)
+        table.add_row(name, value_words(one), state_words(one), per_cent(0.01 * one.n_percent_per_std, 1, "+"))
     return table

@@ -62,8 +62,8 @@ def say_map(fit: SteeringFit) -> dict[str, Any]:
     """Print what was fitted; the entry `steering` of import.json."""
     words = "a straight line" if fit.degree == 1 else f"a polynomial of degree {fit.degree}"
     console.print(
-        f"steering map: {words}, ± {fit.std:.2g} rad; the wheels follow the command by {fit.delay:.3f} s and leave "
-        f"{fit.residual:.2g} rad", highlight=False,
+        f"steering map: {words}, ± {np.degrees(fit.std):.2g} deg; the wheels follow the command by {fit.delay:.3f} s, and "
+        f"{np.degrees(fit.residual):.2g} deg rms of their angle stay unexplained", highlight=False,
     )  # fmt: skip
     return {
         "command": list(fit.map.command), "angle": list(fit.map.angle), "degree": fit.degree, "std": fit.std,

@@ -17,6 +17,8 @@ from softsoil.importing.sources import Holding
 
 MOST_FIELDS = 12
 """Fields of a source that the terminal shows; inspect.json has all."""
+FIELDS_WIDTH = 72
+"""Characters of their column, also where the output goes to a file."""
 
 
 def inspect(
@@ -47,7 +49,10 @@ def source_table(holdings: list[Holding]) -> Table:
     """One row per source: kind, count, rate, span, clock, fields."""
     table = Table(title="Sources", title_justify="left")
     for heading in ("source", "kind", "count", "Hz", "s", "clock", "fields"):
-        table.add_column(heading, justify="right" if heading in ("count", "Hz", "s") else "left", overflow="fold")
+        width = FIELDS_WIDTH if heading == "fields" else None
+        table.add_column(
+            heading, justify="right" if heading in ("count", "Hz", "s") else "left", overflow="fold", max_width=width
+        )
     for h in holdings:
         names = list(h.fields)
         more = f" and {len(names) - MOST_FIELDS} more" if len(names) > MOST_FIELDS else ""

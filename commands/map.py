@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
 from typing import Annotated, Any
 
 import numpy as np
@@ -75,7 +76,7 @@ def map_soil(
         raise ValueError("map: expected a drive whose verdict is identified or not_excited (or --all), found none")
     used = in_one_frame(used)
     cells = fuse(used, cell)
-    console.print(f"{len(cells)} cells of {cell:g} m from {len(used)} of {len(found)} drives", highlight=False)
+    console.print(f"{len(cells)} cells of {cell:g} m from {len(used)} of {len(found)} drives{_range(cells)}", highlight=False)
     if used[0].origin is not None:
         place = "latitude {:.7f}, longitude {:.7f} deg".format(*used[0].origin)
         console.print(f"x east and y north of {place}", highlight=False)
@@ -84,6 +85,14 @@ def map_soil(
     if cells:
         paths.append(draw_soil_map(cells, used, cell, folder / "map.png"))
     say_written(paths)
+
+
+def _range(cells: tuple[Cell, ...]) -> str:
+    """Smallest and largest n of the cells, and how well the median cell knows it; empty without a cell."""
+    if not cells:
+        return ""
+    n, share = [c.n for c in cells], 100 * median(c.std / c.n for c in cells)
+    return f": n {min(n):.2f} to {max(n):.2f}, ± {share:.0f} % in the median cell"
 
 
 def _one(drive, declared, n0: float, skip: float) -> DriveSoil:

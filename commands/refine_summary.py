@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rich.table import Table
 
+from softsoil.commands.error_table import error_table
 from softsoil.commands.output import console
-from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.words import (
     bound_words,
@@ -14,10 +14,8 @@ from softsoil.refinement.words import (
     group_sentences,
     left_sentences,
     n_sentences,
-    number,
     number_words,
     parameter_words,
-    ratio,
     split_sentence,
     verdict_sentence,
 )
@@ -39,38 +37,22 @@ def say(found: Refinement) -> None:
         if line:
             console.print(line, highlight=False)
     console.print(ranking_table(found))
-    console.print(error_table(found))
+    console.print(error_table("Rms error on the part that judges", found.before, found.after))
     if found.fitted:
         console.print(f"Declared numbers as fitted beside {found.unknown}, within what is stated of them:", highlight=False)
     for number_ in found.fitted:
         console.print(f"  {number_words(number_)}", highlight=False)
-    for line in (*n_sentences(found), *ground_sentences(found), *left_sentences(found), *found.notes, f"{found.seconds:.0f} s"):
+    lines = (*n_sentences(found), *ground_sentences(found), *left_sentences(found), *found.notes)
+    for line in (*lines, f"computed in {found.seconds:.0f} s"):
         console.print(line, highlight=False)
 
 
 def ranking_table(found: Refinement) -> Table:
     """The best candidates by the share of the held-out cost that each removes on its own."""
-    title = f"Candidates, each alone beside {found.unknown}: effects, and numbers of the vehicle"
-    table = Table(title=title, title_justify="left")
-    for heading in ("effect", "held-out gain", "std", ""):
+    table = Table(title=f"Candidates, each alone beside {found.unknown}", title_justify="left")
+    for heading in ("candidate", "held-out gain", "std", ""):
         table.add_column(heading, justify="right" if heading in ("held-out gain", "std") else "left")
     for candidate in found.ranking[:SHOWN]:
         gain, std = f"{100 * candidate.gain:.1f} %", f"{100 * candidate.std:.1f} %"
         table.add_row(candidate.name, gain, std, bound_words(candidate))
-    return table
-
-
-def error_table(found: Refinement) -> Table:
-    """Mean squared error of each state over each horizon, before, after, and how many times smaller."""
-    table = Table(title="Held-out mean squared error, squared units", title_justify="left")
-    table.add_column("state")
-    for horizon in found.before:
-        for heading in (f"{horizon} s\nbefore", "\nafter", "\nratio"):
-            table.add_column(heading, justify="right")
-    for state in STATE_CHANNELS:
-        cells = []
-        for horizon in found.before:
-            before, after = found.before[horizon][state], found.after[horizon][state]
-            cells += [number(before), number(after), ratio(before, after)]
-        table.add_row(state, *cells)
     return table

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from softsoil.commands.error_table import error_table
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
 from softsoil.commands.options_model import (
     LawOption,
@@ -24,10 +25,15 @@ from softsoil.commands.output import console, output_folder, progress, say_writt
 from softsoil.commands.residual_wheel import is_wheel_data, report_on_wheel_data
 from softsoil.commands.vehicle_check import doubt_another
 from softsoil.estimator.horizons import START_UP
+from softsoil.figures.labels import quantity
 from softsoil.figures.residual import draw_residual
 from softsoil.recording.log_names import named_soil
 from softsoil.refinement.residual import WINDOW, DriveResidual
 from softsoil.refinement.residual import residual as drive_residual
+from softsoil.refinement.words import number
+
+SMALL = 0.001
+"""Smallest probability that is printed as a number."""
 
 
 def residual(
@@ -69,35 +75,25 @@ def residual(
     for note in noisy.notes:
         console.print(note, highlight=False, markup=False)
     console.print(channel_table(found))
-    console.print(horizon_table(found))
+    console.print(error_table("Rms prediction error", found.mse))
     figure = draw_residual(clean.name, declared.build().name, found, folder / "residual.png")
     content = {"channels": found.channels, "axles": found.axles, "mse": found.mse}
     say_written([write_result(folder / "residual.json", content, about_vehicle(vehicle, model)), figure])
 
 
-def _known(value: float, digits: str) -> str:
-    """The number, or a dash where it was not measured."""
-    return format(value, digits) if math.isfinite(value) else "-"
+def chance_words(p: float) -> str:
+    """A probability with two digits; none of its digits where it is tiny."""
+    return "-" if not math.isfinite(p) else (f"{p:.2g}" if p >= SMALL else f"< {SMALL:g}")
 
 
 def channel_table(found: DriveResidual) -> Table:
     """Residual of each state after one window, and of each axle's force."""
     table = Table(title=f"Unexplained after {WINDOW:g} s, {len(found.t)} windows", title_justify="left")
-    for heading in ("channel", "rms", "whiteness p"):
+    for heading in ("channel", "rms", "p if it is noise alone"):
         table.add_column(heading, justify="left" if heading == "channel" else "right")
     for name, entry in found.channels.items():
-        table.add_row(name, _known(entry["rms"], ".4g"), _known(entry["whiteness_p"], ".2g"))
+        shown = quantity(name)
+        table.add_row(shown.label, number(shown.factor * entry["rms"]), chance_words(entry["whiteness_p"]))
     for axle, force in found.axles.items():
-        table.add_row(f"{axle} axle, N", _known(force["rms"], ".4g"), "")
-    return table
-
-
-def horizon_table(found: DriveResidual) -> Table:
-    """Mean squared error of each state over each horizon."""
-    table = Table(title="Mean squared prediction error, squared units", title_justify="left")
-    table.add_column("state")
-    for horizon in found.mse:
-        table.add_column(f"{horizon} s", justify="right")
-    for name in next(iter(found.mse.values())):
-        table.add_row(name, *(_known(entry[name], ".3g") for entry in found.mse.values()))
+        table.add_row(f"lateral force, {axle} axle, N", number(force["rms"]), "")
     return table

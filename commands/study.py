@@ -24,6 +24,7 @@ from softsoil.commands.options_model import (
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.horizons import HORIZONS, START_UP
+from softsoil.figures.labels import plain, quantity, rms
 from softsoil.figures.terrain import draw_study
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.study import LATERAL, LogStudy, gains, study_log
@@ -40,10 +41,6 @@ FirstGuessOption = Annotated[
         "--n0", help="First guess (default: true n of the log's name + 0.2, else the soil's).", show_default=False
     ),
 ]
-
-
-SQUARED = ("m²", "m²", "rad²", "m²/s²", "m²/s²", "rad²/s²")
-"""Units of the mean squared errors of STATE_CHANNELS, as in the paper's Table 8."""
 
 
 def study(
@@ -105,16 +102,16 @@ def table_7(studies: list[LogStudy]) -> Table:
     table = Table(title="Sinkage exponent (as the paper's Table 7)", title_justify="left")
     for heading in ("log", "soil", "verdict"):
         table.add_column(heading, no_wrap=True)
-    for heading in ("first guess", "true", "estimate", "error", "within 10 % after"):
+    for heading in ("first guess", "true", "estimate", "error", "settled after"):
         table.add_column(heading, justify="right")
     for entry in studies:
         table.add_row(
             entry.log,
-            entry.soil,
-            "-" if entry.estimate.verdict is None else entry.estimate.verdict.word,
+            plain(entry.soil),
+            "-" if entry.estimate.verdict is None else plain(entry.estimate.verdict.word),
             f"{entry.n_initial:.3f}",
             "-" if entry.n_true is None else f"{entry.n_true:.3f}",
-            f"{entry.n_estimated:.3f}",
+            f"{entry.n_estimated:.3f} ± {entry.estimate.n_front_std[-1]:.3f}",
             "-" if entry.error_percent is None else f"{entry.error_percent:.1f} %",
             f"{entry.estimate.converged_s:.1f} s",
         )
@@ -122,35 +119,35 @@ def table_7(studies: list[LogStudy]) -> Table:
 
 
 def table_8(entry: LogStudy) -> Table:
-    """Mean squared prediction errors of one log, with estimate and first guess (paper, Table 8, in squared units)."""
-    table = Table(title=f"Mean squared error, {entry.log} (as the paper's Table 8)", title_justify="left")
+    """Rms prediction errors of one log, with first guess and estimate (the paper's Table 8 has their squares)."""
+    table = Table(title=f"Rms prediction error, {entry.log} (the paper's Table 8 has its square)", title_justify="left")
     table.add_column("state")
     for horizon in HORIZONS:
-        table.add_column(f"{horizon:g} s\nn={entry.n_estimated:.3f}", justify="right")
-        table.add_column(f"{horizon:g} s\nn={entry.n_initial:.3f}", justify="right")
+        table.add_column(f"{horizon:g} s\nfirst guess", justify="right")
+        table.add_column("\nestimate", justify="right")
     initial = {horizon: entry.initial[horizon].mse for horizon in HORIZONS}
     estimated = {horizon: entry.estimated[horizon].mse for horizon in HORIZONS}
-    for name, unit in zip(STATE_CHANNELS, SQUARED, strict=True):
+    for name in STATE_CHANNELS:
         cells = []
         for horizon in HORIZONS:
-            guess, found = initial[horizon][name], estimated[horizon][name]
+            guess, found = rms(name, initial[horizon][name]), rms(name, estimated[horizon][name])
             mark = "green" if found < guess else ("red" if found > guess else "none")
-            cells += [f"[{mark}]{found:.3g}[/]", f"{guess:.3g}"] if np.isfinite(found) else ["-", "-"]
-        table.add_row(f"{name} ({unit})", *cells)
+            cells += [f"{guess:.3g}", f"[{mark}]{found:.3g}[/]"] if np.isfinite(found) else ["-", "-"]
+        table.add_row(quantity(name).label, *cells)
     return table
 
 
 def _say_gain(studies: list[LogStudy]) -> None:
     """What the estimate is worth over all logs, in one line per horizon."""
+    names = ", ".join(quantity(name).words for name in LATERAL)
+    console.print(f"Rms errors with the first guess over those with the estimate (geometric mean of {names}):", highlight=False)
     for horizon in HORIZONS:
-        found = gains(studies, horizon)
+        found = np.sqrt(gains(studies, horizon))
         known = found[np.isfinite(found)]
         if len(known):
-            console.print(
-                f"{horizon:g} s: errors of {', '.join(LATERAL)} with the first guess over those with the estimate, geometric "
-                f"mean: {np.exp(np.mean(np.log(known))):.2f}; smaller with the estimate in {(known > 1).sum()} of {len(known)}",
-                highlight=False,
-            )
+            mean = np.exp(np.mean(np.log(known)))
+            better = f"smaller with the estimate in {(known > 1).sum()} of {len(known)}"
+            console.print(f"{horizon:g} s ahead: {mean:.2f}; {better}", highlight=False)
 
 
 def _say_conditions(studies: list[LogStudy], noise: str, seed: int, skip: float) -> None:

@@ -11,6 +11,7 @@ import typer
 from softsoil.calibration.rig_judge import LAWS, draw_points, judge_point, summary
 from softsoil.commands.invocation import current
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.figures.labels import law_words
 from softsoil.mpc_demo.sweep import RESULTS, run_sweep
 
 
@@ -55,7 +56,8 @@ def sweep(
         "plant_us_per_wheel_step": float(np.median([result["plant_us"] for result in results])),
     }
     console.print(f"{len(results)} runs ({done.resumed} from before), {len(done.failures)} failed", highlight=False)
+    console.print("Rms error of the lateral force over the run's peak force, median and 95th percentile over the runs:")
     for law in LAWS:
         error = laws[law]
-        console.print(f"{law}: rms over peak {100 * error['median']:.2f} / {100 * error['p95']:.2f} %", highlight=False)
+        console.print(f"{law_words(law)}: {100 * error['median']:.2f} %, {100 * error['p95']:.2f} %", highlight=False)
     say_written([write_result(folder / "sweep.json", content), folder / RESULTS])

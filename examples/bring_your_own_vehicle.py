@@ -32,7 +32,7 @@ def main(command: list[str], driver=None) -> int:
     last = log.commands[-1]
     left = [abs(command.left) for command in log.commands if command.along > 45.0]
     print(f"{last.t:.1f} s, {last.along:.1f} m along the path, at most {max(left, default=math.nan):.2f} m off it")
-    print(f"n: {last.verdict}; estimate {last.n:.2f} +- {last.n_std:.2f}; {log.failures} solves failed")
+    print(f"n: {last.verdict}; estimate {last.n:.2f} ± {last.n_std:.2f}; {log.failures} solves failed")
     return 0 if last.finished else 1
 
 

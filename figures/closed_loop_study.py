@@ -134,7 +134,7 @@ def recovery_words(runs: Sequence[Run]) -> str:
 
 def _n_words(runs: Sequence[Run], told: str) -> str:
     n = np.array([run.n_manoeuvre for run in runs if run.told == told])
-    return f"{n.mean():.2f} +- {n.std():.2f}" if len(n) else ""
+    return f"{n.mean():.2f} ± {n.std():.2f}" if len(n) else ""
 
 
 def draw_study(runs: Sequence[Run], path: Path) -> Path:

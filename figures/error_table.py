@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
-from softsoil.figures.labels import quantity
+from softsoil.figures.labels import quantity, rms
 from softsoil.figures.page_html import table
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.words import number, ratio
@@ -24,10 +23,10 @@ def rms_table(before: Errors, after: Errors | None) -> str:
         shown = quantity(state)
         cells = [f"<td>{shown.words} <span class='sub'>({shown.unit})</span></td>"]
         for horizon in before:
-            old = shown.factor * math.sqrt(before[horizon][state])
+            old = rms(state, before[horizon][state])
             cells.append(f'<td class="r">{number(old)}</td>')
             if after is not None:
-                new = shown.factor * math.sqrt(after[horizon][state])
+                new = rms(state, after[horizon][state])
                 mark = "better" if new < 0.97 * old else ("worse" if new > 1.03 * old else "")
                 cells += [f'<td class="r {mark}">{number(new)}</td>', f'<td class="r">{ratio(old, new)}</td>']
         rows.append(f"<tr>{''.join(cells)}</tr>")

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from html import escape
 from pathlib import Path
 
 from softsoil.figures.error_table import rms_table
 from softsoil.figures.identify import draw_costs, draw_errors, draw_numbers
-from softsoil.figures.labels import in_degrees, per_cent
+from softsoil.figures.labels import per_cent
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, words, write_page
-from softsoil.refinement.identify_result import Found, Identification, in_order
+from softsoil.refinement.identify_result import Identification, in_order
 from softsoil.refinement.identify_words import error_sentence, judged_sentences, state_words, verdict_sentence
 from softsoil.refinement.vehicle_numbers import by_name
-from softsoil.refinement.words import with_error
+from softsoil.refinement.words import in_degrees, with_error
 
 KINDS = {"identified": "", "needs_data": "unexplained", "contradicts_given": "unexplained"}
 """Verdict -> style of its box."""
@@ -64,16 +63,10 @@ def _numbers(result: Identification) -> str:
         one, known = result.numbers[name], by_name()[name]
         why = known.how if one.given is not None else known.why
         value, std, unit = in_degrees(one.value, one.std, one.unit)
-        cells = [f"<code>{escape(name)}</code>", with_error(value, std), unit, escape(_state(one))]
+        cells = [f"<code>{escape(name)}</code>", with_error(value, std), unit, escape(state_words(one))]
         cells += [per_cent(0.01 * one.n_percent_per_std, 1, "+"), with_error(*in_degrees(*one.before, one.unit)[:2])]
         rows.append(row([*cells, words(f"{known.doc}; {why}".rstrip("; "))], " r  rr "))
     return table(rows)
-
-
-def _state(one: Found) -> str:
-    """The state as on the terminal, a given angle in degrees."""
-    given = None if one.given is None else in_degrees(one.given, one.std, one.unit)[0]
-    return state_words(replace(one, given=given))
 
 
 def _soils(result: Identification) -> str:

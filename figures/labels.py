@@ -92,12 +92,9 @@ def quantity(name: str) -> Quantity:
     return QUANTITIES.get(name, Quantity(plain(name), ""))
 
 
-def in_degrees(value: float, std: float, unit: str) -> tuple[float, float, str]:
-    """A value (in `unit`) and its standard error std as a person reads them: radians become degrees, m^2 m²."""
-    shown = unit.replace("^2", "²").replace("^3", "³")
-    if unit.startswith("rad"):
-        return DEGREE * value, DEGREE * std, shown.replace("rad", "deg", 1)
-    return value, std, shown
+def rms(name: str, mean_square: float) -> float:
+    """Root of the mean squared error `mean_square` (SI, squared) of the channel `name`, in the unit that `quantity` shows."""
+    return quantity(name).factor * math.sqrt(mean_square)
 
 
 def law_words(name: str) -> str:

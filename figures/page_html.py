@@ -29,12 +29,12 @@ figure { margin: 1rem 0 1.4rem; } img { width: 100%; height: auto; } figure.narr
 ul { padding-left: 1.2rem; max-width: 46rem; } code { font-size: .92em; }
 .scroll { overflow-x: auto; }
 .good { color: #00798c; } .doubt { color: #9a6412; } .wrong { color: #d1495b; font-weight: bold; } .soft { color: #7b8794; }
-@media (prefers-color-scheme: dark) {
+@media screen and (prefers-color-scheme: dark) {
   body { background: #12181f; color: #e4e7eb; } main { background: #1b232c; }
   h2, td { border-color: #3e4c59; } th { border-color: #52606d; } p.sub, figcaption, td.unit, .soft { color: #9aa5b1; }
   .verdict { background: #17313a; } .verdict.none { background: #242d37; } .verdict.unexplained { background: #38301f; }
   td.better, .good { color: #4fc3d4; } td.worse, .wrong { color: #ff8b98; } .doubt { color: #edae49; }
-  img { background: #fff; border-radius: 6px; } a { color: #4fc3d4; }
+  img { filter: invert(1) hue-rotate(180deg) brightness(1.2); mix-blend-mode: screen; } a { color: #4fc3d4; }
 }
 @media (max-width: 40rem) {
   main { padding: 1.2rem 1rem 2rem; } h1 { font-size: 1.35rem; overflow-wrap: anywhere; } table { font-size: .85rem; }

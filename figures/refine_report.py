@@ -8,7 +8,7 @@ from pathlib import Path
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.figures.error_table import rms_table
-from softsoil.figures.labels import in_degrees, law_words, per_cent, plain, quantity
+from softsoil.figures.labels import law_words, per_cent, plain, quantity
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, write_page
 from softsoil.figures.refine import draw_axles, draw_paths, draw_ranking
 from softsoil.figures.refine_views import DriveView, drive_views
@@ -18,6 +18,7 @@ from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.refinement.words import (
     falls_sentence,
     group_sentences,
+    in_degrees,
     split_sentence,
     verdict_sentence,
     with_error,

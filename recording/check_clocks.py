@@ -22,7 +22,7 @@ def clock_checks(recording: Recording, geometry: Geometry) -> list[Check]:
     for offset in time_offsets(recording, geometry):
         late = offset.late_s
         doubtful = abs(late) > max(LIMITS.clock, 3.0 * offset.std) and offset.after - offset.before > 0.002
-        found = f"{abs(late):.3f} +- {offset.std:.3f} s {'late' if late > 0 else 'early'} against the {offset.against}"
+        found = f"{abs(late):.3f} ± {offset.std:.3f} s {'late' if late > 0 else 'early'} against the {offset.against}"
         found += f" (correlation {offset.before:.3f}, {offset.after:.3f} when shifted)"
         cure = "softsoil import --align shifts it"
         if offset.group == "steer" and -WRONG_EARLY < late < 0:

@@ -58,7 +58,7 @@ def _elsewhere(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> tup
     x, std = -float(line.value[2]), float(line.std[2])
     if abs(x) < max(FAR, LIMITS.sigmas * std):
         return None
-    found = f"v of a point {abs(x):.1f} +- {std:.1f} m {'ahead of' if x > 0 else 'behind'} the centre of gravity would explain it"
+    found = f"v of a point {abs(x):.1f} ± {std:.1f} m {'ahead of' if x > 0 else 'behind'} the centre of gravity would explain it"
     return line.scale, found, f"give the place of its source in [mount], x = {x:.1f}"
 
 

@@ -50,7 +50,7 @@ def _bias(name: str, channel: str, value: float, std: float, limit: float, unit:
         if doubtful
         else ""
     )
-    found = f"a bias of {value:+.4f} +- {std:.4f} {unit}"
+    found = f"a bias of {value:+.4f} ± {std:.4f} {unit}"
     return Check(name, channel, not doubtful, found, f"no bias beyond {limit:g} {unit}", cure)
 
 
@@ -159,7 +159,7 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
             "heading_course",
             "psi",
             not doubtful,
-            f"course less heading and side slip {heading:+.4f} +- {heading_std:.4f} rad",
+            f"course less heading and side slip {heading:+.4f} ± {heading_std:.4f} rad",
             "a heading along the vehicle's axis (0 rad)",
             f"offset = {heading:.4f} for psi (mounting angle)" if doubtful else "",
         )
@@ -187,7 +187,7 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
                 "reference_point",
                 "x, y",
                 not doubtful,
-                f"a point {away:+.2f} +- {std:.2f} m ahead of the front axle",
+                f"a point {away:+.2f} ± {std:.2f} m ahead of the front axle",
                 "the position of the front axle",
                 "give the antenna's place in [mount]" if doubtful else "",
             )

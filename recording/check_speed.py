@@ -37,7 +37,7 @@ def speed_checks(m: Motion, geometry: Geometry) -> list[Check]:
     line = regress(slip, m.driven(m.slope(u)), m.driven(m.mean(steer**2)), np.ones(m.windows))
     found = ""
     if line is not None:
-        found = f"a slip of {line.value[0]:+.4f} +- {line.std[0]:.4f} per m/s^2 of acceleration"
+        found = f"a slip of {line.value[0]:+.4f} ± {line.std[0]:.4f} per m/s^2 of acceleration"
         if line.std[0] < SURE and abs(line.value[0]) < LEAST_SLIP:
             return [_odometry(found)]
     for name, mean in (("all wheels", every), ("the rear wheels", rear), ("the front wheels", front * np.cos(steer))):

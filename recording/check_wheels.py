@@ -70,7 +70,7 @@ def side_checks(m: Motion, geometry: Geometry) -> list[Check]:
         value, std = float(line.value[0]), float(line.std[0])
         wrong = value < -0.4 and value < -LIMITS.sigmas * std
         names = f"omega_{axle}l, omega_{axle}r"
-        found = f"{value:+.2f} +- {std:.2f} of it"
+        found = f"{value:+.2f} ± {std:.2f} of it"
         expected = "a right wheel that is faster than the left one in a left turn (track omega_z)"
         cure = "left and right wheels swapped?" if wrong else ""
         checks.append(Check(f"wheel_sides_{axle}", names, not wrong, found, expected, cure, wrong))

@@ -137,7 +137,7 @@ def _check_clock(path: Path, column: str, t: Array) -> None:
 
 
 def _check_values(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array], required) -> list[str]:
-    notes = []
+    alike: dict[tuple[int, int, int], list[str]] = {}
     for name, values in channels.items():
         missing = ~np.isfinite(values)
         if missing.all() and name in required:
@@ -146,8 +146,11 @@ def _check_values(path: Path, sources: Mapping[str, Source], channels: Mapping[s
             )
         if missing.any():
             rows = np.flatnonzero(missing)
-            notes.append(f"{name}: {len(rows)} of {len(values)} values missing, the first in row {rows[0] + 1}")
-    return notes
+            alike.setdefault((len(rows), len(values), int(rows[0])), []).append(name)
+    return [
+        f"{', '.join(names)}: {count} of {total} values missing, the first in row {first + 1}"
+        for (count, total, first), names in alike.items()
+    ]
 
 
 def _gaps(t: Array) -> list[str]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 from softsoil.refinement.identify_result import Found, Identification
-from softsoil.refinement.words import with_error
+from softsoil.refinement.words import in_degrees, with_error, with_unit
 
 STATES = {"given": "given", "identified": "identified", "not_identifiable": "not identifiable"}
 VERDICTS = {
@@ -20,13 +22,13 @@ def verdict_sentence(found: Identification) -> str:
 
 def value_words(number: Found) -> str:
     """Value with its standard deviation and unit."""
-    return f"{with_error(number.value, number.std)} {number.unit}".rstrip()
+    return with_unit(number.value, number.std, number.unit)
 
 
 def state_words(number: Found) -> str:
     """The state; of an identified number that was given, what was given."""
     if number.state == "identified" and number.given is not None:
-        return f"identified (given {number.given:.5g})"
+        return f"identified (given {in_degrees(number.given, number.std, number.unit)[0]:.5g})"
     return STATES[number.state]
 
 
@@ -47,8 +49,8 @@ def judged_sentences(found: Identification) -> list[str]:
     ratio, expected = judged.ratio(), judged.ratio(expected=True)
     if ratio is not None and expected is not None:
         lines.append(
-            f"Over 2.5 s of its last third the mean squared error is {ratio:.3g} times smaller than with the file as it is, and "
-            f"{expected:.3g} times smaller than with the numbers expected of any such vehicle (geometric mean over lateral "
-            "velocity, yaw rate, heading and y; sensor noise in all)."
+            f"Over 2.5 s of its last third the rms error is {math.sqrt(ratio):.3g} times smaller than with the file as it is, "
+            f"and {math.sqrt(expected):.3g} times smaller than with the numbers expected of any such vehicle (geometric mean "
+            "over lateral velocity, yaw rate, heading and y; sensor noise in all)."
         )
     return lines

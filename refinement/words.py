@@ -36,9 +36,9 @@ def _numbers(found: Refinement) -> str:
 
 
 def number_words(number: FittedNumber) -> str:
-    """yaw_inertia: declared 2560 ± 130, by the drives 1880 ± 30 kg m^2."""
-    declared, fitted = with_error(number.declared, number.stated), with_error(number.value, number.std)
-    return f"{number.name}: declared {declared}, by the drives {fitted} {number.unit}".rstrip()
+    """yaw_inertia: declared 2560 ± 130, by the drives 1880 ± 30 kg m²."""
+    declared = with_error(*in_degrees(number.declared, number.stated, number.unit)[:2])
+    return f"{number.name}: declared {declared}, by the drives {with_unit(number.value, number.std, number.unit)}"
 
 
 def n_sentences(found: Refinement) -> list[str]:
@@ -48,7 +48,8 @@ def n_sentences(found: Refinement) -> list[str]:
     names = [shooting.drive.name for shooting in found.bench.shootings]
     entries = zip(names, found.soils, found.judged, found.n_before, found.n_after, found.n_std, strict=True)
     return [
-        f"{name} on {soil.name}: n {verdict.word}: {verdict.reason}{'' if verdict.usable else '; do not use this n'}: "
+        f"{name} on {soil.name}: n {effect_name(verdict.word)}: {verdict.reason}"
+        f"{'' if verdict.usable else '; do not use this n'}: "
         f"{with_error(after, std)} with the refined model, {before:.3f} with the declared"
         for name, soil, verdict, before, after, std in entries
     ]
@@ -57,8 +58,8 @@ def n_sentences(found: Refinement) -> list[str]:
 def ground_sentences(found: Refinement) -> list[str]:
     """Per class of hard ground, the verdicts on friction and tread and then their values."""
     return [
-        f"{ground.name}: {n.name} {n.word}: {n.reason}{'' if n.word == IDENTIFIED else '; do not use it'}: "
-        f"{with_error(n.value, n.std)}{f' {n.unit}' if n.unit else ''} with the refined model, {n.before:.3g} with the declared"
+        f"{ground.name}: {n.name} {effect_name(n.word)}: {n.reason}{'' if n.word == IDENTIFIED else '; do not use it'}: "
+        f"{with_unit(n.value, n.std, n.unit)} with the refined model, {n.before:.3g} with the declared"
         for ground in found.ground
         for n in ground.numbers
     ]
@@ -78,9 +79,21 @@ def effect_name(name: str) -> str:
 
 def parameter_words(effect: TracedEffect) -> list[str]:
     """Each parameter with its standard error and unit."""
-    return [
-        f"{name} = {with_error(value, std)} {unit}".rstrip() for name, (value, std, unit) in effect.parameters.items()
-    ]
+    return [f"{name} = {with_unit(*size)}" for name, size in effect.parameters.items()]
+
+
+def in_degrees(value: float, std: float, unit: str) -> tuple[float, float, str]:
+    """A value (in `unit`) and its standard error std as a person reads them: radians become degrees, m^2 m²."""
+    shown = unit.replace("^2", "²").replace("^3", "³")
+    if unit.startswith("rad"):
+        return math.degrees(value), math.degrees(std), shown.replace("rad", "deg", 1)
+    return value, std, shown
+
+
+def with_unit(value: float, std: float, unit: str) -> str:
+    """value ± std (in `unit`) with its unit, angles in degrees."""
+    shown, error, words = in_degrees(value, std, unit)
+    return f"{with_error(shown, error)} {words}".rstrip()
 
 
 def with_error(value: float, std: float) -> str:
@@ -108,7 +121,7 @@ def falls_sentence(found: Refinement) -> str:
     if ratio is None or not (found.effects or found.contradicted):
         return ""
     return (
-        f"Held-out mean squared error at {JUDGED_HORIZON} s: {ratio:.3g} times smaller with the refined model "
+        f"Held-out rms error at {JUDGED_HORIZON} s: {math.sqrt(ratio):.3g} times smaller with the refined model "
         "(geometric mean of lateral velocity, yaw rate, heading and y)."
     )
 

@@ -5,10 +5,13 @@ import re
 
 import pytest
 
+from softsoil.commands import output
+from softsoil.commands.error_table import error_table
 from softsoil.figures.error_table import rms_table
-from softsoil.figures.labels import LAWS, QUANTITIES, in_degrees, law_words, per_cent, plain, quantity
+from softsoil.figures.labels import LAWS, QUANTITIES, law_words, per_cent, plain, quantity, rms
 from softsoil.figures.page_html import STYLE, figure, table, words, write_page
 from softsoil.recording.drive import CHANNEL_UNITS, STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.refinement.words import in_degrees, with_unit
 from softsoil.symbolic.vehicle import NUMBERS
 from softsoil.symbolic.wheel import law_names
 
@@ -33,6 +36,17 @@ def test_a_value_in_radians_becomes_degrees_with_its_error():
     assert in_degrees(math.pi, 0.1 * math.pi, "rad") == (pytest.approx(180.0), pytest.approx(18.0), "deg")
     assert in_degrees(math.pi, 0.0, "rad/s")[2] == "deg/s"
     assert in_degrees(2.0, 0.1, "1/rad") == (2.0, 0.1, "1/rad")
+    assert with_unit(0.1, 0.01, "rad") == "5.73 ± 0.57 deg" and with_unit(2560.0, 130.0, "kg m^2") == "2560 ± 130 kg m²"
+    assert with_unit(0.5, 0.02, "") == "0.500 ± 0.020"
+
+
+def test_an_error_is_shown_as_its_root_in_the_unit_of_the_channel(capsys):
+    assert rms("u", 4.0) == 2.0 and rms("psi", math.pi**2) == pytest.approx(180.0)
+    before = {"0.5": dict.fromkeys(STATE_CHANNELS, 4.0)}
+    after = {"0.5": {**before["0.5"], "v": 1.0}}
+    output.console.print(error_table("Rms error", before, after))
+    said = capsys.readouterr().out
+    assert re.search(r"lateral velocity, m/s │ +2 │ +1 │ +2.00 ", said) and re.search(r"heading, deg +│ +115 │", said)
 
 
 def test_an_unknown_quantity_is_shown_by_its_name():
@@ -46,7 +60,7 @@ def test_a_page_has_a_dark_mode_and_alternative_texts(tmp_path):
 
     page = write_page(tmp_path / "page.html", "title", [figure(draw, "caption", alt="what it shows"), figure(draw, "caption")])
     text = page.read_text(encoding="utf-8")
-    assert "prefers-color-scheme: dark" in STYLE and STYLE in text
+    assert "prefers-color-scheme: dark" in STYLE and "invert(1) hue-rotate" in STYLE and STYLE in text
     assert re.findall(r'alt="([^"]+)"', text) == ["what it shows", "caption"]
 
 

@@ -76,7 +76,7 @@ def test_absent_channels_are_those_of_the_command(good, tmp_path):
 
 def test_a_doubtful_channel_is_a_warning_and_a_note(good, model):
     early = good.with_channels(steer=np.interp(good.t + 0.3, good.t, good["steer"])).between(0.0, 20.0)
-    with pytest.warns(UserWarning, match=r"steer: expected one clock .* 0\.\d+ \+- .* early"):
+    with pytest.warns(UserWarning, match=r"steer: expected one clock .* 0\.\d+ ± .* early"):
         drive = usable(early, reference_vehicle())
     assert any(note.startswith("warning: steer") for note in drive.notes)
     with pytest.warns(UserWarning, match="early"):
@@ -88,7 +88,7 @@ def test_refine_refuses_a_steering_clock_that_no_effect_explains_with_its_size_a
     shifted = good.with_channels(steer=np.interp(good.t - late, good.t, good["steer"]))
     with pytest.raises(ValueError, match="import --align shifts it") as fault:
         softsoil.refine([shifted], softsoil.Declaration(reference_vehicle(), CLAY))
-    size, side = re.search(r"steer: expected one clock .*; found ([\d.]+) \+- [\d.]+ s (late|early)", str(fault.value)).groups()
+    size, side = re.search(r"steer: expected one clock .*; found ([\d.]+) ± [\d.]+ s (late|early)", str(fault.value)).groups()
     assert float(size) == pytest.approx(abs(late), abs=0.02) and side == ("late" if late > 0 else "early")
 
 
