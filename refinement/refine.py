@@ -23,7 +23,7 @@ from softsoil.refinement.doubts import doubts, loosened
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
-from softsoil.refinement.observations import carried, ruled_out
+from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
@@ -107,8 +107,8 @@ def refine(
     idle_here = _idle(declaration, candidates)
     lines += tuple(f"{name}: not tried, it does nothing with {declaration.law}" for name in idle_here)
     lines += tuple(
-        f"{name}: not tried, it rests on {', '.join(lacking)}, which the drives do not measure"
-        for name, lacking in unsupported(recordings, declaration, candidates).items()
+        f"{name}: not tried, it rests on {', '.join(channels)}, which the drives do not measure"
+        for name, channels in unsupported(recordings, declaration, candidates).items()
         if name not in idle_here
     )
     lines += tuple(
@@ -292,10 +292,6 @@ def _idle(declaration: Declaration, names: Sequence[str] | None) -> tuple[str, .
 def unsupported(
     recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None = None
 ) -> dict[str, tuple[str, ...]]:
-    """Open effect -> channels that it rests on and that a drive does not measure; names: of the candidates, default all."""
-    found = {}
-    for name, effect in open_effects(declaration, names).items():
-        lacking = tuple(channel for channel in effect.rests_on if not all(r.measured(channel) for r in recordings))
-        if lacking:
-            found[name] = lacking
-    return found
+    """Open effect -> channels that it rests on and that a drive neither measures nor shows; names: of the candidates, default all."""
+    found = {name: lacking(effect, recordings) for name, effect in open_effects(declaration, names).items()}
+    return {name: channels for name, channels in found.items() if channels}
