@@ -15,6 +15,7 @@ from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, size
 from softsoil.refinement.trace import Bench, Candidate
 from softsoil.refinement.unknown_ground import N_NAMES
+from softsoil.refinement.words import with_error
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect
 
@@ -91,7 +92,7 @@ def notes(recordings: Sequence[Recording], declaration: Declaration, bench: Benc
             )
     for candidate in selection.ranking:
         if candidate.name in selection.unnamable:
-            share = f"{100 * candidate.gain:.0f} ± {100 * candidate.std:.0f} %"
+            share = f"{with_error(100 * candidate.gain, 100 * candidate.std)} %"
             lacked = ", ".join(selection.rivals[candidate.name])
             lines.append(
                 f"{candidate.name}: explains {share} of what is left ({_lead(candidate, tried)}), but rests on {lacked}, which "
@@ -110,4 +111,4 @@ def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
     """The leading parameter of a candidate, as it was fitted."""
     lead = known[candidate.name].parameters[0]
     value, std = candidate.fit.named()[lead.name]
-    return f"{lead.name} {value:.2g} ± {std:.1g} {lead.unit}".rstrip()
+    return f"{lead.name} {with_error(value, std)} {lead.unit}".rstrip()
