@@ -12,14 +12,12 @@ from softsoil.symbolic.model import Model
 def absent_wheels(recordings: Sequence[Recording]) -> tuple[str, ...]:
     """Wheels, of "fl", "fr", "rl", "rr", that the model turns, since a recording does not measure their speed.
 
-    Beside an axle without any, a single measured wheel of the other is among them: its noise would go into the force that is left
-    for that axle, and n then depends on its initial guess (`benchmarks/absent_channels.py --without "three wheels"`).
+    Where wheels of both axles are absent, all are among them: a single encoder on an axle then makes n depend on its initial guess,
+    which the balance of forces alone does not (`python benchmarks/absent_channels.py`).
     """
-    absent = [name[-2:] for name in WHEEL_CHANNELS if not all(r.measured(name) for r in recordings)]
-    axles = [wheel[0] for wheel in absent]
-    if any(axles.count(axle) == 2 for axle in axles):
-        absent = [name[-2:] for name in WHEEL_CHANNELS if name[-2] in axles]
-    return tuple(absent)
+    absent = tuple(name[-2:] for name in WHEEL_CHANNELS if not all(r.measured(name) for r in recordings))
+    both = len({wheel[0] for wheel in absent}) == 2
+    return tuple(name[-2:] for name in WHEEL_CHANNELS) if both else absent
 
 
 def with_log_wheels(model: Model, recordings: Sequence[Recording]) -> Model:

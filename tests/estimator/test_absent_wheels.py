@@ -10,10 +10,10 @@ from softsoil.recording.read import read_drive
 
 @pytest.mark.parametrize(
     ("absent", "turned"),
-    [((), ()), (("rr",), ("rr",)), (("fr", "rr"), ("fr", "rr")), (("rl", "rr"), ("rl", "rr")),
+    [((), ()), (("rr",), ("rr",)), (("fr", "rr"), ("fl", "fr", "rl", "rr")), (("rl", "rr"), ("rl", "rr")),
      (("fr", "rl", "rr"), ("fl", "fr", "rl", "rr")), (("fl", "fr", "rl", "rr"), ("fl", "fr", "rl", "rr"))],
 )  # fmt: skip
-def test_one_encoder_is_used_where_every_axle_has_one(absent, turned):
+def test_one_encoder_on_an_axle_is_used_beside_a_measured_axle(absent, turned):
     drive = mark(read_drive(MULTI_LOG), "derived", *(f"omega_{wheel}" for wheel in absent))
     assert absent_wheels([drive]) == turned
     assert absent_wheels([drive, read_drive(MULTI_LOG)]) == turned
