@@ -10,7 +10,8 @@ from softsoil.recording.read import read_drive
 
 @pytest.mark.parametrize(
     ("absent", "turned"),
-    [((), ()), (("rr",), ("rr",)), (("fr", "rr"), ("fl", "fr", "rl", "rr")), (("rl", "rr"), ("rl", "rr")),
+    [((), ()), (("rr",), ("rr",)),
+     (("fr", "rr"), ("fl", "fr", "rl", "rr")), (("rl", "rr"), ("rl", "rr")),
      (("fr", "rl", "rr"), ("fl", "fr", "rl", "rr")), (("fl", "fr", "rl", "rr"), ("fl", "fr", "rl", "rr"))],
 )  # fmt: skip
 def test_one_encoder_on_an_axle_is_used_beside_a_measured_axle(absent, turned):
