@@ -12,7 +12,7 @@ from softsoil.symbolic.model import Model
 def absent_wheels(recordings: Sequence[Recording]) -> tuple[str, ...]:
     """Wheels, of "fl", "fr", "rl", "rr", that the model turns, since a recording does not measure their speed.
 
-    Where wheels of both axles are absent, all are among them: a single encoder on an axle then makes n depend on its initial guess,
+    Where wheels of both axles are absent, all are among them: single encoders then make n depend on its initial guess,
     which the balance of forces alone does not (`python benchmarks/absent_channels.py`).
     """
     absent = tuple(name[-2:] for name in WHEEL_CHANNELS if not all(r.measured(name) for r in recordings))
