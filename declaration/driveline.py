@@ -21,7 +21,7 @@ from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.vehicle import DRIVELINE
 
 NAME = "driveline"
-SIDES = ("l", "r")
+AXLES, SIDES = ("f", "r"), ("l", "r")
 SETTLING = 0.03
 """s: time constant of the Newton iteration by which slips follow the balance, one step per time step; it averages the
 accelerometer's noise, and is short beside the motions of a vehicle."""
@@ -35,25 +35,31 @@ STANDING = 0.5
 """m/s: speed below which no speed is divided by."""
 
 
-def with_driveline(model: Model, axles: Sequence[str]) -> Model:
-    """The bicycle `model` whose wheels on the `axles` turn as the balance of forces asks, whatever their speed inputs say.
+def with_driveline(model: Model, wheels: Sequence[str]) -> Model:
+    """The bicycle `model` whose `wheels` turn as the balance of forces asks, whatever their speed inputs say.
 
     Newton's method, one iteration per time step, along the history of the slips k = r omega/v_x - 1: sum F_x = M a_x with dF_x/dk
     of the law, per axle m_y,left = m_y,right, and between two axles r omega_f = r omega_r or T_f = front_drive (T_f + T_r).
-    axles: of "f", "r", those of which a wheel speed is not measured; of none, or of a model that has one, the model as it is.
+    Where one wheel of an axle is measured, its torque is the other's; where both wheels are taken as one, its speed is.
+    wheels: of "fl", "fr", "rl", "rr", those whose speed is not measured; of none, or of a model that has a driveline, the model
+    as it is.
     """
-    if not axles or turns_wheels(model):
+    if not wheels or turns_wheels(model):
         return model
-    names = tuple(f"{axle}{side}" for axle in axles for side in SIDES)
+    names = tuple(axle + side for axle in AXLES for side in SIDES if axle + side in wheels)
+    measured = tuple(_other(c) for c in names if _other(c) not in names)
     slips = Layout(
         tuple(Signal(f"slip_{c}", "", f"rim speed over the wheel's own less one, {c}", FIRST_SLIP) for c in names)
     )
     cells = Layout(tuple(replace(s, name=f"kept_{s.name}") for s in slips))
 
     def turned(q: Quantities, corner: Corner) -> Corner:
-        if corner.axle not in axles or corner.contact is None:
+        free = [c for c in _names(corner) if c in names]
+        if not free or corner.contact is None:
             return corner
-        rim = corner.contact.v_x * (1.0 + _mean([q[f"slip_{c}"] for c in _names(corner)]))
+        if len(free) < len(_names(corner)):
+            return corner.with_(contact=replace(corner.contact, omega=q[f"spin_{_other(free[0])}"]))
+        rim = corner.contact.v_x * (1.0 + _mean([q[f"slip_{c}"] for c in free]))
         return corner.with_(contact=replace(corner.contact, omega=rim / q["radius"]))
 
     def advance(q: Quantities) -> Quantities:
@@ -71,7 +77,8 @@ def with_driveline(model: Model, axles: Sequence[str]) -> Model:
     )  # fmt: skip
     numbers = DRIVELINE.with_nominal(**getattr(model.geometry, NAME, {}))
     turning = Correction(
-        each_wheel(turned), ("radius", "wheel.contact.v_x"), sets=("wheel.contact.omega",), effect=NAME
+        each_wheel(turned), ("radius", "wheel.contact.v_x", *(f"spin_{c}" for c in measured)),
+        sets=("wheel.contact.omega",), effect=NAME,
     )
     return replace(model, u=model.u + slips, p=model.p + numbers, memories=(*model.memories, memory)).correct(
         "contacts", turning
@@ -85,17 +92,22 @@ def turns_wheels(model: Model) -> bool:
 
 def _moves(q: Quantities, names: Sequence[str]) -> dict[str, Scalar]:
     """Wheel -> how far its slip is from the balance, to first order."""
-    wheels: dict[str, Any] = {c: w for w in q["wheels"] for c in _names(w) if c in names}
-    ahead, all_slips = ca.vertcat(*[w.force.f_x for w in wheels.values()]), ca.vertcat(*[q[f"slip_{c}"] for c in names])
+    wheels: dict[str, Any] = {c: w for w in q["wheels"] for c in _names(w)}
+    ahead, all_slips = ca.vertcat(*[wheels[c].force.f_x for c in names]), ca.vertcat(*[q[f"slip_{c}"] for c in names])
     slopes = ca.jtimes(ahead, all_slips, ca.DM.ones(len(names)))  # a wheel's force has no slip but its own
-    slope = {c: ca.fmax(slopes[i], LEAST_STIFFNESS * w.load) for i, (c, w) in enumerate(wheels.items())}
-    axles = sorted({c[0] for c in names})
+    slope = {c: ca.fmax(slopes[i], LEAST_STIFFNESS * wheels[c].load) for i, c in enumerate(names)}
+    torque = {c: -w.force.m_y for c, w in wheels.items()}
+    moves = {c: (torque[_other(c)] - torque[c]) / (q["radius"] * slope[c]) for c in names if _other(c) not in names}
+    axles = [axle for axle in AXLES if all(axle + side in names for side in SIDES)]
+    if not axles:
+        return moves
     stiff = {axle: slope[f"{axle}l"] + slope[f"{axle}r"] for axle in axles}
     missing = q["mass"] * q["specific_x"] - sum(w.count * body_force(w)[0] for w in q["wheels"])
-    torque = {c: -w.force.m_y for c, w in wheels.items()}
     mean = {axles[0]: missing / stiff[axles[0]]} if len(axles) == 1 else _both_axles(q, stiff, missing, torque, wheels)
-    aside = {axle: (torque[f"{axle}r"] - torque[f"{axle}l"]) / (q["radius"] * stiff[axle]) for axle in axles}
-    return {c: mean[c[0]] + (aside[c[0]] if c[1] == "l" else -aside[c[0]]) for c in names}
+    for axle in axles:
+        aside = (torque[f"{axle}r"] - torque[f"{axle}l"]) / (q["radius"] * stiff[axle])
+        moves |= {f"{axle}l": mean[axle] + aside, f"{axle}r": mean[axle] - aside}
+    return moves
 
 
 def _both_axles(
@@ -120,6 +132,11 @@ def _both_axles(
 def _names(corner: Corner) -> tuple[str, ...]:
     """Wheels that a corner stands for: fl, or both of an axle taken as one."""
     return (corner.name,) if corner.side else tuple(corner.axle + side for side in SIDES)
+
+
+def _other(wheel: str) -> str:
+    """The other wheel of an axle: fl -> fr."""
+    return wheel[0] + SIDES[1 - SIDES.index(wheel[1])]
 
 
 def _mean(values: Sequence[Scalar]) -> Scalar:

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softsoil.declaration.ground import sinks
-from softsoil.estimator.absent_wheels import absent_axles
+from softsoil.estimator.absent_wheels import absent_wheels
 from softsoil.estimator.free_windows import FreeWindows
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, exponents
 from softsoil.estimator.window_fit import WindowFit, fit_windows
-from softsoil.recording.drive import Recording
+from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.symbolic.model import Model
 
 DRIVELINES = {
@@ -52,11 +52,11 @@ class Choice:
 
 
 def undeclared(recordings: Sequence[Recording], model: Model) -> bool:
-    """Whether the recordings lack the wheel speeds of both axles and the vehicle does not say which wheels are driven.
+    """Whether the recordings measure no wheel speed and the vehicle does not say which wheels are driven.
 
     On hard ground it does not matter.
     """
-    return sinks(model) and len(absent_axles(recordings)) == 2 and not model.geometry.driveline
+    return sinks(model) and len(absent_wheels(recordings)) == len(WHEEL_CHANNELS) and not model.geometry.driveline
 
 
 def choose_driveline(

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from softsoil.declaration.ground import sinks
-from softsoil.estimator.absent_wheels import absent_axles
+from softsoil.estimator.absent_wheels import absent_wheels
 from softsoil.estimator.driveline_choice import Choice, log_driveline, with_choice
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import estimate_horizon
@@ -18,7 +18,7 @@ from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
 from softsoil.estimator.tuning import Tuning
 from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict, VerdictRules, judge
-from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.states import known_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
@@ -89,7 +89,8 @@ def _no_soil(drive: Recording, model: Model) -> TerrainEstimate:
 
 def judged_without_wheels(drive: Recording, verdict: Verdict, choice: Choice | None) -> Verdict:
     """The verdict with what stands for absent wheel speeds; none is "identified" between drivelines of different n."""
-    if not absent_axles([drive]):
+    absent = absent_wheels([drive])
+    if not absent:
         return verdict
     if choice is not None and verdict.usable and choice.spread > VerdictRules().same:
         return replace(
@@ -97,7 +98,8 @@ def judged_without_wheels(drive: Recording, verdict: Verdict, choice: Choice | N
             "[driveline] in the vehicle file"
         )  # fmt: skip
     driven = "" if choice is None else f"; {choice}"
-    return replace(verdict, reason=f"{verdict.reason}; wheel speeds from the balance of forces{driven}")
+    which = "wheel speeds" if len(absent) == len(WHEEL_CHANNELS) else f"speeds of {', '.join(absent)}"
+    return replace(verdict, reason=f"{verdict.reason}; {which} from the balance of forces{driven}")
 
 
 def run_method(

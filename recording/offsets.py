@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from softsoil.recording.check_speed import over_ground
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
-from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated
+from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated, noise_of
 from softsoil.recording.geometry import Geometry
 
 REACH = 2.0
@@ -42,6 +42,9 @@ WITHOUT_V = {True: (0.025, 0.04), False: (0.11, 0.1)}
 and the rear axle's slip angle is put for it: 0.00 to 0.07 and 0.04 to 0.19 s on 11 drives of the reference vehicle."""
 MOST_ROWS = 60_000
 """Rows of a long drive that are compared: its middle 20 minutes."""
+JUMP = 6.0
+"""Standard deviations of its noise by which a speed moves from one sample to the next, beyond what any vehicle accelerates, where
+two records are joined or a receiver has jumped."""
 LEAST_R2 = {"wheels": 0.8}
 """Share of the variance that the best offset must explain, 0.5 where a group is not named; below it no offset is given."""
 
@@ -94,8 +97,9 @@ class _Clocked:
         if len(clock) > MOST_ROWS:
             first = (len(clock) - MOST_ROWS) // 2
             clock = clock[first : first + MOST_ROWS]
-        reach = max(round(0.5 / log.dt), 3)
+        reach, size = max(round(0.5 / log.dt), 3), max(round(SMOOTHING / log.dt), 1)
         out, period = {}, {}
+        joined = _jumps(log, size)
         for name in log.channels:
             if name == "t" or not log.measured(name):
                 continue
@@ -107,7 +111,7 @@ class _Clocked:
                 values[good] = np.unwrap(values[good])
             known = np.flatnonzero(np.isfinite(values))
             period[name] = float(np.median(np.diff(known))) * log.dt if len(known) > 2 else np.inf
-            filled = _mean(interpolated(values, reach), max(round(SMOOTHING / log.dt), 1))
+            filled = _mean(np.where(joined, np.nan, interpolated(values, reach)), size)
             out[name] = np.interp(clock, log.t, filled)
         return cls(dt, out, period)
 
@@ -125,6 +129,17 @@ class _Clocked:
         """1 where the vehicle drives forwards, NaN elsewhere."""
         u = self.channels.get("u")
         return np.ones(1) if u is None else np.where(u > SLOWEST, 1.0, np.nan)
+
+
+def _jumps(log: Recording, size: int) -> NDArray[np.bool_]:
+    """(N,) samples within `size` samples of a jump of a speed: across it no slope means anything, and a few would decide."""
+    found = np.zeros(len(log), dtype=bool)
+    for name in ("u", "v"):
+        if log.measured(name):
+            at = np.flatnonzero(np.isfinite(log[name]))
+            moved, apart = np.abs(np.diff(log[name][at])), np.diff(at) * log.dt
+            found[at[1:][moved > SPIKE * apart + JUMP * noise_of(log[name])]] = True
+    return np.convolve(found, np.ones(2 * size + 1), mode="same") > 0.5
 
 
 def _mean(values: Array, size: int) -> Array:

@@ -19,6 +19,8 @@ OBSERVATIONS: Mapping[str, Callable[[Recording, Vehicle], str]] = MappingProxyTy
     }
 )
 """Name -> what is seen in a recording, in words, empty where it is not."""
+SHOWN_BY: Mapping[str, tuple[str, ...]] = MappingProxyType({"v": ("x", "y", "psi")})
+"""Absent channel -> channels that show the same motion: positions move across the heading with the lateral velocity."""
 
 
 def _together(axles: Sequence[str]) -> str:
@@ -41,3 +43,17 @@ def carried(effect: Effect, recordings: Sequence[Recording], vehicle: Vehicle) -
     """Recording -> what shows that its measured inputs carry the effect, so that the model needs none for it."""
     found = {r.name: [words for name in effect.carried_by if (words := seen(name, r, vehicle))] for r in recordings}
     return {name: "; ".join(words) for name, words in found.items() if words}
+
+
+def lacking(effect: Effect, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Channels that the effect rests on and that a recording neither measures nor shows through others.
+
+    Channels that the effect itself rests on show nothing else: of one that moves the positions, positions do not show v as well.
+    """
+
+    def there(name: str, recording: Recording) -> bool:
+        shown = SHOWN_BY.get(name, ())
+        independent = bool(shown) and not {*shown} <= {*effect.rests_on}
+        return recording.measured(name) or (independent and recording.measured(*shown))
+
+    return tuple(name for name in effect.rests_on if not all(there(name, recording) for recording in recordings))

@@ -23,7 +23,7 @@ from softsoil.refinement.doubts import doubts, loosened
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
-from softsoil.refinement.observations import carried, ruled_out
+from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
@@ -83,7 +83,9 @@ def refine(
     loose, numbers = loosened(bench, vehicle)
     repeated = all(one_wave(recording) for recording in recordings)
     effects_tried = open_effects(declaration, names)
-    selection = select(loose, effects_tried, numbers, workers, progress, repeated)
+    lacked = unsupported(recordings, declaration, candidates)
+    rivals = {name: channels for name, channels in lacked.items() if name in effects_tried}
+    selection = select(loose, effects_tried, numbers, workers, progress, repeated, rivals)
     final, last = settled(bench, selection.bench)
     left = _left(recordings, final, _moved(vehicle, final), start)
     if selection.accepted and any(s.left for s in left) and not _beyond_doubt(selection):
@@ -107,8 +109,9 @@ def refine(
     idle_here = _idle(declaration, candidates)
     lines += tuple(f"{name}: not tried, it does nothing with {declaration.law}" for name in idle_here)
     lines += tuple(
-        f"{name}: not tried, it rests on {', '.join(lacking)}, which the drives do not measure"
-        for name, lacking in unsupported(recordings, declaration, candidates).items()
+        f"{name}: {'not to be named' if name in rivals else 'not tried'}, it rests on {', '.join(channels)}, which the drives do "
+        "not measure"
+        for name, channels in lacked.items()
         if name not in idle_here
     )
     lines += tuple(
@@ -118,6 +121,7 @@ def refine(
     )
     # Where axle forces are not judged, an n on its bound is what shows that something is left.
     lacks = any(s.left for s in left) or (on_bound(bench).any() and not all(s.judged for s in left))
+    lacks = lacks or bool(selection.unnamable)
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
     refined = _refined(declaration, effects, contradicted, whole)
     return Refinement(
@@ -273,10 +277,11 @@ def _refined(
 def _possible(
     recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None
 ) -> Sequence[str] | None:
-    """Names of the effects to try, without those that a measurement excludes, those that rest on a channel that a drive does
-    not measure, and those that do nothing with the force law."""
-    dropped = {*unsupported(recordings, declaration, names), *_idle(declaration, names)}
-    tried = {name: effect for name, effect in open_effects(declaration, names).items() if name not in dropped}
+    """Names of the effects to try, without those that a measurement excludes, those of sensors that rest on a channel that a
+    drive does not measure, and those that do nothing with the force law."""
+    known = open_effects(declaration, names)
+    dropped = {n for n in unsupported(recordings, declaration, names) if known[n].kind == "sensor"} | {*_idle(declaration, names)}
+    tried = {name: effect for name, effect in known.items() if name not in dropped}
     return [name for name, effect in tried.items() if not ruled_out(effect, recordings, declaration.vehicle)]
 
 
@@ -292,10 +297,9 @@ def _idle(declaration: Declaration, names: Sequence[str] | None) -> tuple[str, .
 def unsupported(
     recordings: Sequence[Recording], declaration: Declaration, names: Sequence[str] | None = None
 ) -> dict[str, tuple[str, ...]]:
-    """Open effect -> channels that it rests on and that a drive does not measure; names: of the candidates, default all."""
-    found = {}
-    for name, effect in open_effects(declaration, names).items():
-        lacking = tuple(channel for channel in effect.rests_on if not all(r.measured(channel) for r in recordings))
-        if lacking:
-            found[name] = lacking
-    return found
+    """Open effect -> channels that it rests on and that a drive neither measures nor shows.
+
+    names: of the candidates, default all.
+    """
+    found = {name: lacking(effect, recordings) for name, effect in open_effects(declaration, names).items()}
+    return {name: channels for name, channels in found.items() if channels}

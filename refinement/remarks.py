@@ -15,6 +15,7 @@ from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, size
 from softsoil.refinement.trace import Bench, Candidate
 from softsoil.refinement.unknown_ground import N_NAMES
+from softsoil.refinement.words import with_error
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect
 
@@ -54,8 +55,12 @@ def would_separate(groups: Sequence[Sequence[str]], verdict: str, selection: Sel
     grouped = {frozenset((group[0], name)) for group in groups for name in group[1:]}
     close = [pair for pair in close_calls(selection, known) if frozenset(pair) not in grouped]
     doubtful = [*groups, *close]
+    measures = [f"{name}: a log with {', '.join(selection.rivals[name])}" for name in selection.unnamable]
     if doubtful:
-        return "; ".join(f"{', '.join(group)}: {known[group[0]].separates}" for group in doubtful)
+        lines = [f"{', '.join(group)}: {known[group[0]].separates}" for group in doubtful]
+        return "; ".join([*lines, *measures])
+    if measures:
+        return "; ".join(measures)
     if verdict == "unexplained":
         return "several speeds, steering rates and headings, straight stretches and tight turns in one drive"
     return ""
@@ -81,9 +86,17 @@ def notes(recordings: Sequence[Recording], declaration: Declaration, bench: Benc
     for group in selection.groups:
         if len(group) > 1 and group[0] not in accepted:
             lines.append(f"not named, since these data cannot separate them: {', '.join(group)}")
-        elif group[0] not in accepted:
+        elif group[0] not in accepted and group[0] not in selection.rivals:
             lines.append(
                 f"{group[0]} fits best, but leaves more of the axle forces than a known effect would: not named"
+            )
+    for candidate in selection.ranking:
+        if candidate.name in selection.unnamable:
+            share = f"{with_error(100 * candidate.gain, 100 * candidate.std)} %"
+            lacked = ", ".join(selection.rivals[candidate.name])
+            lines.append(
+                f"{candidate.name}: explains {share} of what is left ({_lead(candidate, tried)}), but rests on {lacked}, which "
+                "the drives do not measure: not named, nor is what explains no more"
             )
     values = bench.absent[:, bench.model.p.index(N_NAMES[0])]
     for shooting, value, stuck in zip(bench.shootings, values, on_bound(bench), strict=True):
@@ -97,4 +110,5 @@ def notes(recordings: Sequence[Recording], declaration: Declaration, bench: Benc
 def _lead(candidate: Candidate, known: Mapping[str, Effect]) -> str:
     """The leading parameter of a candidate, as it was fitted."""
     lead = known[candidate.name].parameters[0]
-    return f"{lead.name} {candidate.fit.named()[lead.name][0]:.2g} {lead.unit}".rstrip()
+    value, std = candidate.fit.named()[lead.name]
+    return f"{lead.name} {with_error(value, std)} {lead.unit}".rstrip()

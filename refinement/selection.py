@@ -22,7 +22,8 @@ class Selection:
 
     accepted: effects in order; bench: with them in the model; ranking: of the first round; groups: per accepted effect, the
     effects that explain the held-out data as well (itself first), and last a group of which none could be named; tried: effects
-    and numbers of the vehicle that were tried, by name.
+    and numbers of the vehicle that were tried, by name; rivals: of those, the effects that the drives cannot name, with the
+    channels that they rest on and the drives lack.
     """
 
     accepted: tuple[Candidate, ...]
@@ -30,6 +31,14 @@ class Selection:
     ranking: tuple[Candidate, ...]
     groups: tuple[tuple[str, ...], ...]
     tried: Mapping[str, Effect] = field(default_factory=dict)
+    rivals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def unnamable(self) -> tuple[str, ...]:
+        """Effects that explain what is left as well as any, or better, but rest on channels that the drives lack."""
+        accepted = {candidate.name for candidate in self.accepted}
+        open_groups = [group for group in self.groups if group[0] not in accepted]
+        return tuple(dict.fromkeys(name for group in open_groups for name in group if name in self.rivals))
 
 
 def select(
@@ -39,15 +48,17 @@ def select(
     workers: int,
     progress: Callable[[float], None],
     one_wave: bool = False,
+    rivals: Mapping[str, tuple[str, ...]] | None = None,
 ) -> Selection:
     """Forward selection over effects and over numbers of the vehicle that may be declared wrong.
 
     effects, numbers: what is tried, by name: where a number explains the held-out data as well as an effect does, it is the
     number, which the model has already; workers: effects tried at once; progress: called with the share of the first round that
     is done; one_wave: the steering repeats one wave: more is asked of an effect, and of two that these data cannot separate none
-    is named.
+    is named; rivals: effects that the drives cannot name and the channels that they lack for it: where one of them explains the
+    held-out data as well as what would be named, nothing is.
     """
-    tried = {**effects, **numbers}
+    tried, rivals = {**effects, **numbers}, rivals or {}
     first = rank(bench, tried, workers, progress)
     ranking: list[Candidate] = first
     accepted: dict[str, Candidate] = {}
@@ -68,7 +79,7 @@ def select(
         alike = like(named[0], ranking, bench)
         best = next((c for c in named if c.name in numbers and (c is named[0] or c.name in alike)), named[0])
         groups[best.name] = (best.name, *like(best, ranking, bench))
-        if len(groups[best.name]) > (1 if one_wave else RULES.most_alike):
+        if {*rivals} & {*groups[best.name]} or len(groups[best.name]) > (1 if one_wave else RULES.most_alike):
             break
         accepted[best.name] = best
         bench, dropped = accept(bench, best, {name: tried[name] for name in accepted})
@@ -79,7 +90,7 @@ def select(
         seen.add(frozenset(accepted))
         again = [c.name for c in first if c.name not in accepted and c.name not in dropped][:RULES.second_look]
         ranking = rank(bench, {name: tried[name] for name in again}, workers, lambda share: None)
-    return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()), tried)
+    return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()), tried, rivals)
 
 
 def contended(

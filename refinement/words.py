@@ -25,6 +25,12 @@ def verdict_sentence(found: Refinement) -> str:
         )
     if found.verdict == "none":
         return "None: nothing is missing that these data could show; the declared model stands."
+    if found.selection.unnamable:
+        names = " or ".join(map(effect_name, found.selection.unnamable))
+        return (
+            f"Unexplained: what is left looks like {names}, which rests on channels that these data do not measure, so that "
+            "nothing is named; the declared model stands."
+        )
     return (
         "Unexplained: more is left in the axle forces than a good model leaves, but no entry of the catalogue explains it "
         "on data that it was not fitted to; the declared model stands."

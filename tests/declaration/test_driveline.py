@@ -14,7 +14,7 @@ from softsoil.estimator.shooting import shooting_drive
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.geometry import corners
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.bicycle import body_force
+from softsoil.symbolic.bicycle import body_force, nominal_bicycle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model, Quantities
 from softsoil.symbolic.soil import CLAY
@@ -23,10 +23,11 @@ from softsoil.symbolic.vehicle import NUMBERS, vehicle_from_table
 DT = 0.01
 STATE = np.array([0.0, 0.0, 0.1, 5.0, 0.05, 0.2])
 INPUTS = np.array([0.08, 0.0, -0.3, *4 * [15.0]])  # slower: on clay front wheels alone would dig at a steady speed
+WHEELS = ("fl", "fr", "rl", "rr")
 LOCKED, OPEN, FRONT, REAR = (1.0, 0.5), (0.0, 0.5), (0.0, 1.0), (0.0, 0.0)
 
 
-def balanced(model: Model, centre: tuple[float, float]) -> dict[str, float]:
+def balanced(model: Model, centre: tuple[float, float], steps: int = 300) -> dict[str, float]:
     """Force that is missing over the weight, torques and speeds of the wheels, once the slips of a held motion have settled."""
 
     def see(q: Quantities) -> Quantities:
@@ -39,7 +40,7 @@ def balanced(model: Model, centre: tuple[float, float]) -> dict[str, float]:
     p = model.p.pack(centre_lock=centre[0], front_drive=centre[1])
     advance, read = advance_memory(model, DT), read_memory(model)
     memory = start_memory(model)(STATE, INPUTS, p)
-    for _ in range(300):
+    for _ in range(steps):
         memory = advance(STATE, read(STATE, INPUTS, p, memory), p, memory)
     names = ["missing", *(f"{what}_{c}" for what in ("torque", "turns") for c in ("fl", "fr", "rl", "rr"))]
     values = model.correct("forces", see).probe(*names)(STATE, read(STATE, INPUTS, p, memory), p)
@@ -48,7 +49,7 @@ def balanced(model: Model, centre: tuple[float, float]) -> dict[str, float]:
 
 @pytest.mark.parametrize("centre", [LOCKED, OPEN, FRONT, REAR])
 def test_forces_and_torques_are_in_balance_whatever_is_driven(centre):
-    seen = balanced(with_driveline(bicycle(reference_vehicle(), CLAY), ("f", "r")), centre)
+    seen = balanced(with_driveline(bicycle(reference_vehicle(), CLAY), WHEELS), centre)
     weight = reference_vehicle().mass * 9.81
     assert abs(seen["missing"]) < 1e-4
     for axle in "fr":
@@ -62,15 +63,33 @@ def test_forces_and_torques_are_in_balance_whatever_is_driven(centre):
 
 
 def test_an_axle_whose_wheels_are_measured_keeps_their_speeds():
-    seen = balanced(with_driveline(bicycle(reference_vehicle(), CLAY), ("r",)), LOCKED)
+    seen = balanced(with_driveline(bicycle(reference_vehicle(), CLAY), ("rl", "rr")), LOCKED)
     assert seen["turns_fl"] == seen["turns_fr"] == 15.0 and abs(seen["missing"]) < 1e-4
+
+
+@pytest.mark.parametrize("absent", [("rr",), ("fl", "rr"), ("fl", "fr", "rl")])
+def test_the_other_wheel_of_an_axle_has_the_torque_of_the_measured_one(absent):
+    seen = balanced(with_driveline(bicycle(reference_vehicle(), CLAY), absent), LOCKED, 1000)
+    weight = reference_vehicle().mass * 9.81
+    assert all(seen[f"turns_{c}"] == 15.0 for c in WHEELS if c not in absent)
+    for axle in {c[0] for c in absent}:
+        assert seen[f"torque_{axle}l"] == pytest.approx(seen[f"torque_{axle}r"], abs=1e-4 * weight)
+    assert {"fl", "fr"} - {*absent} or abs(seen["missing"]) < 1e-4
+
+
+def test_where_both_wheels_of_an_axle_are_one_the_measured_one_is_taken():
+    model = with_driveline(nominal_bicycle(reference_vehicle(), CLAY), ("fl", "rr"))
+    seen = model.correct("forces", lambda q: {f"turns_{w.name}": w.contact.omega for w in q["wheels"]})
+    p, given = model.p.nominal, [*INPUTS[:3], 99.0, 14.0, 16.0, 99.0]
+    inputs = read_memory(model)(STATE, given, p, start_memory(model)(STATE, given, p))
+    assert ca.DM(seen.probe("turns_f", "turns_r")(STATE, inputs, p)).full().ravel() == pytest.approx([14.0, 16.0])
 
 
 def test_a_model_without_absent_wheels_is_left_as_it_is_and_no_driveline_is_added_twice():
     model = bicycle(reference_vehicle(), CLAY)
     assert with_driveline(model, ()) is model
-    once = with_driveline(model, ("f", "r"))
-    assert with_driveline(once, ("f", "r")) is once
+    once = with_driveline(model, WHEELS)
+    assert with_driveline(once, WHEELS) is once
     assert once.external == model.external and once.effects == model.effects
 
 
@@ -78,7 +97,7 @@ def test_the_speeds_are_those_that_the_drive_measured():
     """Along the recorded states with the true n; the log's wheels serve to compare only."""
     drive = read_drive(MULTI_LOG).between(0.0, 16.0)
     vehicle = reference_vehicle()
-    model = with_driveline(bicycle(vehicle, CLAY.with_(n=0.5)), ("f", "r"))
+    model = with_driveline(bicycle(vehicle, CLAY.with_(n=0.5)), WHEELS)
     ready = shooting_drive(drive, model, 0.0)
     step, extra, p = step_with_memory(model, ready.dt), model.x.nominal[6:], model.p.nominal
     where = [model.cells.index(f"kept_slip_{name[-2:]}") for name in WHEEL_CHANNELS]
@@ -100,7 +119,7 @@ def test_the_speeds_are_those_that_the_drive_measured():
 
 def test_a_vehicle_file_declares_its_driveline(tmp_path):
     vehicle = replace(reference_vehicle(), driveline={"centre_lock": 0.0, "front_drive": 1.0})
-    assert with_driveline(bicycle(vehicle, CLAY), ("f", "r")).p["front_drive"].nominal == 1.0
+    assert with_driveline(bicycle(vehicle, CLAY), WHEELS).p["front_drive"].nominal == 1.0
     path = tmp_path / "model.toml"
     path.write_text(declaration_toml(Declaration(vehicle, CLAY)), encoding="utf-8")
     assert load_declaration(path).vehicle.driveline == vehicle.driveline

@@ -1,0 +1,37 @@
+"""Time offsets where records are joined: a few jumps neither make an offset nor hide one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drives import MULTI_LOG, reference_vehicle
+from softsoil.recording.noise import add_noise
+from softsoil.recording.offsets import time_offsets
+from softsoil.recording.read import read_drive
+
+NAMES = ("u", "v", "omega_z", "steer", "a_x_imu", "a_y_imu")
+
+
+def joined(drive, times=4, late=0.0):
+    """The drive several times over on one clock, its speed u `late` seconds late."""
+    channels = {name: np.tile(drive[name], times) for name in NAMES}
+    channels["t"] = np.arange(times * len(drive)) * drive.dt
+    channels["u"] = np.interp(channels["t"] - late, channels["t"], channels["u"])
+    return replace(drive, channels=channels, truth={})
+
+
+@pytest.mark.parametrize("noise", [None, "good"])
+@pytest.mark.parametrize("late", [0.0, 0.3])
+def test_records_joined_in_one_show_the_offset_that_is_there(late, noise):
+    drive = read_drive(MULTI_LOG)
+    found = time_offsets(joined(drive if noise is None else add_noise(drive, noise, 1), late=late), reference_vehicle())
+    assert {offset.group: offset.late_s for offset in found}["u"] == pytest.approx(late, abs=0.03)
+
+
+def test_outliers_of_a_speed_make_no_offset():
+    drive = read_drive(MULTI_LOG)
+    u = drive["u"].copy()
+    u[::400] += 3.0
+    found = {offset.group: offset for offset in time_offsets(drive.with_channels(u=u), reference_vehicle())}
+    assert found["u"].late_s == pytest.approx(0.0, abs=0.03) and found["u"].before > 0.99
