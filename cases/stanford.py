@@ -41,7 +41,8 @@ SECONDS = 120.0
 """s of the log that are used: the fit sees its first two thirds."""
 CANNOT = (
     "Not said: a sinkage exponent; the road does not give way.",
-    "Not named, for want of a pose: slopes, which have a compass direction. Not tried: places and scales of pose and speed sensors.",
+    "Not named, for want of a pose: slopes, which have a compass direction.",
+    "Not tried, for want of a pose: places and scales of pose and speed sensors.",
     "Not tried, for want of wheel speeds: differentials and the scale of those sensors; slip takes no share of the grip here.",
 )
 

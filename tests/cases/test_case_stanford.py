@@ -48,7 +48,7 @@ def test_the_command_says_what_can_be_said_and_no_n(folder, tmp_path):
     assert content["before"]["mse"]["0.5"]["x"] is None and content["before"]["mse"]["0.5"]["v"] > 0
     assert "n" not in content and not any(name.startswith("n_") for e in content["effects"] for name in e["parameters"])
     assert not re.search(r"(?<!\w)n(_[fr0-9])? *[=:]|n front", result.output)
-    assert "road: friction at_bound" in result.output
+    assert "road: friction at bound" in result.output
 
 
 def test_a_folder_without_the_log_is_refused(tmp_path):
