@@ -1,10 +1,10 @@
 """The terrain filter: an unscented filter on a terrain model, with the rules of what may go wrong on a drive.
 
 The rules, in the order in which they act; the generated C library has the same (`softsoil_filter.c`, `softsoil_policy.h`):
-an input that is missing or beyond reason keeps its last value; a vehicle that stands or reverses keeps its place and soil; the
-process noise grows while histories are not yet the drive's or the steering kicks; a measurement that is missing, beyond reason or
-outside the gate is left out; one that stays outside the gate to the same side is believed, its state put where it is; an n that
-innovations say has jumped is put there and opened.
+an input that is missing or beyond reason keeps its last value; a vehicle that stands, crawls or reverses keeps its soil and
+rolls without forces (`rolling.py`); the process noise grows while histories are not yet the drive's or the steering kicks; a
+measurement that is missing, beyond reason or outside the gate is left out; one that stays outside the gate to the same side is
+believed, its state put where it is; an n that innovations say has jumped is put there and opened.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from softsoil.codegen.factor_order import factor_order
 from softsoil.codegen.sampling import LONGEST_STEP
 from softsoil.estimator.drift import CHANNELS, DriftMonitor
+from softsoil.estimator.rolling import Rolling
 from softsoil.estimator.soil_change import CLOCK_SLACK, SoilChange, evidence
-from softsoil.estimator.tuning import FADING, LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit, common_error
+from softsoil.estimator.tuning import LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit, common_error
 from softsoil.estimator.ukf import Innovation, UnscentedKalmanFilter
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.symbolic.model import Model
@@ -64,7 +65,7 @@ class TerrainFilter:
         self._ceiling = by_unit(states, tuning.ceiling, 1e5)
         self._soil = np.array([i for i, name in enumerate(states.names) if name in N_NAMES], dtype=int)
         self._common = common_error(tuning.common_error, model)
-        self._fades = [i for i, name in enumerate(states.names) if name in FADING]
+        self._rolling = Rolling(model, tuning.fade)
         self._u, self._turn, self._heading = states.index("u"), states.index("omega_z"), states.index("psi")
         self._motion = [states.index(name) for name in STATE_CHANNELS]
         self._u_limit = by_unit(model.external, tuning.input_limit, 1e9)
@@ -130,8 +131,6 @@ class TerrainFilter:
             y = np.where(np.abs(y) <= self._y_limit, y, np.nan)
         if self._speed >= 0 and math.isfinite(y[self._speed]):
             self._reversing = bool(y[self._speed] < -self.tuning.standstill)
-            if self._reversing:
-                y = np.where(np.arange(len(y)) == self._speed, np.nan, y)
         hold = self.status.standing or self._reversing
         self.ukf.hold(self._soil if hold else ())
         before, cov = self.ukf.x, self.ukf.P
@@ -186,18 +185,12 @@ class TerrainFilter:
         return good
 
     def _stand(self, u: Array) -> None:
-        """Place and soil are held, slip velocities fade, u follows the commanded acceleration where the wheels turn."""
-        keep = math.exp(-self._step / self.tuning.fade)
-        rolling = not self._wheels or bool(np.any(np.abs(u[self._wheels]) > WHEELS_TURN))
-        share = np.ones(len(self.model.x))
-        share[self._fades] = keep
-        share[self._u] = 1.0 if rolling else keep
-        x = self.ukf.x * share
-        if rolling:
-            x[self._u] += self._step * u[self.model.external.index("a_x")]
+        """The soil is held; the vehicle rolls where its wheels turn it to, without forces."""
+        turning = not self._wheels or bool(np.any(np.abs(u[self._wheels]) > WHEELS_TURN))
+        x, share = self._rolling.step(self.ukf.x, u, self._step, turning)
         q = self._q * self._step
         q[self._soil] = 0.0
-        self.ukf.P = self.ukf.P * np.outer(share, share) + np.diag(q)
+        self.ukf.P = share @ self.ukf.P @ share.T + np.diag(q)
         self.ukf.x = x
 
     def _stay_below_ceilings(self) -> None:

@@ -16,8 +16,8 @@ ABSENT_WHEELS_ERROR = 0.03
 N_NAMES = ("n", "n_f", "n_r")
 """States that are the sinkage exponent: of both axles, or of each."""
 POSE = ("x", "y", "psi")
-FADING = ("v", "omega_z")
-"""Velocities that go to zero when a vehicle stands, and those that a kick of the steering moves."""
+KICKED = ("v", "omega_z")
+"""Velocities that a kick of the steering moves."""
 ByUnit = tuple[tuple[str, float], ...]
 
 
@@ -38,10 +38,10 @@ class Tuning:
     misses; change_after, change_sigmas, change_std, change_error: where the innovations of up to change_after seconds say by
     more than change_sigmas that n has jumped (`estimator/soil_change.py`), jumps having the standard deviation change_std and
     what is measured of one an error of change_error, it is another soil: n is put there and change_std is added to its
-    uncertainty; standstill: m/s, below it the vehicle is taken to stand: place and soil are held and no force is evaluated;
-    fade: s, time in which slip velocities then go to zero; input_limit, output_limit: beyond these, by unit, a value is none of
-    a vehicle; ceiling: of a standard deviation, by unit; update_every: predictions per update (the paper: 12 ms and 24 ms), 1
-    for slow logs.
+    uncertainty; standstill: m/s, below it the soil is held and the vehicle rolls without forces (`estimator/rolling.py`);
+    fade: s, time in which slip velocities then go to those of rolling wheels; input_limit, output_limit: beyond these, by unit,
+    a value is none of a vehicle; ceiling: of a standard deviation, by unit; update_every: predictions per update (the paper:
+    12 ms and 24 ms), 1 for slow logs.
     `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle` prints what they give.
     """
 
@@ -82,7 +82,7 @@ class Tuning:
 
     def kick_std(self, states: Layout) -> NDArray[np.float64]:
         """(n_x,) process noise beside the usual one while histories or the steering are none of the model's, after one second."""
-        return np.array([dict(zip(FADING, self.kick, strict=True)).get(name, 0.0) for name in states.names])
+        return np.array([dict(zip(KICKED, self.kick, strict=True)).get(name, 0.0) for name in states.names])
 
     def patiences(self, outputs: Layout) -> NDArray[np.int_]:
         """(n_y,) patience with each measurement."""

@@ -99,7 +99,6 @@ class FilterNumbers:
     change_clip: float
     standstill: float
     fade: float
-    fading: tuple[str, ...]
     leap: float
     wheels_turn: float
     u_limit: tuple[float, ...]
@@ -204,7 +203,7 @@ _LANES = {
 
 
 def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str, object]) -> dict[str, str]:
-    model = parts.model
+    model, vehicle = parts.model, parts.model.geometry
     size = len(model.x)
     order = [model.x.names[i] for i in factor_order(model)]
     spread = ALPHA**2 * (size + KAPPA)
@@ -215,7 +214,7 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
     provided = model.u.nominal[len(model.external) :]
     wheels = [name for name in model.external.names if name.startswith("omega_")]
     turns = [
-        f"  rolling = rolling || fabs(s->u[SOFTSOIL_U_{name}]) > {number(numbers.wheels_turn)};" for name in wheels
+        f"  turning = turning || fabs(s->u[SOFTSOIL_U_{name}]) > {number(numbers.wheels_turn)};" for name in wheels
     ]
     return {
         "model": model.name,
@@ -237,13 +236,13 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "lower": _list(model.x.lower), "upper": _list(model.x.upper),
         "is_soil": _list([int(name in soil_names) for name in model.x.names]),
         **_drift(numbers.drift),
-        "fades": _list([int(name in numbers.fading) for name in model.x.names]), "fade": number(numbers.fade),
+        "fade": number(numbers.fade), "l_f": number(vehicle.l_f), "l_r": number(vehicle.l_r), "lock": number(vehicle.max_steer),
         "n_soil": str(len(numbers.soil)), "n_past": str(numbers.change_samples), "leap": number(numbers.leap),
         "soil_indices": ", ".join(str(model.x.index(name)) for name in numbers.soil), "y_pose": _list(list(numbers.pose)),
         "y_wraps": _list([int(s.name == "psi" and s.unit == "rad") for s in model.y]),
         "u_limit": _list(numbers.u_limit), "y_limit": _list(numbers.y_limit),
         "measured": _list([model.x.index(s.name) if s.name in model.x.names else -1 for s in model.y]),
-        "wheels_turn": "\n".join(turns) if turns else "  rolling = 1;",
+        "wheels_turn": "\n".join(turns) if turns else "  turning = 1;",
         "default_p": _list(model.p.nominal), "default_q": _list(numbers.q_std), "default_r": _list(numbers.r_std),
         "default_gate": number(numbers.gate), "default_standstill": number(numbers.standstill),
         "default_max_std": _list(numbers.ceiling), "default_patience": str(numbers.patience),

@@ -91,7 +91,7 @@ typedef struct {
   double q_std[SOFTSOIL_N_X];     /* what the equations miss: standard deviation after one second of accumulation */
   double r_std[SOFTSOIL_N_Y];     /* standard deviation of each measurement */
   double gate;                    /* largest innovation, in standard deviations */
-  double standstill_speed;        /* m/s: below it the soil's parameters are held and the vehicle is taken to stand */
+  double standstill_speed;        /* m/s: below it the soil's parameters are held and no force is evaluated */
   double max_std[SOFTSOIL_N_X];   /* ceiling of each standard deviation, for long dropouts */
   int32_t gate_patience;          /* updates in a row that a position or heading may be outside the gate; 0: for ever */
   int32_t gate_patience_rates;    /* the same of the other measurements */

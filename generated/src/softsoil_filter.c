@@ -303,24 +303,41 @@ static int all_moderate(const double *values, int n) {
   return !(((others[0] + others[1]) + (others[2] + others[3])) + ((others[4] + others[5]) + (others[6] + others[7])) > 0.0);
 }
 
-/* The vehicle stands: position and soil are held, slip velocities fade, u follows the commanded acceleration where the
- * wheels turn; no force is evaluated. */
+/* The vehicle stands, crawls or reverses: the soil is held and no force is evaluated. Where the wheels turn it rolls as a kinematic
+ * bicycle: v and omega_z go to those of wheels that do not slip, u follows the commanded acceleration; else the place is held and
+ * the velocities go to zero. */
 static void stand(softsoil_t *s, double dt) {
-  static const int32_t fades[N] = {0, 0, 0, 0, 1, 1, 0};
-  double a[2 * N][WIDE] = {{0.0}};
-  const double keep = exp(-dt / 0.1);
-  int rolling = 0;
-  rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_fl]) > 0.5;
-  rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_fr]) > 0.5;
-  rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_rl]) > 0.5;
-  rolling = rolling || fabs(s->u[SOFTSOIL_U_omega_rr]) > 0.5;
-  for (int i = 0; i < N; ++i) {
-    const int at = softsoil_order[i];
-    const double share = fades[at] || (at == SOFTSOIL_X_u && !rolling) ? keep : 1.0;
-    if (fades[at] || at == SOFTSOIL_X_u) s->x[at] *= share;
-    for (int j = 0; j < N; ++j) a[j][i] = share * s->root[i][j];
+  static const double l_f = 1.546, l_r = 1.175, lock = 0.47;
+  double a[2 * N][WIDE] = {{0.0}}, d[N], *x = s->x;
+  const double keep = exp(-dt / 0.1), steer = fmin(fmax(s->u[SOFTSOIL_U_steer], -lock), lock);
+  const double sine = sin(x[SOFTSOIL_X_psi]), cosine = cos(x[SOFTSOIL_X_psi]);
+  const double v_axle = x[SOFTSOIL_X_v] + l_f * x[SOFTSOIL_X_omega_z];
+  const double ahead = x[SOFTSOIL_X_u] * cosine - v_axle * sine, left = x[SOFTSOIL_X_u] * sine + v_axle * cosine;
+  int turning = 0;
+  turning = turning || fabs(s->u[SOFTSOIL_U_omega_fl]) > 0.5;
+  turning = turning || fabs(s->u[SOFTSOIL_U_omega_fr]) > 0.5;
+  turning = turning || fabs(s->u[SOFTSOIL_U_omega_rl]) > 0.5;
+  turning = turning || fabs(s->u[SOFTSOIL_U_omega_rr]) > 0.5;
+  const double own = turning ? 1.0 : keep, go = turning ? dt : 0.0;
+  const double to_turn = turning ? (1.0 - keep) * tan(steer) / (l_f + l_r) : 0.0, to_v = l_r * to_turn;
+  /* Deviations go as the states' derivatives say. */
+  for (int j = 0; j < N; ++j) {
+    for (int i = 0; i < N; ++i) d[softsoil_order[i]] = s->root[i][j];
+    const double d_axle = d[SOFTSOIL_X_v] + l_f * d[SOFTSOIL_X_omega_z], d_u = d[SOFTSOIL_X_u];
+    d[SOFTSOIL_X_x] += go * (d_u * cosine - d_axle * sine - left * d[SOFTSOIL_X_psi]);
+    d[SOFTSOIL_X_y] += go * (d_u * sine + d_axle * cosine + ahead * d[SOFTSOIL_X_psi]);
+    d[SOFTSOIL_X_psi] += go * d[SOFTSOIL_X_omega_z];
+    d[SOFTSOIL_X_v] = keep * d[SOFTSOIL_X_v] + to_v * d_u;
+    d[SOFTSOIL_X_omega_z] = keep * d[SOFTSOIL_X_omega_z] + to_turn * d_u;
+    d[SOFTSOIL_X_u] = own * d_u;
+    for (int i = 0; i < N; ++i) a[j][i] = d[softsoil_order[i]];
   }
-  if (rolling) s->x[SOFTSOIL_X_u] += dt * s->u[SOFTSOIL_U_a_x];
+  x[SOFTSOIL_X_x] += go * ahead;
+  x[SOFTSOIL_X_y] += go * left;
+  x[SOFTSOIL_X_psi] += go * x[SOFTSOIL_X_omega_z];
+  x[SOFTSOIL_X_v] = keep * x[SOFTSOIL_X_v] + to_v * x[SOFTSOIL_X_u];
+  x[SOFTSOIL_X_omega_z] = keep * x[SOFTSOIL_X_omega_z] + to_turn * x[SOFTSOIL_X_u];
+  x[SOFTSOIL_X_u] = own * x[SOFTSOIL_X_u] + go * s->u[SOFTSOIL_U_a_x];
   if (SOFTSOIL_N_M == 0) memcpy(s->u_full, s->u, sizeof s->u);
   triangularise(a, add_noise(s, dt, 1, a, N), s->root);
 }
@@ -417,12 +434,9 @@ static int screen(softsoil_t *s, const double *y, const unsigned char *valid, do
     }
     if (i == SOFTSOIL_Y_u && (found == SOFTSOIL_OK || found == SOFTSOIL_NEGATIVE_SPEED))
       s->reversing = found == SOFTSOIL_NEGATIVE_SPEED;
-    if (found) {
-      status = graver(status, count(s, found));
-    } else {
-      use[i] = 1;
-      some = 1;
-    }
+    if (found) status = graver(status, count(s, found));
+    use[i] = found == SOFTSOIL_OK || found == SOFTSOIL_NEGATIVE_SPEED;
+    some |= use[i];
   }
   if (!some) status = graver(status, count(s, SOFTSOIL_NO_MEASUREMENT));
   return status;

@@ -112,7 +112,11 @@ def test_reversing_holds_n():
         assert own.predict(U, STEP) == S["STANDSTILL"]
         own.update([np.nan, np.nan, 0, -3.0, 0, 0], own.state.t)
     assert np.array_equal(own.x[6:], held) and own.counts["NEGATIVE_SPEED"] == 51
-    own.update([np.nan, np.nan, 0, 6.0, 0, 0], own.state.t)
+    assert own.x[3] == pytest.approx(-3.0, abs=0.1)
+    # Forwards again, once two measurements in a row say so.
+    for _ in range(2):
+        assert own.predict(U, STEP) == S["STANDSTILL"]
+        own.update([np.nan, np.nan, 0, 6.0, 0, 0], own.state.t)
     assert own.predict(U, STEP) == S["OK"]
 
 

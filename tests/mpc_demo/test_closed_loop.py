@@ -82,8 +82,7 @@ def test_before_what_it_cannot_pass_the_vehicle_stops(where, radius):
     run = loop().run(replace(course(), obstacles=wall), "n_estimated", 2)
     assert "BLOCKED" in run.column("status")
     assert run.stopped and not run.finished and run.column("halt").any()
-    # Positions are measured to 1.2 m (Table 5), and rounding differs between processors: on one the wall is overlapped by 17 mm.
-    assert run.clearance > -0.05 and run.column("truth")[-1, 3] < 0.5
+    assert run.clearance > 0.3 and run.column("truth")[-1, 3] < 0.5
     assert np.abs(run.column("truth")[:, 5]).max() < 1.5, "no wild turn"
 
 
