@@ -23,10 +23,10 @@ import numpy as np
 from benchmarks.judges.identified import CONTACT_SEARCH, START_UP, Case, add_options, run
 from benchmarks.judges.true_soil import nominal_logs
 from benchmarks.refine_drives import EFFECTS
+from softsoil.codegen.predictor import substeps_for
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules
 from softsoil.estimator.parameters import Free
-from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows
 from softsoil.files.package_data import REFERENCE_VEHICLE

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from softsoil.codegen.predictor import substeps_for
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
-from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import fit_windows
 from softsoil.recording.log_names import named_soil

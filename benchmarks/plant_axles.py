@@ -13,9 +13,9 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from benchmarks.axle_forces import VEHICLES
+from softsoil.codegen.predictor import Predictor
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.parameters import Free
-from softsoil.estimator.predictor import Predictor
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steer
 from softsoil.plant.simulate import drive

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import fields
 
 from softsoil.codegen.c_library.horizon import HorizonNumbers
+from softsoil.codegen.predictor import LONGEST_STEP
 from softsoil.estimator.evidence import LATERAL, LEAST_PART, SPLITS, TRIMMED
 from softsoil.estimator.free_windows import FREE_STEP, SETTLING, STATE_STEP
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import LEAST_CURVATURE, SCALE, HorizonRules
-from softsoil.estimator.predictor import LONGEST_STEP
 from softsoil.estimator.shooting import SMOOTHING
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import WORDS, VerdictRules

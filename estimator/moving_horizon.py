@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.codegen.predictor import substeps_for
 from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
-from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.window_fit import reduce_windows, window_costs

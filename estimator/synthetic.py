@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.codegen.predictor import Predictor
 from softsoil.codegen.sampling import STEP
-from softsoil.estimator.predictor import Predictor
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.symbolic.model import Model
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.codegen.predictor import substeps_for
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
-from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import Drive, shooting_drive
 from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows, window_costs
 from softsoil.recording.drive import Recording

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.codegen.predictor import substeps_for
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.horizons import HORIZONS
-from softsoil.estimator.predictor import substeps_for
 from softsoil.estimator.shooting import Drive
 from softsoil.estimator.window_fit import fit_windows
 from softsoil.recording.drive import STATE_CHANNELS

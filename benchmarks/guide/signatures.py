@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from benchmarks.guide.reference_effects import PICTURES
+from softsoil.codegen.predictor import Predictor
 from softsoil.codegen.sampling import STEP
-from softsoil.estimator.predictor import Predictor
 from softsoil.figures.labels import quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
 from softsoil.files.package_data import REFERENCE_VEHICLE

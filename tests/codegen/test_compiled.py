@@ -15,8 +15,8 @@ from softsoil.codegen.c_source import check_c_name, write_c
 from softsoil.codegen.compiled import CompiledFunction, at_points, find_compiler
 from softsoil.codegen.discretize import advance_memory, discretize, read_memory, start_memory, step_with_memory
 from softsoil.codegen.lanes import write_lanes
+from softsoil.codegen.predictor import substeps_for
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.predictor import substeps_for
 from softsoil.mpc_demo.bench_filter import numpy_function
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.wheel import Contact, Wheel, force_law

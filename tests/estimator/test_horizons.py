@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
+from softsoil.codegen.predictor import Predictor
 from softsoil.estimator.horizons import HORIZONS, Replay
-from softsoil.estimator.predictor import Predictor
 from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise

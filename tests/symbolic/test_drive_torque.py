@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from axles import axle_of
+from softsoil.codegen.predictor import Predictor, substeps_for
 from softsoil.estimator.inputs import measured_inputs
-from softsoil.estimator.predictor import Predictor, substeps_for
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.machine import load_plant_vehicle
 from softsoil.plant.manoeuvres import Manoeuvre, Sine, SineThrottle

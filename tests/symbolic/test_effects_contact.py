@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
+from softsoil.codegen.predictor import Predictor
 from softsoil.estimator.inputs import measured_inputs
-from softsoil.estimator.predictor import Predictor
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.machine import load_plant_vehicle
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed

@@ -3,7 +3,7 @@
 import numpy as np
 
 from drives import reference_vehicle
-from softsoil.estimator.predictor import Predictor
+from softsoil.codegen.predictor import Predictor
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import add_effect
