@@ -18,6 +18,15 @@ from softsoil.plant.contact import REACH, wheel_contact
 from softsoil.plant.driveline import axle_drive_torque, shift_gear, spin_rates
 from softsoil.plant.ground import Motion, Rules
 from softsoil.plant.kernel import inner
+from softsoil.plant.masses import (
+    add_point_mass,
+    convective,
+    cross,
+    gravity_at,
+    solve_positive,
+    sprung_body,
+    without_payload,
+)
 from softsoil.plant.reference.idler import idler_moment
 from softsoil.plant.reference.joints import shaft_reaction
 from softsoil.plant.state import (
@@ -53,74 +62,11 @@ from softsoil.plant.suspension import (
     strut_force,
 )
 
-GRAVITY = 9.81
-"""m/s^2"""
-
 INFO = 17
 """Columns per wheel of what a step reports, in world axes: soil force (3), its moment (3), wheel centre (3), its velocity
 (3), axle (3); greatest sinkage (m); drive torque (N m)."""
-EXTRA = 8
-"""And of the vehicle: force without gravity (3), gravity (3), engine torque at the axle (N m), mass with payload (kg)."""
-
-
-@inner
-def cross(a, b, out):
-    """out = a x b"""
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@inner
-def solve_positive(matrix, rhs):
-    """Solve in place for a symmetric positive matrix by elimination; the answer is left in rhs."""
-    n = rhs.shape[0]
-    for k in range(n):
-        for i in range(k + 1, n):
-            f = matrix[i, k] / matrix[k, k]
-            if f != 0.0:
-                for j in range(k, n):
-                    matrix[i, j] -= f * matrix[k, j]
-                rhs[i] -= f * rhs[k]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            rhs[k] -= matrix[k, j] * rhs[j]
-        rhs[k] /= matrix[k, k]
-
-
-@inner
-def gravity_at(slope, x, out):
-    """Gravity in world axes over ground that is banked (with a wave along x) and graded."""
-    bank = slope[0] + slope[2] * math.sin(2.0 * math.pi * x / slope[3])
-    out[0] = -GRAVITY * math.sin(slope[1])
-    out[1] = -GRAVITY * math.sin(bank)
-    out[2] = -math.sqrt(max(GRAVITY * GRAVITY - out[0] * out[0] - out[1] * out[1], 0.0))
-
-
-@inner
-def add_point_mass(matrix, rhs, mass, r, velocity_rate, path, column):
-    """Add a point mass; velocity_rate: its acceleration without that of the speeds; path: dr/dq or none."""
-    for i in range(3):
-        matrix[i, i] += mass
-        rhs[i] -= mass * velocity_rate[i]
-    # omega' x r = -[r x] omega'; its transpose takes forces to moments.
-    skew = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
-    for i in range(3):
-        for j in range(3):
-            matrix[i, 3 + j] -= mass * skew[i, j]
-            matrix[3 + i, j] += mass * skew[i, j]
-            rhs[3 + i] -= mass * skew[i, j] * velocity_rate[j]
-            for k in range(3):
-                matrix[3 + i, 3 + j] -= mass * skew[i, k] * skew[k, j]
-    if column >= 0:
-        for i in range(3):
-            matrix[i, column] += mass * path[i]
-            matrix[column, i] += mass * path[i]
-            matrix[column, column] += mass * path[i] * path[i]
-            rhs[column] -= mass * path[i] * velocity_rate[i]
-            for j in range(3):
-                matrix[3 + i, column] += mass * skew[i, j] * path[j]
-                matrix[column, 3 + i] += mass * skew[i, j] * path[j]
+EXTRA = 7
+"""And of the vehicle without its payload: force but gravity (3); gravity (3); engine torque at the axle (N m)."""
 
 
 @inner
@@ -131,16 +77,6 @@ def add_force(rhs, force, r):
     for i in range(3):
         rhs[i] += force[i]
         rhs[3 + i] += moment[i]
-
-
-@inner
-def _convective(omega, velocity, r, relative, out):
-    """omega x V + omega x (omega x r) + 2 omega x r', the acceleration that needs no rate of the speeds."""
-    inner = np.empty(3)
-    cross(omega, r, inner)
-    for i in range(3):
-        inner[i] += velocity[i] + 2.0 * relative[i]
-    cross(omega, inner, out)
 
 
 @inner
@@ -190,7 +126,7 @@ def step_vehicle(state, command, machine, world, ground, dt, info, extra):
 
     matrix, rhs = np.zeros((10, 10)), np.zeros(10)
     bias, zero = np.empty(3), np.zeros(3)
-    _sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bias, zero)
+    sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bias, zero)
     _external(state, machine, world, turn, gravity, rhs, extra)
 
     theta, theta_rate = state[PITMAN], state[PITMAN_RATE]
@@ -217,7 +153,6 @@ def step_vehicle(state, command, machine, world, ground, dt, info, extra):
     state[GEAR] = gear
     drive = axle_drive_torque(machine, gear, command[1], shaft)
     extra[6] = drive
-    extra[7] = machine.total_mass + world.payload[0]
     rhs[3] -= machine.torque_reaction * drive / machine.final_drive
     rates = np.empty(4)
     spin_rates(machine, world.locked, drive, torque, state[SPIN : SPIN + 4], dt, rates)
@@ -233,6 +168,8 @@ def step_vehicle(state, command, machine, world, ground, dt, info, extra):
         idler_moment(machine, theta, -gravity_body[2], arm[0], arm[1], rhs[3:6])
 
     solve_positive(matrix, rhs)
+    if world.payload[0] > 0.0:
+        without_payload(world, body, rhs, extra)
     for i in range(3):
         state[VELOCITY + i] += dt * rhs[i]
         state[RATE + i] += dt * rhs[3 + i]
@@ -244,29 +181,6 @@ def step_vehicle(state, command, machine, world, ground, dt, info, extra):
     advance_pose(state, turn, dt)
     state[TIME] += dt
     state[STEPS] += 1.0
-
-
-@inner
-def _sprung_body(machine, world, velocity, omega, gravity_body, matrix, rhs, bias, zero):
-    """Chassis and payload: inertia, gyroscopic moment and weight."""
-    momentum, moment = np.zeros(3), np.empty(3)
-    for i in range(3):
-        for j in range(3):
-            momentum[i] += machine.sprung_inertia[i, j] * omega[j]
-    cross(omega, momentum, moment)
-    for i in range(3):
-        rhs[3 + i] -= moment[i]
-        for j in range(3):
-            matrix[3 + i, 3 + j] += machine.sprung_inertia[i, j]
-    _convective(omega, velocity, zero, zero, bias)
-    for i in range(3):
-        bias[i] -= gravity_body[i]
-    add_point_mass(matrix, rhs, machine.sprung_mass, zero, bias, zero, -1)
-    if world.payload[0] > 0.0:
-        _convective(omega, velocity, world.payload[1:], zero, bias)
-        for i in range(3):
-            bias[i] -= gravity_body[i]
-        add_point_mass(matrix, rhs, world.payload[0], world.payload[1:], bias, zero, -1)
 
 
 @inner
@@ -288,7 +202,7 @@ def _wheel(w, state, command, machine, world, chassis, place, ground, dt, matrix
     for i in range(3):
         body[i] = omega[i] + value[TURN + i] * q_rate + value[STEER_TURN + i] * theta_rate
     bias = np.empty(3)
-    _convective(omega, velocity, r, relative, bias)
+    convective(omega, velocity, r, relative, bias)
     for i in range(3):
         bias[i] -= gravity_body[i]
     add_point_mass(matrix, rhs, machine.unsprung_mass[w], r, bias, path, 6 + w)

@@ -55,9 +55,8 @@ def observe(state, command, machine, info, extra, row):
     row[1], row[2], row[3] = point[0], point[1], psi
     row[4], row[5] = c * velocity[0] + s * velocity[1], -s * velocity[0] + c * velocity[1]
     row[6] = turn[2, 0] * omega[0] + turn[2, 1] * omega[1] + turn[2, 2] * omega[2]
-    mass = max(extra[7], machine.total_mass)
-    row[7] = (c * extra[0] + s * extra[1]) / mass
-    row[8] = (-s * extra[0] + c * extra[1]) / mass
+    row[7] = (c * extra[0] + s * extra[1]) / machine.total_mass
+    row[8] = (-s * extra[0] + c * extra[1]) / machine.total_mass
     row[9], row[10], row[11] = command[0], command[1], command[2]
     for w in range(4):
         row[12 + w] = state[SPIN + w]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from softsoil.plant.dynamics import GRAVITY
 from softsoil.plant.machine import Machine, PlantVehicle
+from softsoil.plant.masses import GRAVITY
 from softsoil.plant.soil_field import SoilField
 from softsoil.plant.state import (
     GEAR,

@@ -19,7 +19,7 @@ def scale_check(
     value, std, bias = float(line.value[index]), float(line.std[index]), float(line.bias[index])
     low, high = LIMITS.wrong_scale
     found = f"a scale of {value:.3f} ± {std:.3f}"
-    sure = std < 0.15 and abs(value - 1.0) > bias
+    sure = std < 0.15 * max(abs(value), 1.0) and abs(value - 1.0) > bias
     if sure and value < -0.3 and value < -LIMITS.sigmas * std:
         return Check(name, channel, False, found, expected, f"sign = -1 for {channel}", True)
     if sure and not low <= value <= high and abs(value - 1.0) > LIMITS.sigmas * std:

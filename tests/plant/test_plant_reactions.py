@@ -12,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.judges.drive_windows import with_the_others_steering
-from softsoil.plant.dynamics import GRAVITY
 from softsoil.plant.kinematics import _double_wishbone, _pose
 from softsoil.plant.machine import REFERENCE, PlantVehicle, load_plant_vehicle
+from softsoil.plant.masses import GRAVITY
 from softsoil.plant.reference.idler import idler_moment
 from softsoil.plant.start import Start
 from softsoil.plant.state import SPIN

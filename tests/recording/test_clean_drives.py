@@ -5,6 +5,7 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.control.courses import double_lane_change, slalom
+from softsoil.plant.effects import Effects
 from softsoil.plant.manoeuvres import PathFollower
 from softsoil.plant.simulate import simulate
 from softsoil.plant.start import Start
@@ -49,3 +50,22 @@ def test_a_flipped_lateral_velocity_of_a_gentle_drive_is_beyond_doubt():
     drive = simulate("path", SOILS["clay"], 20.0, start=Start(u=5.5), seed=1)
     wrong = [c for c in check_channels(drive.with_channels(v=-drive["v"]), reference_vehicle()) if c.beyond_doubt]
     assert any(check.channel == "v" for check in wrong)
+
+
+def test_a_load_leaves_the_sensors_consistent():
+    """The accelerometer stays on the vehicle, whatever lies behind it."""
+    effects = Effects(payload=500.0, payload_at=(-2.6, 0.0, 1.0))
+    drive = simulate("multi", SOILS["clay"], 20.0, start=Start(u=4.5), effects=effects, seed=1)
+    found = {c.name: c for c in check_channels(drive, reference_vehicle())}
+    assert found["accelerometer_y"].passed and found["lateral_velocity_rate"].passed
+
+
+@pytest.mark.parametrize(
+    ("scale", "said"), [(1.0, True), (0.4, True), (-1.0, False), (1 / 9.80665, False), (9.80665, False)]
+)
+def test_without_v_only_a_flipped_or_mistaken_accelerometer_is_doubted(scale, said):
+    """A vehicle that slides turns up to three quarters of u omega_z into dv/dt, which nothing shows without v."""
+    drive = simulate("multi", SOILS["clay"], 20.0, start=Start(u=4.5), seed=1)
+    drive = drive.with_channels(v=np.full(len(drive), np.nan), a_y_imu=scale * drive["a_y_imu"])
+    check = {c.name: c for c in check_channels(drive, reference_vehicle())}["accelerometer_y"]
+    assert check.passed is said and check.beyond_doubt is not said
