@@ -2,7 +2,8 @@
 
 `--sensors all`: wheel speeds, accelerometer and steering angle are noisy too; `--vehicle heavy`: a vehicle of 3 t on courses of
 its size; `--drawn SEED`: a vehicle of the plant by that seed, driven by what `identify` makes of its logs
-(`benchmarks.identify_plant`); `--hessian exact`: of the real-time iterations; `--guess low`: only first guesses below the truth.
+(`benchmarks.identify_plant`); `--hessian exact`: of the real-time iterations; `--guess low`: only first guesses below the truth;
+`--weave 135`: so many metres of weave before each manoeuvre in the place of 45.
 Each combination has its own file in OUT, in which every drive is kept as a line as it ends: a study that was stopped goes on.
 Seeds start at 100; the estimator's numbers in the loop were chosen on seeds 0 to 2 at other speeds.
 """
@@ -17,6 +18,7 @@ from benchmarks.judges.plant_vehicles import case_of
 from softsoil.commands.drive import loop_for
 from softsoil.commands.output import console
 from softsoil.control.c_controller import HESSIANS
+from softsoil.control.courses import WARM_UP
 from softsoil.control.declared import for_control
 from softsoil.declaration.model_file import Declaration
 from softsoil.figures.closed_loop_study import draw_study, say_study
@@ -40,11 +42,12 @@ def main() -> None:
     parser.add_argument("--vehicle", default="plant", help="declared vehicle, of the model and of the plant")
     parser.add_argument("--drawn", type=int, metavar="SEED", help="a drawn vehicle, identified, in the place of --vehicle")
     parser.add_argument("--guess", default="both", choices=("both", "low"), help="sides of the truth of the first guess")
+    parser.add_argument("--weave", type=float, default=WARM_UP, help="m of weave before the manoeuvre, for a vehicle of size 1")
     parser.add_argument("--report", action="store_true", help="only the table and figure of what has been driven")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = options.vehicle if options.drawn is None else f"drawn_{options.drawn}"
-    name = f"{chosen}_{options.sensors}_{options.hessian}"
+    name = f"{chosen}_{options.sensors}_{options.hessian}" + (f"_{options.weave:g}" if options.weave != WARM_UP else "")
     kept = options.out / f"{name}.jsonl"
     runs = [Run(**json.loads(line)) for line in kept.read_text(encoding="utf-8").splitlines()] if kept.is_file() else []
     if not options.report:
@@ -52,7 +55,7 @@ def main() -> None:
         if options.drawn is not None:
             case, file = case_of(options.drawn), options.out / f"vehicle_{options.drawn}.toml"
             vehicle, drawn = load_vehicle(file) if file.is_file() else identified(case, file), case.drawn
-        cases = [case.enlarged(size_of(vehicle)) for case in STUDY]
+        cases = [case.enlarged(size_of(vehicle)).after(options.weave) for case in STUDY]
         loops = Loops(vehicle, options.hessian, options.sensors, drawn)
         drive_missing(runs, kept, options.seeds, cases, loops, ("low", "high") if options.guess == "both" else ("low",))
     say_study(runs)

@@ -28,33 +28,33 @@ def _smooth(t: Array) -> Array:
     return t**3 * (10.0 - 15.0 * t + 6.0 * t * t)
 
 
-def _warm_up(x: Array) -> Array:
-    """A gentle weave that begins and ends straight."""
-    inside = _smooth(x / 8.0) * _smooth((WARM_UP - x) / 8.0)
+def _warm_up(x: Array, length: float) -> Array:
+    """A gentle weave over a length (m) that begins and ends straight."""
+    inside = _smooth(x / 8.0) * _smooth((length - x) / 8.0)
     return 0.9 * inside * np.sin(2.0 * np.pi * x / 18.0)
 
 
-def double_lane_change(width: float = 3.5, ramp: float = 13.5, hold: float = 9.0) -> Path:
-    """To the left and back (after ISO 3888): width, ramp and hold in m."""
-    first, back = WARM_UP + 3.0, WARM_UP + 3.0 + ramp + hold
+def double_lane_change(width: float = 3.5, ramp: float = 13.5, hold: float = 9.0, warm_up: float = WARM_UP) -> Path:
+    """To the left and back (after ISO 3888): width, ramp, hold and the weave before them, warm_up, in m."""
+    first, back = warm_up + 3.0, warm_up + 3.0 + ramp + hold
 
     def y(x: Array) -> Array:
-        return _warm_up(x) + width * (_smooth((x - first) / ramp) - _smooth((x - back) / ramp))
+        return _warm_up(x, warm_up) + width * (_smooth((x - first) / ramp) - _smooth((x - back) / ramp))
 
     return _curve(y, back + ramp + 22.0)
 
 
-def slalom(amplitude: float = 1.6, wave: float = 26.0, waves: int = 3) -> Path:
-    """A sine of `wave` m with an amplitude (m), `waves` times."""
-    stop = WARM_UP + 3.0 + waves * wave
+def slalom(amplitude: float = 1.6, wave: float = 26.0, waves: int = 3, warm_up: float = WARM_UP) -> Path:
+    """A sine of `wave` m with an amplitude (m), `waves` times, after a weave of warm_up m."""
+    stop = warm_up + 3.0 + waves * wave
 
     def y(x: Array) -> Array:
-        inside = _smooth((x - WARM_UP) / (wave / 3)) * _smooth((stop - x) / (wave / 3))
-        return _warm_up(x) + amplitude * inside * np.sin(2.0 * np.pi * (x - WARM_UP - 3.0) / wave)
+        inside = _smooth((x - warm_up) / (wave / 3)) * _smooth((stop - x) / (wave / 3))
+        return _warm_up(x, warm_up) + amplitude * inside * np.sin(2.0 * np.pi * (x - warm_up - 3.0) / wave)
 
     return _curve(y, stop + 12.0)
 
 
-def straight(length: float = 60.0) -> Path:
-    """Straight on after the warm-up, over a length (m)."""
-    return _curve(_warm_up, WARM_UP + length)
+def straight(length: float = 60.0, warm_up: float = WARM_UP) -> Path:
+    """Straight on over a length (m) after a weave of warm_up m."""
+    return _curve(lambda x: _warm_up(x, warm_up), warm_up + length)

@@ -32,6 +32,11 @@ class Faults:
         spans = (None if span is None else (factor * span[0], factor * span[1]) for span in (self.dropout, self.burst))
         return Faults(*spans)
 
+    def later(self, seconds: float) -> Faults:
+        """The same faults, every one so much later (s)."""
+        spans = (None if span is None else (span[0] + seconds, span[1] + seconds) for span in (self.dropout, self.burst))
+        return Faults(*spans)
+
 
 SENSORS = ("states", "all")
 """Noisy sensors: the six states with the noise of the paper's Table 5, or `all`: wheel speeds, accelerometer and steering angle

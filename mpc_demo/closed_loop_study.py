@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.control.courses import WARM_UP
 from softsoil.mpc_demo.closed_loop import LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
 from softsoil.mpc_demo.scenarios import GUESS_OFF, Scenario, scenarios
@@ -25,12 +26,13 @@ LEAST_WORTH = 0.01
 
 @dataclass(frozen=True)
 class Case:
-    """One course at one speed (m/s), with what goes wrong; size: of the vehicle, see `scenarios`."""
+    """One course at one speed (m/s), with what goes wrong; size: of the vehicle, warm_up: of the weave (m), see `scenarios`."""
 
     course: str
     speed: float
     faults: Faults = field(default_factory=Faults)
     size: float = 1.0
+    warm_up: float = WARM_UP
 
     @property
     def name(self) -> str:
@@ -40,11 +42,16 @@ class Case:
     def enlarged(self, size: float) -> Case:
         """The case for a vehicle of another size: speed and times with the size's root."""
         root = float(np.sqrt(size))
-        return Case(self.course, root * self.speed, self.faults.stretched(root), size)
+        return replace(self, speed=root * self.speed, faults=self.faults.stretched(root), size=size)
+
+    def after(self, warm_up: float) -> Case:
+        """The case after a weave of another length (m, for size 1), its faults as much later as the weave is longer."""
+        seconds = self.size * (warm_up - self.warm_up) / self.speed
+        return replace(self, faults=self.faults.later(seconds), warm_up=warm_up)
 
     def scenario(self, side: str) -> Scenario:
         """The course with the first guess of n too `low` or too `high`; on a change of soil it knows the first one."""
-        course = replace(scenarios(self.size)[self.course], speed=self.speed)
+        course = replace(scenarios(self.size, self.warm_up)[self.course], speed=self.speed)
         if self.course == "two_soils":
             return course
         n = course.n_true(0.0)

@@ -52,34 +52,37 @@ class Scenario:
 NONE = np.zeros((0, 5))
 
 
-def _field(gap: float) -> Array:
-    """Obstacles in the way, `gap` m apart along it, their edges just over the middle line."""
-    places = [(WARM_UP + 12.0, 0.5, 1.0), (WARM_UP + 12.0 + gap, -0.6, 1.0), (WARM_UP + 12.0 + 2 * gap, 0.4, 1.0)]
+def _field(gap: float, warm_up: float) -> Array:
+    """Obstacles in the way, `gap` m apart along it after warm_up m, their edges just over the middle line."""
+    places = [(warm_up + 12.0, 0.5, 1.0), (warm_up + 12.0 + gap, -0.6, 1.0), (warm_up + 12.0 + 2 * gap, 0.4, 1.0)]
     return np.array([(x, y, r, 0.0, 0.0) for x, y, r in places])
 
 
-def scenarios(size: float = 1.0) -> dict[str, Scenario]:
+def scenarios(size: float = 1.0, warm_up: float = WARM_UP) -> dict[str, Scenario]:
     """Every course by name, for a vehicle `size` times as long as the reference vehicle (`size_of`).
 
-    Lengths grow with the size and speeds with its root, which leaves the accelerations as they are (Froude's similarity).
+    warm_up: length of the weave before each, for a vehicle of size 1 (m). Lengths grow with the size and speeds with its root,
+    which leaves the accelerations as they are (Froude's similarity).
     Raises ValueError for a size that is not positive.
     """
     if not size > 0:
         raise ValueError(f"scenarios: expected size > 0, found {size}")
     found = {}
+    changing, ahead, turning = double_lane_change(warm_up=warm_up), straight(warm_up=warm_up), slalom(warm_up=warm_up)
     for soil, speed, gap in ((CLAY, 6.0, 15.5), (SANDY_LOAM, 7.0, 14.0)):
         n = float(soil.n)
         guess = n + GUESS_OFF
         uniform = SoilField.uniform(soil)
         for name, path, pace, obstacles, why in (
-            ("lane_change", double_lane_change(), speed, NONE, "near the limit of the soil's lateral force"),
-            ("obstacles", straight(), speed - 1.0, _field(gap), "passing obstacles on both sides, with little room"),
-            ("slalom", slalom(), speed - 1.0, NONE, "steady turning to both sides"),
+            ("lane_change", changing, speed, NONE, "near the limit of the soil's lateral force"),
+            ("obstacles", ahead, speed - 1.0, _field(gap, warm_up), "passing obstacles on both sides, with little room"),
+            ("slalom", turning, speed - 1.0, NONE, "steady turning to both sides"),
         ):
             key = f"{name}_{soil.name}"
-            course = Scenario(key, uniform, soil, lambda x, n=n: n, guess, path, pace, obstacles, why)  # type: ignore[misc]
+            known = lambda x, n=n: n  # noqa: E731
+            course = Scenario(key, uniform, soil, known, guess, path, pace, obstacles, why, warm_up)
             found[key] = _enlarged(course, size)
-    found["two_soils"] = _enlarged(_two_soils(size), size)
+    found["two_soils"] = _enlarged(_two_soils(size, warm_up), size)
     return found
 
 
@@ -96,11 +99,11 @@ def _enlarged(course: Scenario, size: float) -> Scenario:
     return replace(course, path=path, speed=root * course.speed, obstacles=obstacles, warm_up=size * course.warm_up)
 
 
-def _two_soils(size: float) -> Scenario:
-    border = size * (WARM_UP + 3.0 + 26.0)
+def _two_soils(size: float, warm_up: float) -> Scenario:
+    border = size * (warm_up + 3.0 + 26.0)
     after = CLAY.with_(n=0.75)
     return Scenario(
         "two_soils", SoilField.change_at(CLAY, after, border), CLAY,
-        lambda x: 0.5 if x < border else 0.75, 0.5, slalom(waves=4), 5.0, NONE,
-        "clay whose n goes from 0.5 to 0.75 in mid-course; the guess knows only the first",
+        lambda x: 0.5 if x < border else 0.75, 0.5, slalom(waves=4, warm_up=warm_up), 5.0, NONE,
+        "clay whose n goes from 0.5 to 0.75 in mid-course; the guess knows only the first", warm_up,
     )  # fmt: skip

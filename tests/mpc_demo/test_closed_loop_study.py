@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from softsoil.control.courses import WARM_UP
 from softsoil.figures.closed_loop_study import draw_study, recovered_words, recovery_words, rows_of, say_study
 from softsoil.mpc_demo.closed_loop_study import LEAST_WORTH, STUDY, Run, paired, pooled_share, worth_of
 
@@ -98,3 +99,15 @@ def test_report_and_figure_are_made(tmp_path, capsys):
     say_study(runs(0.3, 0.2, 0.21))
     assert "recovered" in capsys.readouterr().out
     assert draw_study(runs(0.3, 0.2, 0.21), tmp_path / "a.png").stat().st_size > 1e4
+
+
+def test_a_longer_weave_moves_manoeuvre_and_faults():
+    """Three times the weave: the course begins as before, its judged part and its faults come so much later."""
+    case = next(case for case in STUDY if case.faults.dropout)
+    later = case.enlarged(1.5).after(3 * WARM_UP)
+    course, longer = case.enlarged(1.5).scenario("low"), later.scenario("low")
+    assert longer.warm_up == course.warm_up + 3.0 * WARM_UP
+    np.testing.assert_allclose(longer.path.points[:100], course.path.points[:100])
+    np.testing.assert_allclose(longer.path.points[-20:] - course.path.points[-20:], [[3.0 * WARM_UP, 0.0]] * 20, atol=1e-9)
+    wait = 3.0 * WARM_UP / later.speed
+    np.testing.assert_allclose(later.faults.dropout, np.array(case.enlarged(1.5).faults.dropout) + wait)
