@@ -120,9 +120,9 @@ def report(done: list[Mapping[str, Any]]) -> None:
             print(_asked(kind, asked))
     whole = [one for one in done if one["kind"] != SHORT]
     for right, text in ((True, "within 10 %"), (False, "not within 10 %")):
-        said, of = _identified(done, right)
-        rest = "{} of {}".format(*_identified(whole, right))
-        print(f'"identified" said of {said} of {of} estimates {text} ({100 * said / max(of, 1):.0f} %); without {SHORT}: {rest}')
+        for some, which in ((whole, f'without "{SHORT}"'), (done, f'with "{SHORT}"')):
+            said, of = _identified(some, right)
+            print(f'"identified" said of {said} of {of} estimates {text} ({100 * said / max(of, 1):.1f} %), {which}')
 
 
 def _asked(kind: str, done: list[Mapping[str, Any]]) -> str:

@@ -118,6 +118,15 @@ class Summary:
         scores = gradient + np.einsum("wkl,wl->wk", hessian, n - at)
         return np.einsum("w,wk,wl->kl", weight[rows], scores, scores)
 
+    def variance(
+        self, n: Array, weight: Array, prior: tuple[Array, Array] | None = None, rows: slice = slice(None)
+    ) -> Array:
+        """(A,) variance of a minimum n (A,) by `weight` (W,), `prior`, `rows`: sandwich of the scores, at least that of noise."""
+        _, curvature = self.minimum(weight, prior, rows)
+        inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
+        robust = inverse @ self.scatter(n, weight, rows) @ inverse
+        return np.maximum(np.diag(robust), np.diag(inverse))
+
 
 def estimate_horizon(
     recording: Recording,
@@ -327,8 +336,5 @@ class MovingHorizon:
     def std(self, k: int) -> Array:
         """(A,) standard deviation after window k: sandwich of the scores, at least that of noise, and the error common to all."""
         weight = self.weight(k)
-        _, curvature = self.summary.minimum(weight, (self._guess, self._prior))
-        inverse = np.linalg.inv(curvature)
-        robust = inverse @ self.summary.scatter(self.n, weight) @ inverse
-        return np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)) + (self._common * self.n) ** 2)
+        return np.sqrt(self.summary.variance(self.n, weight, (self._guess, self._prior)) + (self._common * self.n) ** 2)
 
