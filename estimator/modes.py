@@ -40,11 +40,12 @@ class Run:
 
 
 def run_horizon(windows: FreeWindows, n0: float, tied: bool, rules: HorizonRules) -> MovingHorizon:
-    """A moving horizon run to the end of the drive from the initial guess n0; tied: one n for both axles."""
+    """A moving horizon run to the end of the drive from the initial guess n0, and settled; tied: one n for both axles."""
     windows.reset()
     horizon = MovingHorizon(windows, exponents(tied), n0, rules)
     for k in range(len(windows.rows)):
         horizon.update(k)
+    horizon.settle()
     return horizon
 
 
@@ -75,9 +76,9 @@ def standing(runs: Sequence[Run]) -> tuple[list[Run], list[Run]]:
     """
     since = max(run.horizon.since for run in runs)
     best = min(runs, key=lambda run: float(run.cost[since:].mean()))
-    stand, left_out = [], []
+    parts: tuple[list[Run], list[Run]] = [], []
     for run in runs:
         share, sigmas = worse(run.cost[since:], best.cost[since:], run.horizon.share)
-        clearly = share > WORSE and sigmas > WORSE_SIGMAS
-        (left_out if clearly else stand).append(replace(run, worse=share))
+        parts[share > WORSE and sigmas > WORSE_SIGMAS].append(replace(run, worse=share))
+    stand, left_out = parts
     return (stand if stand[0].guess == runs[0].guess else sorted(stand, key=lambda run: run.worse)), left_out

@@ -177,6 +177,11 @@ def test_each_word_has_its_evidence(changes, n, others, word):
     assert found.word == word and found.word in WORDS and found.reason
 
 
+def test_a_guess_that_is_left_out_is_said():
+    found = decide(replace(EVIDENCE, left_out=((1.1, 1.6, 0.39),)), np.array([0.5]))
+    assert found.word == "identified" and "1.10 ends at 1.60, where windows fit 39 % worse" in found.reason
+
+
 def test_soils_that_change_along_the_way_are_what_a_map_is_for():
     two = replace(EVIDENCE, parts=np.array([0.42, 0.52]), parts_sigmas=3.2)
     assert decide(two, np.array([0.5])).word == "inconsistent"
