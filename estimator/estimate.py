@@ -41,7 +41,8 @@ def estimate(
     log: a drive, its file, or a table with the default columns: its channels are checked against each other as by the command,
     a doubtful one is a UserWarning, absent ones are derived; model: with its declared effects, of which any ties n of both
     axles, as the declared effects say what differs between them; without effects front and rear have their own, as in the
-    paper; n0: initial guess (default: the soil's); method: "ukf", the unscented Kalman filter (paper, section IV), or
+    paper; n0: initial guess (default: the soil's); where the windows fit clearly worse at its end than from another one, that
+    one takes its place; method: "ukf", the unscented Kalman filter (paper, section IV), or
     "horizon", windows with free initial states; start: seconds left out at the beginning; tuning: of the filter; progress:
     called with the share that is done. With a law of hard ground there is no n: NaN, and the verdict "no_soil".
     Raises ValueError for reversing, an initial guess outside the bounds of n, an unknown method, a log without the channels, or
@@ -65,7 +66,7 @@ def estimate(
     if not sinks(model):
         return _no_soil(drive, model)
     choice = log_driveline(drive, model, first, start)
-    model = model if choice is None else with_choice(model, choice)
+    declared, model = model, model if choice is None else with_choice(model, choice)
     found = run_method(drive, model, first, method, start=start, tuning=tuning, progress=progress)
 
     def again(guess: float) -> float:
@@ -73,6 +74,8 @@ def estimate(
 
     n = (found.n_front[-1],) if tied else (found.n_front[-1], found.n_rear[-1])
     verdict = judge(drive, model, first, n, tied=tied, start=start, again=again if method == "ukf" else None)
+    if verdict.evidence is not None and verdict.evidence.guess != first:  # n0 leads into a mode that fits clearly worse
+        return estimate(drive, declared, verdict.evidence.guess, method=method, start=start, tuning=tuning)
     return replace(found, verdict=judged_without_wheels(drive, verdict, choice))
 
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import FreeWindows
 from softsoil.estimator.inertia import inertia_error
-from softsoil.estimator.moving_horizon import LEAST_CURVATURE, HorizonRules, MovingHorizon, exponents
+from softsoil.estimator.modes import run_guess, standing
+from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, exponents
 from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
 
@@ -36,12 +37,14 @@ class Evidence:
     """Numbers that a verdict rests on.
 
     n, std: at the end of the drive, from windows, per axle or one for both; information_std: of n by sensor noise and model
-    error alone, without the initial guess; by_guess: final n from each initial guess (G, A); n_axles, axles_std (2,): n of the
-    front and of the rear axle, fitted separately; unexplained, unexplained_std: mean square that the model leaves of each
-    lateral channel beyond sensor noise, as a share of the channel's own variance, and its standard error; inertia, inertia_std:
-    share by which the drive would have the yaw inertia larger than declared, and its standard deviation; parts (2,),
-    parts_sigmas: n of an earlier and of the later part of the drive where these differ most, and by how many standard
-    deviations; motion: root mean square lateral specific force u omega_z (m/s^2); windows: how many.
+    error alone, without the initial guess; by_guess: final n from each initial guess (G, A) whose run stands (`modes.standing`);
+    guess: the first of these, which all the rest is from; left_out: guess, final n at the front, and share by which its windows
+    cost more, of each run that does not stand; n_axles, axles_std (2,): n of the front and of the rear axle, fitted separately;
+    unexplained, unexplained_std: mean square that the model leaves of each lateral channel beyond sensor noise, as a share of
+    the channel's own variance, and its standard error; inertia, inertia_std: share by which the drive would have the yaw inertia
+    larger than declared, and its standard deviation; parts (2,), parts_sigmas: n of an earlier and of the later part of the
+    drive where these differ most, and by how many standard deviations; motion: root mean square lateral specific force u omega_z
+    (m/s^2); windows: how many.
     """
 
     n: Array
@@ -58,6 +61,8 @@ class Evidence:
     parts_sigmas: float
     motion: float
     windows: int
+    guess: float
+    left_out: tuple[tuple[float, float, float], ...] = ()
 
 
 def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: HorizonRules | None = None) -> Evidence:
@@ -66,31 +71,20 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     guesses: initial guesses of n, the first of them the user's; tied: one n for both axles.
     """
     rules = rules or HorizonRules()
-    runs = [run_horizon(windows, guess, tied, rules) for guess in guesses]
-    first = runs[0]
+    runs, left_out = standing([run_guess(windows, guess, tied, rules) for guess in guesses])
+    first = runs[0].horizon
+    windows.follow(first.parameters(first.n), np.array(first.summary.states))  # histories of this run, not of the last one
     last = len(windows.rows) - 1
     weight = first.weight(last)
-    n, std = first.n.copy(), first.std(last)
-    _, curvature = first.summary.minimum(weight)
-    inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
-    robust = inverse @ first.summary.scatter(n, weight) @ inverse
-    information = np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
+    n, std, information = first.n.copy(), first.std(last), np.sqrt(first.summary.variance(first.n, weight))
     axles, axles_std = _by_axle(windows, first, tied, rules)
     unexplained, unexplained_std = _unexplained(windows, first)
     speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
     return Evidence(
-        n, std, information, np.array([run.n for run in runs]), axles, axles_std, unexplained, unexplained_std,
+        n, std, information, np.array([run.horizon.n for run in runs]), axles, axles_std, unexplained, unexplained_std,
         *inertia_error(windows, first), *parts_of(first, last), float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows),
+        runs[0].guess, tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),
     )  # fmt: skip
-
-
-def run_horizon(windows: FreeWindows, n0: float, tied: bool, rules: HorizonRules) -> MovingHorizon:
-    """A moving horizon run to the end of the drive from the initial guess n0; tied: one n for both axles."""
-    windows.reset()
-    horizon = MovingHorizon(windows, exponents(tied), n0, rules)
-    for k in range(len(windows.rows)):
-        horizon.update(k)
-    return horizon
 
 
 def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: HorizonRules) -> tuple[Array, Array]:
@@ -102,10 +96,9 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
     which = np.arange(last + 1)
     apart.take(which, [horizon.summary.states[i] for i in which])
     weight = horizon.weight(last)
-    n, curvature = apart.summary.minimum(weight, (np.full(2, float(horizon.n[0])), np.full(2, rules.prior)))
-    inverse = np.linalg.inv(curvature)
-    robust = inverse @ apart.summary.scatter(n, weight) @ inverse
-    return n, np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)))
+    prior = np.full(2, float(horizon.n[0])), np.full(2, rules.prior)
+    n, _ = apart.summary.minimum(weight, prior)
+    return n, np.sqrt(apart.summary.variance(n, weight, prior))
 
 
 def parts_of(horizon: MovingHorizon, last: int) -> tuple[Array, float]:
@@ -122,11 +115,8 @@ def parts_of(horizon: MovingHorizon, last: int) -> tuple[Array, float]:
             continue
         ends, variances = [], []
         for rows in (slice(horizon.since, cut), slice(cut, last + 1)):
-            n, curvature = summary.minimum(weight, None, rows)
-            inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
-            robust = inverse @ summary.scatter(n, weight, rows) @ inverse
-            ends.append(n)
-            variances.append(np.maximum(np.diag(robust), np.diag(inverse)))
+            ends.append(summary.minimum(weight, None, rows)[0])
+            variances.append(summary.variance(ends[-1], weight, None, rows))
         apart = np.abs(ends[1] - ends[0]) / np.sqrt(variances[0] + variances[1])
         axle = int(np.argmax(apart))
         if apart[axle] > sigmas:

@@ -31,12 +31,12 @@ Array = NDArray[np.float64]
 
 LEAST_NOISE = np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])
 """Least standard deviation that a sensor is believed to have (units of the states)."""
-
-
 FARTHEST = 1.0
 """Scales by which histories are moved to another estimate by their derivative: an extrapolated rut may not turn inside out."""
 SCALE = 0.1
 """Of n: what it may move by in a step of a fit."""
+SETTLING = 3
+"""Steps at the end of a drive in which all its windows are linearised again."""
 LEAST_CURVATURE = 1e-9
 """Curvature of windows that say nothing of n: a standard deviation of 3e4."""
 
@@ -118,6 +118,13 @@ class Summary:
         scores = gradient + np.einsum("wkl,wl->wk", hessian, n - at)
         return np.einsum("w,wk,wl->kl", weight[rows], scores, scores)
 
+    def variance(self, n: Array, weight: Array, prior: tuple[Array, Array] | None = None, rows: slice = slice(None)) -> Array:
+        """(A,) variance of a minimum n (A,) by `weight` (W,), `prior`, `rows`: sandwich of the scores, at least that of noise."""
+        _, curvature = self.minimum(weight, prior, rows)
+        inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
+        robust = inverse @ self.scatter(n, weight, rows) @ inverse
+        return np.maximum(np.diag(robust), np.diag(inverse))
+
 
 def estimate_horizon(
     recording: Recording,
@@ -149,6 +156,8 @@ def estimate_horizon(
         kept.append((n, std))
         if progress is not None:
             progress((k + 1) / len(rows))
+    horizon.settle()
+    kept[-1] = horizon.n.copy(), horizon.std(len(rows) - 1)
     n, std = (np.array(column) for column in zip(*kept, strict=True))
     return HorizonEstimate(
         t=windows.drive.t[rows + windows.steps], n=n, std=std, cost=np.array(horizon.summary.cost),
@@ -204,6 +213,13 @@ class MovingHorizon:
             self.changes.append(int(self.windows.rows[self._since]))
             self._minimise(k)
         return self.n.copy(), self.std(k)
+
+    def settle(self) -> None:
+        """At the end of a drive: all windows of its last soil linearised again at the estimate, however old, and minimised."""
+        last = len(self.summary.at) - 1
+        for _ in range(SETTLING):
+            self._linearise(np.arange(self._since, last + 1), None)
+            self._minimise(last)
 
     def _stale(self, k: int) -> int | None:
         """Of windows that started lately and were linearised far from the estimate, the one whose quadratic that touches most."""
@@ -327,8 +343,5 @@ class MovingHorizon:
     def std(self, k: int) -> Array:
         """(A,) standard deviation after window k: sandwich of the scores, at least that of noise, and the error common to all."""
         weight = self.weight(k)
-        _, curvature = self.summary.minimum(weight, (self._guess, self._prior))
-        inverse = np.linalg.inv(curvature)
-        robust = inverse @ self.summary.scatter(self.n, weight) @ inverse
-        return np.sqrt(np.maximum(np.diag(robust), np.diag(inverse)) + (self._common * self.n) ** 2)
+        return np.sqrt(self.summary.variance(self.n, weight, (self._guess, self._prior)) + (self._common * self.n) ** 2)
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.estimator.estimate import judged_without_wheels
-from softsoil.estimator.evidence import gather, run_horizon
+from softsoil.estimator.evidence import gather
 from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import Verdict, VerdictRules, decide, initial_guesses
@@ -76,7 +77,7 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     model = model if choice is None else with_choice(model, choice)
     windows = drive_windows(recording, model, start, rules)
     evidence = gather(windows, initial_guesses(n0), True, rules)
-    summary = run_horizon(windows, n0, True, rules).summary
+    summary = run_horizon(windows, evidence.guess, True, rules).summary
     which = np.arange(len(windows.rows))
     at, hessian, gradient = (np.array(part).reshape(len(which)) for part in (summary.at, summary.hessian, summary.gradient))
     bounds = SOIL_SIGNALS["n"]

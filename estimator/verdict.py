@@ -134,9 +134,17 @@ def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: Ve
     std = 100 * float(np.max(evidence.std / np.maximum(n, 1e-9)))
     return Verdict(
         IDENTIFIED,
-        f"the drive determines n to ± {std:.0f} %, the model leaves no more than a right one, every initial guess ends alike",
+        f"the drive determines n to ± {std:.0f} %, the model leaves no more than a right one, {_alike(evidence)}",
         evidence,
     )
+
+
+def _alike(e: Evidence) -> str:
+    """Where the initial guesses end, those that are left out named."""
+    if not e.left_out:
+        return "every initial guess ends alike"
+    left = (f"{guess:.2f} ends at {n:.2f}, where windows fit {100 * worse:.0f} % worse" for guess, n, worse in e.left_out)
+    return f"every initial guess that fits ends alike ({'; '.join(left)})"
 
 
 Found = tuple[str, str] | None

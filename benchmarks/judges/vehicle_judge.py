@@ -79,7 +79,7 @@ def judge_drive(
     seed: int,
     horizon_guesses: Sequence[float] = GUESSES[1:],
 ) -> Judgement:
-    """The vehicle on one drive; verdicts as of `softsoil.estimate`, with the windows behind them fitted once for all estimates.
+    """The vehicle on one drive; verdicts as of `softsoil.estimate`, each from its own guess and those tried beside it.
 
     vehicle: judged file; known: what its owner knows; clean: without noise; soil: class; n: true one; seed: of the noise;
     horizon_guesses: first guesses of the horizon, the last of which predictions take n from; the filter has GUESSES.
@@ -88,23 +88,22 @@ def judge_drive(
     model = Declaration(vehicle, soil).build()
     rules = HorizonRules()
     windows = drive_windows(noisy, model, START_UP, rules)
-    evidence = gather(windows, initial_guesses(GUESSES[1]), True, rules)
+    evidence = {guess: gather(windows, initial_guesses(guess), True, rules) for guess in {*GUESSES, *horizon_guesses}}
 
-    def final(method: str, guess: float) -> tuple[float, float]:
-        found = run_method(noisy, model, guess, method)
+    def by_filter(guess: float) -> tuple[float, float]:
+        found = run_method(noisy, model, guess, "ukf")
         return float(found.n_front[-1]), float(found.n_front_std[-1])
 
     def estimated(method: str, guess: float, end: tuple[float, float], others: tuple[float, ...] = ()) -> Estimated:
-        word = decide(evidence, np.array(end[:1]), others).word
+        word = decide(evidence[guess], np.array(end[:1]), others).word
         return Estimated(clean.name, method, guess, end[0] / n - 1.0, word, end[1] / n, vehicle.n_error * end[0] / n)
 
-    by_horizon = [(guess, final("horizon", guess)) for guess in horizon_guesses]
+    by_horizon = [(guess, (float(evidence[guess].n[0]), float(evidence[guess].std[0]))) for guess in horizon_guesses]
     best = by_horizon[-1][1][0]
-    others = (final("ukf", float(np.clip(evidence.n[0], *BOUNDS)))[0],)
-    estimates = [
-        *(estimated("horizon", guess, end) for guess, end in by_horizon),
-        *(estimated("ukf", guess, final("ukf", guess), others) for guess in GUESSES),
-    ]
+    estimates = [estimated("horizon", guess, end) for guess, end in by_horizon]
+    for guess in GUESSES:
+        others = (by_filter(float(np.clip(evidence[guess].n[0], *BOUNDS)))[0],)
+        estimates.append(estimated("ukf", guess, by_filter(evidence[guess].guess), others))
     mse = []
     most = float(np.abs(clean["steer"]).max() * 1.02)
     for numbers in (declared_vehicle(known).with_(max_steer=most), vehicle_of(known, {"max_steer": most}), vehicle):

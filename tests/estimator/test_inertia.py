@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
-from softsoil.estimator.evidence import gather, run_horizon
+from softsoil.estimator.evidence import gather
 from softsoil.estimator.inertia import inertia_error
+from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.bicycle import nominal_bicycle

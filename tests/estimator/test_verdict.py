@@ -8,8 +8,9 @@ import pytest
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
-from softsoil.estimator.evidence import Evidence, parts_of, run_horizon, sensor_variance
+from softsoil.estimator.evidence import Evidence, parts_of, sensor_variance
 from softsoil.estimator.inertia import inertia_error
+from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, estimate_horizon
 from softsoil.estimator.soil_map import ON_THE_WAY
 from softsoil.estimator.synthetic import synthetic_drive
@@ -148,7 +149,7 @@ EVIDENCE = Evidence(
     n=np.array([0.5]), std=np.array([0.02]), information_std=np.array([0.01]), by_guess=np.array([[0.5], [0.49], [0.51]]),
     n_axles=np.array([0.5, 0.5]), axles_std=np.array([0.01, 0.01]), unexplained={"v": 0.0, "omega_z": 1e-4},
     unexplained_std={"v": 0.01, "omega_z": 1e-5}, inertia=0.05, inertia_std=0.01,
-    parts=np.array([0.48, 0.51]), parts_sigmas=1.0, motion=2.0, windows=30,
+    parts=np.array([0.48, 0.51]), parts_sigmas=1.0, motion=2.0, windows=30, guess=0.7,
 )  # fmt: skip
 
 
@@ -174,6 +175,11 @@ EVIDENCE = Evidence(
 def test_each_word_has_its_evidence(changes, n, others, word):
     found = decide(replace(EVIDENCE, **changes), np.array([n]), others)
     assert found.word == word and found.word in WORDS and found.reason
+
+
+def test_a_guess_that_is_left_out_is_said():
+    found = decide(replace(EVIDENCE, left_out=((1.1, 1.6, 0.39),)), np.array([0.5]))
+    assert found.word == "identified" and "1.10 ends at 1.60, where windows fit 39 % worse" in found.reason
 
 
 def test_soils_that_change_along_the_way_are_what_a_map_is_for():
