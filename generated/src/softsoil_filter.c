@@ -309,7 +309,8 @@ static int all_moderate(const double *values, int n) {
 static void stand(softsoil_t *s, double dt) {
   static const double l_f = 1.546, l_r = 1.175, lock = 0.47;
   double a[2 * N][WIDE] = {{0.0}}, d[N], *x = s->x;
-  const double keep = exp(-dt / 0.1), steer = fmin(fmax(s->u[SOFTSOIL_U_steer], -lock), lock);
+  const double keep = exp(-dt / 0.1), asked = s->u[SOFTSOIL_U_steer];
+  const double steer = asked < -lock ? -lock : asked > lock ? lock : asked;
   const double sine = sin(x[SOFTSOIL_X_psi]), cosine = cos(x[SOFTSOIL_X_psi]);
   const double v_axle = x[SOFTSOIL_X_v] + l_f * x[SOFTSOIL_X_omega_z];
   const double ahead = x[SOFTSOIL_X_u] * cosine - v_axle * sine, left = x[SOFTSOIL_X_u] * sine + v_axle * cosine;
