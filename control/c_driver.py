@@ -45,7 +45,7 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
     tuning, limits = Tuning(), SOIL_SIGNALS["n"]
     names = (
         "tick", "slip_share", "speed_gain", "resistance_share", "most_resistance", "caution", "settled", "most", "standing",
-        "stands", "place_caution", "place_settled",
+        "stands",
     )  # fmt: skip
     return {f"driver_{name}": number(getattr(settings, name), 17) for name in names} | {
         "contested": number(CONTESTED, 17), "contested_sigmas": number(CONTESTED_SIGMAS, 17),

@@ -172,7 +172,7 @@ class Driver:
             solver.shift(self.settings.period)
         solver.set_parameters(
             s, solver.histories(self.estimator.filter.memory, s), reference(self.ocp, self.path, self.along, self.speed, z0),
-            watched(self.ocp, self._enlarged, t - (self._begun or 0.0), z0),
+            watched(self.ocp, self.obstacles, t - (self._begun or 0.0), z0),
         )  # fmt: skip
         self._solves += 1
         solver.make_step(z0)
@@ -256,12 +256,6 @@ class Driver:
             return n
         more = self.settings.caution * (self.estimator.n_std - self.settings.settled)
         return min(n + float(np.clip(more, 0.0, self.settings.most)), SOIL_SIGNALS["n"].upper)
-
-    @property
-    def _enlarged(self) -> Array:
-        """(K, 5) obstacles, as much larger as the vehicle's place is uncertain; see `DriverSettings`."""
-        more = self.settings.place_caution * max(self.estimator.place_std - self.settings.place_settled, 0.0)
-        return self.obstacles + more * np.eye(5)[2]
 
     def _z0(self) -> Array:
         return np.append(self.estimator.states, self.steer)

@@ -44,8 +44,6 @@ class DriverSettings:
     (the soil's resistance, a grade, the pedals' map), which the command makes up for; most_resistance: its limit (m/s^2);
     caution, settled, most: while n is not identified the controller drives on n + caution (n_std - settled), by `most` at most:
     an n that is too low promises lateral force that the soil does not give, one that is too high costs next to nothing.
-    place_caution, place_settled: obstacles are taken place_caution (std - place_settled) larger, std (m) the larger standard
-    deviation of x and y: what the room around the vehicle does not cover, after seconds without positions.
     standing, stands: slower than `standing` (m/s) for `stands` (s) while halted or without a plan, the vehicle has stopped.
     Raises ValueError for a period that is not positive.
     """
@@ -61,8 +59,6 @@ class DriverSettings:
     caution: float = 2.0
     settled: float = 0.1
     most: float = 0.25
-    place_caution: float = 2.0
-    place_settled: float = 0.15
     standing: float = 0.5
     stands: float = 1.0
 

@@ -71,11 +71,6 @@ class LiveEstimator:
         return float(self.terrain.n_std[0])
 
     @property
-    def place_std(self) -> float:
-        """The larger standard deviation of x and y (m)."""
-        return max(self.filter.std("x"), self.filter.std("y"))
-
-    @property
     def states(self) -> Array:
         """(n_x,) states of the model, n left out."""
         return self.filter.x[self._kept]

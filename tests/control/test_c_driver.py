@@ -24,7 +24,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.soil import CLAY
 
 pytestmark = [pytest.mark.compiler, pytest.mark.slow]
-SENSORS = DriverSettings(sensor_std=(0.05, 0.05, 0.003, 0.05, 0.05, 0.005), place_settled=0.01)
+SENSORS = DriverSettings(sensor_std=(0.05, 0.05, 0.003, 0.05, 0.05, 0.005))
 DECLARED = Declaration(reference_vehicle(), CLAY, "hard_ground")
 OBSTACLES = np.array([[62.0, 1.6, 1.0, 0.0, 0.0], [92.0, 2.4, 1.0, -0.1, 0.0]])
 TICK, SPEED, N0 = SENSORS.tick, 6.0, 0.7

@@ -112,18 +112,6 @@ def test_a_stranger_starts_from_its_first_measurements_and_comes_to_the_path():
     np.testing.assert_allclose(log.commands[0].state[:6], [0.0, 0.4, 0.0, 5.0, 0.0, 0.0], atol=1e-12)
 
 
-def test_obstacles_are_kept_farther_away_from_while_the_place_is_uncertain():
-    """Without positions from 1 s on the vehicle passes at a greater distance than with them."""
-    nearest, settings = [], replace(SENSORS, place_settled=0.02, place_caution=10.0)
-    for seconds in (np.inf, 1.0):
-        vehicle = ModelVehicle(lambda k, name, after=seconds: name not in ("x", "y") or k * SENSORS.tick < after, y=0.0)
-        _, log = driven(vehicle, obstacles=[[22.0, 1.5, 1.0, 0.0, 0.0]], settings=settings)
-        places = np.array([command.state[:2] for command in log.commands])
-        nearest.append(np.hypot(*(places - [22.0, 1.5]).T).min())
-        assert log.failures == 0
-    assert nearest[1] > nearest[0] + 0.02
-
-
 def test_a_vehicle_with_a_steering_map_is_commanded_in_its_unit_and_measured_in_it():
     steering = SteeringMap((-8.0, 0.0, 6.0), (-0.5, 0.03, 0.5))
     ocp = small_ocp()
