@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import FreeWindows
 from softsoil.estimator.inertia import inertia_error
+from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_guess, standing
 from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, exponents
 from softsoil.estimator.window_fit import reduce_windows
@@ -21,10 +22,6 @@ from softsoil.recording.drive import STATE_CHANNELS
 
 Array = NDArray[np.float64]
 
-SPLITS = (1 / 3, 1 / 2, 2 / 3)
-"""Shares of a drive's windows that count as its earlier part, when n of both parts is compared."""
-LEAST_PART = 4
-"""Windows of a part, at least."""
 LATERAL = ("v", "omega_z")
 """Channels that n moves and by which a model is judged."""
 THIRD = np.array([1.0, -3.0, 3.0, -1.0])
@@ -43,8 +40,8 @@ class Evidence:
     unexplained, unexplained_std: mean square that the model leaves of each lateral channel beyond sensor noise, as a share of
     the channel's own variance, and its standard error; inertia, inertia_std: share by which the drive would have the yaw inertia
     larger than declared, and its standard deviation; parts (2,), parts_sigmas: n of an earlier and of the later part of the
-    drive where these differ most, and by how many standard deviations; motion: root mean square lateral specific force u omega_z
-    (m/s^2); windows: how many.
+    present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific force
+    u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s).
     """
 
     n: Array
@@ -63,6 +60,7 @@ class Evidence:
     windows: int
     guess: float
     left_out: tuple[tuple[float, float, float], ...] = ()
+    changes: tuple[float, ...] = ()
 
 
 def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: HorizonRules | None = None) -> Evidence:
@@ -82,8 +80,10 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
     return Evidence(
         n, std, information, np.array([run.horizon.n for run in runs]), axles, axles_std, unexplained, unexplained_std,
-        *inertia_error(windows, first), *parts_of(first, last), float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows),
-        runs[0].guess, tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),
+        *inertia_error(windows, first), *parts_of(first.summary, first.since, first.share, last),
+        float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows), runs[0].guess,
+        tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),
+        tuple(float(windows.drive.t[row]) for row in first.changes),
     )  # fmt: skip
 
 
@@ -99,29 +99,6 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
     prior = np.full(2, float(horizon.n[0])), np.full(2, rules.prior)
     n, _ = apart.summary.minimum(weight, prior)
     return n, np.sqrt(apart.summary.variance(n, weight, prior))
-
-
-def parts_of(horizon: MovingHorizon, last: int) -> tuple[Array, float]:
-    """(2,) n of the earlier and of the later windows where these differ most, and by how many standard deviations.
-
-    horizon: run to the window `last`, the index of the newest that counts.
-    """
-    summary, count = horizon.summary, last + 1 - horizon.since
-    weight = np.full(last + 1, horizon.share)
-    parts, sigmas = np.repeat(horizon.n[:1], 2), 0.0
-    for share in SPLITS:
-        cut = horizon.since + round(share * count)
-        if min(cut - horizon.since, last + 1 - cut) < LEAST_PART:
-            continue
-        ends, variances = [], []
-        for rows in (slice(horizon.since, cut), slice(cut, last + 1)):
-            ends.append(summary.minimum(weight, None, rows)[0])
-            variances.append(summary.variance(ends[-1], weight, None, rows))
-        apart = np.abs(ends[1] - ends[0]) / np.sqrt(variances[0] + variances[1])
-        axle = int(np.argmax(apart))
-        if apart[axle] > sigmas:
-            parts, sigmas = np.array([ends[0][axle], ends[1][axle]]), float(apart[axle])
-    return parts, sigmas
 
 
 def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.free_windows import STATE_STEP, FreeWindows, Linear, N
-from softsoil.estimator.moving_horizon import LEAST_CURVATURE, MovingHorizon
+from softsoil.estimator.moving_horizon import MovingHorizon
+from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 from softsoil.codegen.predictor import substeps_for
 from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
+from softsoil.estimator.late_change import later_soil
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
+from softsoil.estimator.summary import LEAST_CURVATURE, Summary
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.window_fit import reduce_windows, window_costs
 from softsoil.recording.drive import Recording
@@ -37,8 +39,6 @@ SCALE = 0.1
 """Of n: what it may move by in a step of a fit."""
 SETTLING = 3
 """Steps at the end of a drive in which all its windows are linearised again."""
-LEAST_CURVATURE = 1e-9
-"""Curvature of windows that say nothing of n: a standard deviation of 3e4."""
 
 
 @dataclass(frozen=True)
@@ -90,40 +90,6 @@ class HorizonEstimate:
     changes: tuple[float, ...]
     step_us: Array
     summary: Summary
-
-
-@dataclass
-class Summary:
-    """Quadratics of the windows seen so far: point of linearisation, curvature, gradient, initial states and cost of each."""
-
-    at: list[Array] = field(default_factory=list)
-    hessian: list[Array] = field(default_factory=list)
-    gradient: list[Array] = field(default_factory=list)
-    states: list[Array] = field(default_factory=list)
-    cost: list[float] = field(default_factory=list)
-
-    def minimum(self, weight: Array, prior: tuple[Array, Array] | None = None, rows: slice = slice(None)) -> tuple[Array, Array]:
-        """(A,) minimum and (A, A) curvature of the sum of quadratics by `weight` (W,); prior: centre and standard deviation."""
-        at, hessian, gradient = (np.array(part[rows]) for part in (self.at, self.hessian, self.gradient))
-        total = np.einsum("w,wkl->kl", weight[rows], hessian)
-        lean = np.einsum("w,wk->k", weight[rows], np.einsum("wkl,wl->wk", hessian, at) - gradient)
-        if prior is not None:
-            total = total + np.diag(1.0 / prior[1] ** 2)
-            lean = lean + prior[0] / prior[1] ** 2
-        return np.linalg.solve(total + LEAST_CURVATURE * np.eye(len(total)), lean), total
-
-    def scatter(self, n: Array, weight: Array, rows: slice = slice(None)) -> Array:
-        """(A, A) scatter of the windows' scores at n (A,), by `weight` (W,)."""
-        at, hessian, gradient = (np.array(part[rows]) for part in (self.at, self.hessian, self.gradient))
-        scores = gradient + np.einsum("wkl,wl->wk", hessian, n - at)
-        return np.einsum("w,wk,wl->kl", weight[rows], scores, scores)
-
-    def variance(self, n: Array, weight: Array, prior: tuple[Array, Array] | None = None, rows: slice = slice(None)) -> Array:
-        """(A,) variance of a minimum n (A,) by `weight` (W,), `prior`, `rows`: sandwich of the scores, at least that of noise."""
-        _, curvature = self.minimum(weight, prior, rows)
-        inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
-        robust = inverse @ self.scatter(n, weight, rows) @ inverse
-        return np.maximum(np.diag(robust), np.diag(inverse))
 
 
 def estimate_horizon(
@@ -215,11 +181,28 @@ class MovingHorizon:
         return self.n.copy(), self.std(k)
 
     def settle(self) -> None:
-        """At the end of a drive: all windows of its last soil linearised again at the estimate, however old, and minimised."""
+        """At the end of a drive: all windows of its last soil linearised again at the estimate, however old, and minimised.
+
+        Where the soil has changed without a window saying so when it was new, the last soil is that of the later part.
+        """
+        self._settle()
+        found = later_soil(self.summary, self._since, self._share, self._soil, round(self.rules.length / self.rules.stride))
+        if found is not None:
+            self._begin(*found)
+            self.changes.append(int(self.windows.rows[self._since]))
+            self._settle()
+
+    def _settle(self) -> None:
         last = len(self.summary.at) - 1
         for _ in range(SETTLING):
             self._linearise(np.arange(self._since, last + 1), None)
             self._minimise(last)
+
+    def _begin(self, window: int, n: Array) -> None:
+        """Another soil since `window`, whose own estimate is n (A,): what is no soil keeps what was known of it."""
+        self._since = window
+        inside = np.clip(n, [f.lower for f in self.free], [f.upper for f in self.free])
+        self._guess = np.where(self._soil, inside, self._guess)
 
     def _stale(self, k: int) -> int | None:
         """Of windows that started lately and were linearised far from the estimate, the one whose quadratic that touches most."""
@@ -335,9 +318,7 @@ class MovingHorizon:
         if not found.any():
             return False
         # Windows that overlap the border hold both soils: they are dropped with the older ones.
-        self._since = k + 1 - max(recent - round(rules.length / rules.stride), 1)
-        inside = np.clip(n_new, [f.lower for f in self.free], [f.upper for f in self.free])
-        self._guess = np.where(self._soil, inside, self._guess)
+        self._begin(k + 1 - max(recent - round(rules.length / rules.stride), 1), n_new)
         return True
 
     def std(self, k: int) -> Array:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from softsoil.estimator.evidence import Evidence, gather
 from softsoil.estimator.hard_ground import HardGround, compare_hard_ground, on_hard_ground
+from softsoil.estimator.late_change import PARTS, PARTS_SIGMAS
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
@@ -52,8 +53,8 @@ class VerdictRules:
     unexplained_sigmas: float = 2.0
     inertia: float = 0.12
     inertia_sigmas: float = 3.0
-    parts: float = 0.10
-    parts_sigmas: float = 2.5
+    parts: float = PARTS
+    parts_sigmas: float = PARTS_SIGMAS
     least_motion: float = 0.2
     road: float = 0.4
     road_sigmas: float = 1.0
@@ -134,7 +135,8 @@ def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: Ve
     std = 100 * float(np.max(evidence.std / np.maximum(n, 1e-9)))
     return Verdict(
         IDENTIFIED,
-        f"the drive determines n to ± {std:.0f} %, the model leaves no more than a right one, {_alike(evidence)}",
+        f"the drive determines n to ± {std:.0f} %, the model leaves no more than a right one, {_alike(evidence)}"
+        + (f"; n is that of the soil from {evidence.changes[-1]:.1f} s on" if evidence.changes else ""),
         evidence,
     )
 

@@ -11,7 +11,7 @@ from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.control.c_estimator import c_library_texts, c_parts
-from softsoil.estimator.evidence import parts_of
+from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
 from softsoil.estimator.parameters import Free
@@ -67,7 +67,7 @@ def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
     assert np.abs(n - c_n).max() < 1e-7
     assert np.abs(std - c_std).max() < 1e-7
     assert c.head.changes == len(python.changes)
-    parts, sigmas = parts_of(python, len(n) - 1)
+    parts, sigmas = parts_of(python.summary, python.since, python.share, len(n) - 1)
     assert np.array(c.head.parts) == pytest.approx(parts, abs=1e-5) and c.head.parts_sigmas == pytest.approx(sigmas, rel=1e-3)
     share, share_std = inertia_error(python.windows, python)  # linearises every window again at the end, C does not
     assert c.head.inertia == pytest.approx(share, abs=max(0.005, 1.5 * share_std))

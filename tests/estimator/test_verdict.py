@@ -8,7 +8,7 @@ import pytest
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
-from softsoil.estimator.evidence import Evidence, parts_of, sensor_variance
+from softsoil.estimator.evidence import Evidence, sensor_variance
 from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, estimate_horizon
@@ -80,7 +80,7 @@ def test_a_drive_over_two_soils_says_so_where_the_change_itself_is_too_small_to_
         summary = horizons[0].summary
         for name in ("at", "hessian", "gradient", "states", "cost"):
             getattr(summary, name).extend(getattr(horizons[1].summary, name))
-        parts, sigmas = parts_of(horizons[0], len(summary.at) - 1)
+        parts, sigmas = parts_of(summary, horizons[0].since, horizons[0].share, len(summary.at) - 1)
         assert (sigmas < 2.5) == same, (parts, sigmas)
         assert parts[1] == pytest.approx(n, rel=0.06)
 
@@ -195,7 +195,7 @@ def test_windows_that_say_nothing_give_no_parts_and_no_inertia(noisy):
     horizon = run_horizon(windows, 0.55, True, rules)
     horizon.summary.hessian = [np.zeros((1, 1)) for _ in horizon.summary.hessian]
     horizon.summary.gradient = [np.zeros(1) for _ in horizon.summary.gradient]
-    _, sigmas = parts_of(horizon, len(windows.rows) - 1)
+    _, sigmas = parts_of(horizon.summary, horizon.since, horizon.share, len(windows.rows) - 1)
     assert sigmas < 1.0
     windows.sigma = np.full(6, np.inf)  # no channel counts
     share, std = inertia_error(windows, horizon)
