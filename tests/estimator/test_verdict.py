@@ -10,6 +10,7 @@ from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
 from softsoil.estimator.evidence import Evidence, sensor_variance
 from softsoil.estimator.inertia import inertia_error
+from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, estimate_horizon
 from softsoil.estimator.soil_map import ON_THE_WAY
