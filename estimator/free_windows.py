@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.codegen.discretize import start_memory, step_with_memory
-from softsoil.estimator.loop import StepLoop
+from softsoil.codegen.step_loop import StepLoop
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import BROKEN, Drive
 from softsoil.recording.drive import STATE_CHANNELS

@@ -11,8 +11,8 @@ from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.control.c_estimator import c_library_texts, c_parts
-from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.inertia import inertia_error
+from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
