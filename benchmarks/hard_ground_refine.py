@@ -16,7 +16,7 @@ import numpy as np
 
 from softsoil.declaration.ground import HARD_GROUND
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.estimator.tuning import EXACT_MODEL
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM

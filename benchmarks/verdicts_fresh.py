@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from softsoil.estimator.estimate import METHODS, estimate
-from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.files.json_file import plain
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.mpc_demo.blind_cases import INSIDE, N_RANGES
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.effects import Effects
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed, Steer
 from softsoil.plant.sensors import Sensors

@@ -14,8 +14,8 @@ from softsoil.codegen.text_cache import asked_for, texts_from_cache
 from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.estimator.inputs import measured_inputs
-from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.mpc_demo.bench_rows import Row, seconds
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.noise import add_noise
 from softsoil.recording.states import measured_states
 

@@ -3,7 +3,7 @@
 from functools import lru_cache
 from pathlib import Path
 
-from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.model import Model

@@ -16,8 +16,8 @@ from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.files.package_data import example_logs
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive

@@ -8,7 +8,7 @@ import pytest
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.codegen.predictor import Predictor
 from softsoil.estimator.horizons import HORIZONS, Replay
-from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.residual import drive_residual, split_by_axle

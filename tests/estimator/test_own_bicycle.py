@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
-from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.estimator.tuning import EXACT_MODEL
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.soil import CLAY

@@ -13,9 +13,9 @@ from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, estimate_horizon
 from softsoil.estimator.soil_map import ON_THE_WAY
-from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
 from softsoil.estimator.verdict import WORDS, Verdict, decide
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise

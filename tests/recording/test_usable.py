@@ -11,7 +11,7 @@ import pytest
 import softsoil
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.options import open_drive
-from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import CHECKED, WHEEL_CHANNELS
 from softsoil.recording.read import read_drive
 from softsoil.recording.usable import usable

@@ -10,7 +10,7 @@ from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.cli import app
 from softsoil.commands.refine_summary import say
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.doubts import departure, doubts, known_of, loosened

@@ -17,7 +17,7 @@ from softsoil.estimator.estimate import estimate
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.stiffness import needed_substeps
-from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import write_drive

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
 from softsoil.commands.cli import app
-from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise

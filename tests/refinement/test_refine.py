@@ -14,8 +14,8 @@ from softsoil.commands.cli import app
 from softsoil.commands.output import OutputFolder
 from softsoil.commands.refine import write_all
 from softsoil.declaration.model_file import Declaration, load_declaration
-from softsoil.estimator.synthetic import synthetic_drive
 from softsoil.figures.refine_report import write_report
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise

@@ -7,7 +7,7 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.synthetic import synthetic_drive
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording

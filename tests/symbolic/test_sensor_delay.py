@@ -7,7 +7,7 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.estimator.shooting import Shooting, shooting_drive
-from softsoil.estimator.synthetic import STEP, synthetic_drive
+from softsoil.mpc_demo.synthetic import STEP, synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.catalogue import bicycle, catalogue
