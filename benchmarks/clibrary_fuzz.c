@@ -37,7 +37,7 @@ static void promise(const softsoil_t *s, int status) {
   if (status < 0 || status >= SOFTSOIL_STATUS_COUNT || !softsoil_status_text(status)) abort();
   for (int i = 0; i < SOFTSOIL_N_X; ++i)
     if (!isfinite(s->x[i]) || !isfinite(s->std[i]) || s->std[i] < 0.0 || fabs(s->x[i]) > 1.000001e9) abort();
-  if (!(s->drift >= 0.0) || s->drift_channel < 0 || s->drift_channel >= SOFTSOIL_N_DRIFT || s->flags > 31) abort();
+  if (!(s->drift >= 0.0) || s->drift_channel < 0 || s->drift_channel >= SOFTSOIL_N_DRIFT || s->flags > 63) abort();
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

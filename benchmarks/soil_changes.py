@@ -5,7 +5,8 @@ multi-sine steering, each with soil, n, speed and heading of its own; half of th
 0.15, 0.2 or 0.25, the others have one soil. With --data the shared nominal drives and the shared drive with a change, ten seeds
 of noise, come with them. The initial guess is off by +0.2 or -0.15 in turns. Printed for each noise: time from the border (front
 axle) to 10 % of the new n, median and 9th of 10, and from which it stays there for 2 s; and, where the soil stays the same,
-changes per hour, the error at the end and NEES of n. `--set change_sigmas=4` runs the filter with another number of its tuning.
+changes that stand and those that were revoked, the former per hour, the error at the end and NEES of n. `--set change_sigmas=4`
+runs the filter with another number of its tuning.
 Nothing is fitted here; the filter's numbers were chosen on other drives of the plant and on every second shared nominal drive
 (`--half 0`); `--half 1` are the others.
 """
@@ -98,7 +99,7 @@ def shared(folder: Path, part: slice) -> list[tuple[Case, int]]:
 
 def report(name: str, group: list[tuple[Case, int]], noise: str, tuning: Tuning) -> None:
     """Print both lines of a group of cases, each with its seed."""
-    delays, ends, seconds, changes = [], [], 0.0, 0
+    delays, ends, seconds, changes, revoked = [], [], 0.0, 0, 0
     for case, seed in group:
         n0 = float(np.clip(case.soil.n + GUESSES[seed % 2], 0.25, 1.5))
         found = run_method(add_noise(case.drive, noise, seed), bicycle(case.vehicle, case.soil), n0, "ukf", tuning=tuning)
@@ -110,6 +111,7 @@ def report(name: str, group: list[tuple[Case, int]], noise: str, tuning: Tuning)
         ends.append((abs(error) / case.after, (error / found.n_front_std[-1]) ** 2))
         seconds += float(found.t[-1] - found.t[0])
         changes += len(found.changes)
+        revoked += len(found.revoked)
     first, stays = np.array(delays).T
     print(
         f"{name}: {len(delays)} changes of n, within {100 * NEAR:.0f} % after {ranks(first)}, to stay after {ranks(stays)}; "
@@ -117,8 +119,8 @@ def report(name: str, group: list[tuple[Case, int]], noise: str, tuning: Tuning)
     )
     error, nees = np.array(ends).T
     print(
-        f"{name}: {len(ends)} drives on one soil, {changes} changes in {seconds / 60:.0f} min, "
-        f"{3600 * changes / seconds:.0f} per hour; error at the end "
+        f"{name}: {len(ends)} drives on one soil, {changes} changes that stand in {seconds / 60:.0f} min, "
+        f"{revoked} revoked, {3600 * changes / seconds:.0f} per hour; error at the end "
         f"{100 * np.median(error):.1f} %, at most {100 * error.max():.1f} %; NEES {nees.mean():.2f}",
         flush=True,
     )

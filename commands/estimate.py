@@ -85,6 +85,7 @@ def as_json(found: TerrainEstimate) -> dict:
         "nis_inside_95": found.nis_inside_95 if len(found.nis) and not found.noise_free else None,
         "windows": _windows(found),
         "changes_s": found.changes,
+        "revoked_s": found.revoked,
         "drift": None if found.drift is None else vars(found.drift),
         "step_us": {"median": np.median(found.step_us), "p99": np.percentile(found.step_us, 99)},
         "trace": {"t": found.t, "n_front": found.n_front, "n_rear": found.n_rear},

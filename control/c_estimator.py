@@ -19,7 +19,8 @@ from softsoil.control.c_horizon import horizon_numbers
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.drift import DriftRules, likely_classes
 from softsoil.estimator.promote import promote_parameters
-from softsoil.estimator.soil_change import CHANGE_CLIP, CHANGE_SAMPLES
+from softsoil.estimator.soil_change import CHANGE_CLIP, CHANGE_SAMPLES, CHANGE_YOUNGEST
+from softsoil.estimator.soil_trial import DETERMINED
 from softsoil.estimator.terrain import terrain_model
 from softsoil.estimator.tuning import LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit, common_error
 from softsoil.symbolic.catalogue import bicycle, catalogue
@@ -56,6 +57,7 @@ def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
         pose=tuple(int(name in POSE) for name in model.y.names), soil=tuple(name for name in states.names if name in N_NAMES),
         change_after=tuning.change_after, change_sigmas=tuning.change_sigmas, change_std=tuning.change_std,
         change_error=tuning.change_error, change_samples=CHANGE_SAMPLES, change_clip=CHANGE_CLIP,
+        change_youngest=CHANGE_YOUNGEST, trial_determined=DETERMINED,
         standstill=tuning.standstill, fade=tuning.fade, leap=LEAP,
         wheels_turn=WHEELS_TURN, u_limit=_floats(by_unit(model.external, tuning.input_limit, 1e9)),
         y_limit=_floats(by_unit(model.y, tuning.output_limit, 1e9)),

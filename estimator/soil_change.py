@@ -23,6 +23,8 @@ from softsoil.estimator.tuning import Tuning
 Array = NDArray[np.float64]
 CHANGE_SAMPLES = 20
 """Times in the last `change_after` seconds at which n may have jumped."""
+CHANGE_YOUNGEST = 5
+"""Of these, the latest that do not decide whether, only from when: a second of innovations is noise and errors of one turn."""
 CHANGE_CLIP = 2.0
 """Standard deviations of an innovation that count for a change of soil at most."""
 CLOCK_SLACK = 1e-6
@@ -58,8 +60,10 @@ class SoilChange:
         m += information[:, None]
         spread = 1 + (self._error + self._jump) * m
         likelier = n**2 * self._jump / ((1 + self._error * m) * spread)
+        old = (self._next - 1 - np.arange(self._kept)) % CHANGE_SAMPLES >= CHANGE_YOUNGEST
+        jumped = (likelier[:, old] > self._limit).any(axis=1)
         best = np.arange(len(n)), likelier.argmax(axis=1)
-        return np.where(likelier[best] > self._limit, self._jump * n[best] / spread[best], 0.0)
+        return np.where(jumped, self._jump * n[best] / spread[best], 0.0)
 
 
 def evidence(innovation: Array, variance: Array, share: Array) -> tuple[Array, Array]:

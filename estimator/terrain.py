@@ -42,9 +42,10 @@ class TerrainEstimate:
     t (N,): times of the updates (s); n_front, n_rear, n_front_std, n_rear_std (N,); states (N, 6): estimates;
     nis (N,), dof (N,): consistency of each update, empty for a method without innovations; counts: measurements left out;
     step_us (K,): time of each predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the
-    final estimate; drift: first alarm of the drift monitor, None without one; changes: times at which the soil was taken to have
-    changed (s); noise_free: whether the log carries far less noise than the filter assumes, so that its innovations say nothing;
-    verdict: whether the final n may be used, None where nobody judged. Without soil, one row of NaN and the verdict "no_soil".
+    final estimate; drift: first alarm of the drift monitor, None without one; changes, revoked: times at which the soil was
+    taken to have changed (s), and at which it was but the seconds after did not bear it out; noise_free: whether the log
+    carries far less noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be
+    used, None where nobody judged. Without soil, one row of NaN and the verdict "no_soil".
     """
 
     t: Array
@@ -59,6 +60,7 @@ class TerrainEstimate:
     step_us: Array
     parameters: dict[str, float] = field(default_factory=dict)
     changes: tuple[float, ...] = ()
+    revoked: tuple[float, ...] = ()
     drift: Drift | None = None
     noise_free: bool = False
     verdict: Verdict | None = None
@@ -129,7 +131,7 @@ def estimate_terrain(
     return TerrainEstimate(
         t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
         states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=own.ukf.counts, step_us=np.array(step_us),
-        parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])}, changes=tuple(own.changes),
+        parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])}, changes=tuple(own.changes), revoked=tuple(own.revoked),
         drift=own.drift.first_alarm(catalogue(load_vehicle("reference")).values()),
         noise_free=bool(np.all(sensor_std(log, np.zeros(len(STATE_CHANNELS))) < NOISE_FREE * np.array(tuning.sensor_floor))),
     )  # fmt: skip

@@ -4,7 +4,8 @@ The rules, in the order in which they act; the generated C library has the same 
 an input that is missing or beyond reason keeps its last value; a vehicle that stands, crawls or reverses keeps its soil and
 rolls without forces (`rolling.py`); the process noise grows while histories are not yet the drive's or the steering kicks; a
 measurement that is missing, beyond reason or outside the gate is left out; one that stays outside the gate to the same side is
-believed, its state put where it is; an n that innovations say has jumped is put there and opened.
+believed, its state put where it is; an n that innovations say has jumped is put there and opened; a jump that the seconds after
+it do not bear out is revoked (`soil_trial.py`).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from softsoil.codegen.sampling import LONGEST_STEP
 from softsoil.estimator.drift import CHANNELS, DriftMonitor
 from softsoil.estimator.rolling import Rolling
 from softsoil.estimator.soil_change import CLOCK_SLACK, SoilChange, evidence
+from softsoil.estimator.soil_trial import SoilTrial
 from softsoil.estimator.tuning import LEAP, N_NAMES, WHEELS_TURN, Tuning, by_unit, common_error
 from softsoil.estimator.ukf import Innovation, UnscentedKalmanFilter
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
@@ -34,15 +36,17 @@ class FilterStatus:
     """What the rules did in the last prediction and update.
 
     standing: the vehicle stands, crawls or reverses, its soil is held; gated: measurements left out by the gate; jumped:
-    measurements believed against the gate, whose states were put there; soil_changed: n has jumped and was opened; refused:
-    the model had no usable answer, the last estimate was kept; drift: largest sum of the drift monitor over its limit;
-    drifting: name of its channel while that is above 1, else empty.
+    measurements believed against the gate, whose states were put there; soil_changed: n has jumped and was opened; soil_kept: a
+    jump is revoked, what was known of n before counts again; refused: the model had no usable answer, the last estimate was
+    kept; drift: largest sum of the drift monitor over its limit; drifting: name of its channel while that is above 1, else
+    empty.
     """
 
     standing: bool = False
     gated: tuple[str, ...] = ()
     jumped: tuple[str, ...] = ()
     soil_changed: bool = False
+    soil_kept: bool = False
     refused: bool = False
     drift: float = 0.0
     drifting: str = ""
@@ -80,6 +84,7 @@ class TerrainFilter:
         self._missed = np.array(tuning.output_error) ** 2
         self.drift = DriftMonitor(self._noise_scale(sensor))
         self._change = SoilChange(tuning, len(self._soil))
+        self._trial = SoilTrial(tuning, self._q[self._soil])
         self.ukf = UnscentedKalmanFilter(
             model, self._step, q=self._q * self._step, r=self._r, x0=states.nominal,
             p0=np.ones(len(states)), gate=tuning.gate, order=factor_order(model),
@@ -99,6 +104,8 @@ class TerrainFilter:
         self.ukf.set_process_variance(range(len(self._q)), self._q * self._step)
         self.status = FilterStatus()
         self.changes: list[float] = []
+        self.revoked: list[float] = []
+        self._trial.end()
         self.drift.start(t)
         self._reversing, self._kicks, self._rate = False, False, 0.0
         self._runs = np.zeros(len(self.model.y), dtype=int)
@@ -142,11 +149,13 @@ class TerrainFilter:
         kicked = abs(self._rate) > self.tuning.fastest  # then velocities follow their sensors, which is no drift
         drifting = bool(seen.dof) and not hold and not kicked and self._drifts(before)
         jumped = self._believe_jumps(seen, y) if seen.dof < len(seen.used) or self._runs.any() else ()
-        changed = bool(seen.dof) and self.learn and not hold and self._soil_changed(seen, cov, kicked)
+        looks = bool(seen.dof) and self.learn and not hold
+        kept = looks and self._soil_kept()
+        changed = looks and not kept and self._soil_changed(seen, cov, kicked)
         self._stay_below_ceilings()
         gated = tuple(n for n, used, v in zip(self.model.y.names, seen.used, y, strict=True) if not used and v == v)
         name = CHANNELS[self.drift.channel].name if drifting else ""
-        self.status = FilterStatus(hold, gated, jumped, changed, self.status.refused, self.drift.level, name)
+        self.status = FilterStatus(hold, gated, jumped, changed, kept, self.status.refused, self.drift.level, name)
         return seen
 
     @property
@@ -237,9 +246,27 @@ class TerrainFilter:
         if not jump.any():
             return False
         rows = self._soil[jump != 0]
+        self._trial.begin(self.t, self.n, self.ukf.variance[self._soil], jump != 0)
         self.ukf.open(rows, np.full(len(rows), self.tuning.change_std**2), jump[jump != 0])
         self._change.forget(self.t + self.tuning.change_after)
         self.changes.append(self.t)
+        return True
+
+    def _soil_kept(self) -> bool:
+        """Whether a jump was revoked: what was known of n before it counts again."""
+        if self._trial.over:
+            return False
+        old = self._trial.judge(self.t, self.n, self.ukf.variance[self._soil])
+        for row, n, variance in zip(self._soil, self._trial.n, old, strict=True):
+            if variance > 0:
+                self.ukf.open(np.array([row]), np.array([self.tuning.change_error**2]), np.zeros(1))
+                self.ukf.know(int(row), float(n), float(variance))
+        if not old.any():
+            return False
+        self._change.forget(self.t)
+        if self._trial.over and not self._trial.stands:
+            self.changes.remove(self._trial.t)
+            self.revoked.append(self._trial.t)
         return True
 
 

@@ -38,10 +38,10 @@ class Tuning:
     misses; change_after, change_sigmas, change_std, change_error: where the innovations of up to change_after seconds say by
     more than change_sigmas that n has jumped (`estimator/soil_change.py`), jumps having the standard deviation change_std and
     what is measured of one an error of change_error, it is another soil: n is put there and change_std is added to its
-    uncertainty; standstill: m/s, below it the soil is held and the vehicle rolls without forces (`estimator/rolling.py`);
-    fade: s, time in which slip velocities then go to those of rolling wheels; input_limit, output_limit: beyond these, by unit,
-    a value is none of a vehicle; ceiling: of a standard deviation, by unit; update_every: predictions per update (the paper:
-    12 ms and 24 ms), 1 for slow logs.
+    uncertainty, until the seconds after it say otherwise (`estimator/soil_trial.py`); standstill: m/s, below it the soil is
+    held and the vehicle rolls without forces (`estimator/rolling.py`); fade: s, time in which slip velocities then go to
+    those of rolling wheels; input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a
+    standard deviation, by unit; update_every: predictions per update (the paper: 12 ms and 24 ms), 1 for slow logs.
     `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle` prints what they give.
     """
 
@@ -60,9 +60,9 @@ class Tuning:
     patience: int = 12
     patience_rates: int = 2
     change_after: float = 5.0
-    change_sigmas: float = 3.0
+    change_sigmas: float = 2.35
     change_std: float = 0.2
-    change_error: float = 0.02
+    change_error: float = 0.03
     standstill: float = 0.5
     fade: float = 0.1
     input_limit: ByUnit = (("rad", 1.6), ("rad/s", 1e3), ("m/s^2", 200.0))

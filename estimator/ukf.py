@@ -236,6 +236,14 @@ class UnscentedKalmanFilter:
         x[rows, 0] = np.clip(x[rows, 0] + away, self.model.x.lower[rows], self.model.x.upper[rows])
         cov[rows, rows] += variance
 
+    def know(self, row: int, value: float, variance: float) -> None:
+        """Update with a measurement `value` of the state `row` itself, with this variance."""
+        x, cov = self._pairs[self._at]
+        column = cov[:, row].copy()
+        gain = column / (column[row] + variance)
+        x[:, 0] = np.clip(x[:, 0] + gain * (value - x[row, 0]), self.model.x.lower, self.model.x.upper)
+        cov -= np.outer(gain, column)
+
     def jump(self, row: int, away: float, variance: float) -> None:
         """Move the state `row` by `away`, from where it knows nothing of the others and has this variance."""
         x, cov = self._pairs[self._at]

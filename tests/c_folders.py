@@ -30,6 +30,13 @@ def folder(name: str) -> Path:
     return path
 
 
+def library_of(own: Declaration) -> CLibrary:
+    """The library of any declared model, compiled."""
+    path = Path(mkdtemp(prefix="softsoil_c_"))
+    write_library(path, c_library_texts(own))
+    return CLibrary(path, SCALAR)
+
+
 @lru_cache(maxsize=8)
 def library(name: str, flags: tuple[str, ...] = SCALAR) -> CLibrary:
     """It, compiled."""

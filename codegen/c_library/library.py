@@ -72,9 +72,10 @@ class FilterNumbers:
     q_std, kick_std (n_x,): process noise, and beside it while the steering is faster than `fastest` (rad/s) and for `run_in` (s)
     after a start; r_std, miss_std (n_y,): of a sensor, and what the model misses; common_error: share of n; std0, ceiling
     (n_x,): of the first state, and largest; gate: in standard deviations; patience, patience_rates: updates outside it; pose
-    (n_y,): which measurements the first is for; soil: states that are n; change_after, change_sigmas, change_std,
-    change_error, change_samples, change_clip: of a change of soil; standstill (m/s), fade (s), leap, wheels_turn (rad/s);
-    u_limit (n_u,), y_limit (n_y,): beyond reason; drift. Raises ValueError for numbers that are not positive.
+    (n_y,): which measurements the first is for; soil: states that are n; change_after, change_sigmas, change_std, change_error,
+    change_samples, change_youngest, change_clip, trial_determined: of a change of soil; standstill (m/s), fade (s), leap,
+    wheels_turn (rad/s); u_limit (n_u,), y_limit (n_y,): beyond reason; drift. Raises ValueError for numbers that are not
+    positive.
     """
 
     q_std: tuple[float, ...]
@@ -96,7 +97,9 @@ class FilterNumbers:
     change_std: float
     change_error: float
     change_samples: int
+    change_youngest: int
     change_clip: float
+    trial_determined: float
     standstill: float
     fade: float
     leap: float
@@ -251,7 +254,8 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "default_run_in": number(numbers.run_in), "default_common": number(numbers.common_error),
         "change_after": number(numbers.change_after), "change_sigmas": number(numbers.change_sigmas),
         "change_std": number(numbers.change_std), "change_error": number(numbers.change_error),
-        "change_clip": number(numbers.change_clip),
+        "change_clip": number(numbers.change_clip), "change_youngest": str(numbers.change_youngest),
+        "trial_determined": number(numbers.trial_determined**2),
         "default_x0": _list(model.x.nominal), "default_std0": _list(numbers.std0), "default_u": _list(model.external.nominal),
         **_names(model, soil_names), "active_names": ", ".join(parts.active), "bytes": str(structure_bytes(parts, numbers)),
         "window": str(CONSISTENCY_WINDOW), "inconsistent": number(INCONSISTENT), "inconsistent_soil": number(INCONSISTENT_SOIL),
@@ -279,7 +283,7 @@ def structure_bytes(parts: Parts, numbers: FilterNumbers) -> int:
     head = 4 * (1 + len(STATUSES) + 2 + 3 + 3 + y)
     middle = 4 * (y + 2)
     doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 3 * x + 2 * y + 9
-    doubles += 1 + 2 * numbers.change_samples * len(numbers.soil) + 5 + 2 * len(numbers.drift.channels)
+    doubles += 2 + 2 * (numbers.change_samples + 1) * len(numbers.soil) + 5 + 2 * len(numbers.drift.channels)
     return -(-head // 8) * 8 + -(-middle // 8) * 8 + 8 * doubles + 8
 
 

@@ -14,6 +14,7 @@ STATUSES = (
     ("INPUT_OUT_OF_RANGE", "an input beyond reason was replaced by its last good value"),
     ("INPUT_NOT_FINITE", "an input that is not a finite number was replaced by its last good value"),
     ("GATE_REOPENED", "a measurement was outside the gate for so long that it is believed: its state was put where it is"),
+    ("SOIL_KEPT", "a jump of n is revoked: the seconds after it do not bear it out, what was known of n before counts again"),
     ("SOIL_CHANGED", "innovations say that n has jumped, the soil is another one: n was put there and made uncertain"),
     ("DRIFT", "corrections go to one side for longer than a right model's do: see drift and drift_channel"),
     ("INCONSISTENT", "measurements are further from their predictions than noise explains: wrong soil, vehicle or noise"),

@@ -46,6 +46,7 @@ enum softsoil_status {
   SOFTSOIL_INPUT_OUT_OF_RANGE, /* an input beyond reason was replaced by its last good value */
   SOFTSOIL_INPUT_NOT_FINITE, /* an input that is not a finite number was replaced by its last good value */
   SOFTSOIL_GATE_REOPENED, /* a measurement was outside the gate for so long that it is believed: its state was put where it is */
+  SOFTSOIL_SOIL_KEPT, /* a jump of n is revoked: the seconds after it do not bear it out, what was known of n before counts again */
   SOFTSOIL_SOIL_CHANGED, /* innovations say that n has jumped, the soil is another one: n was put there and made uncertain */
   SOFTSOIL_DRIFT, /* corrections go to one side for longer than a right model's do: see drift and drift_channel */
   SOFTSOIL_INCONSISTENT, /* measurements are further from their predictions than noise explains: wrong soil, vehicle or noise */
@@ -69,7 +70,8 @@ enum softsoil_flag {
   SOFTSOIL_FLAG_GATED = 2,       /* a measurement was outside the gate and was left out */
   SOFTSOIL_FLAG_JUMPED = 4,      /* one has been outside for so long that its state was put where it is */
   SOFTSOIL_FLAG_SOIL_CHANGED = 8, /* innovations say that n has jumped: it was put there and opened */
-  SOFTSOIL_FLAG_DRIFT = 16       /* corrections have gone to one side for longer than a right model's do */
+  SOFTSOIL_FLAG_DRIFT = 16,      /* corrections have gone to one side for longer than a right model's do */
+  SOFTSOIL_FLAG_SOIL_KEPT = 32   /* a jump of n is revoked: what was known of n before it counts again */
 };
 
 /* What drifts, softsoil_t.drift_channel, with the likely cause. */
@@ -135,6 +137,9 @@ typedef struct {
   double keep_at;                         /* s: the next past time is due */
   double past_score[SOFTSOIL_N_SOIL][SOFTSOIL_PAST]; /* ring of what is said of a jump since each past time, */
   double past_information[SOFTSOIL_N_SOIL][SOFTSOIL_PAST]; /* and how well */
+  double trial_t;                         /* s: when n last jumped, */
+  double trial_n[SOFTSOIL_N_SOIL];        /* what it was before, */
+  double trial_variance[SOFTSOIL_N_SOIL]; /* and how uncertain; 0: that jump is not on trial */
   double drift;                           /* largest sum of corrections to one side over its limit: above 1 is an alarm */
   int32_t drift_channel, unused;          /* which it is, enum softsoil_drift */
   double run_in_to;                       /* s: histories are wrong until then */

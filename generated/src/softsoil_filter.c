@@ -14,7 +14,7 @@
 /* Rows of matrices end in zeros, so that whole vectors fit. */
 #define WIDE ((N + 7) / 8 * 8)
 #define WIDE_Y ((NY + 7) / 8 * 8)
-#define MAGIC 0x7345671au
+#define MAGIC 0xb0b8c21au
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
@@ -54,6 +54,8 @@ const char *softsoil_status_text(int status) {
       return "an input that is not a finite number was replaced by its last good value";
     case SOFTSOIL_GATE_REOPENED:
       return "a measurement was outside the gate for so long that it is believed: its state was put where it is";
+    case SOFTSOIL_SOIL_KEPT:
+      return "a jump of n is revoked: the seconds after it do not bear it out, what was known of n before counts again";
     case SOFTSOIL_SOIL_CHANGED:
       return "innovations say that n has jumped, the soil is another one: n was put there and made uncertain";
     case SOFTSOIL_DRIFT:
@@ -194,7 +196,7 @@ int softsoil_defaults(softsoil_options_t *options) {
   static const softsoil_options_t declared = {
       {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7335, 0.524, 0.0, -0.2, 0.921, 0.958, -0.1667, 0.965, 0.953, 0.095, 25.1}, {0.02, 0.02, 0.002, 0.04, 0.015, 0.05, 0.003}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0},
       12, 2, {0.0, 0.0, 0.0, 0.0, 0.015, 0.024}, {0.0, 0.0, 0.0, 0.0, 2.0, 3.0, 0.0}, 1.5,
-      0.6, 0.02, 5.0, 3.0, 0.2, 0.02};
+      0.6, 0.02, 5.0, 2.35, 0.2, 0.03};
   if (!options) return SOFTSOIL_NULL_POINTER;
   *options = declared;
   return SOFTSOIL_OK;
@@ -292,6 +294,37 @@ static void open_states(softsoil_t *s, const double more[N], int fresh) {
     if (variance > 0.0) a[rows++][i] = sqrt(variance);
   }
   triangularise(a, rows, s->root);
+  settle(s);
+}
+
+/* What was known of the soil state `at` counts again: a measurement of it, with this variance. */
+static void know_again(softsoil_t *s, int at, double value, double variance) {
+  double a[N + 1][WIDE] = {{0.0}}, gain[N], own[N] = {0.0}, known = variance;
+  for (int i = 0; i < N; ++i)
+    if (softsoil_order[i] == at) memcpy(own, s->root[i], sizeof own);
+  for (int k = 0; k < N; ++k) known += own[k] * own[k];
+  const double away = value - s->x[at];
+  for (int i = 0; i < N; ++i) {
+    double sum = 0.0;
+    for (int k = 0; k <= i; ++k) sum += s->root[i][k] * own[k];
+    gain[i] = sum / known;
+    for (int k = 0; k < N; ++k) a[k][i] = s->root[i][k] - gain[i] * own[k];
+    a[N][i] = gain[i] * sqrt(variance);
+    s->x[softsoil_order[i]] = clipped(s->x[softsoil_order[i]] + gain[i] * away, softsoil_order[i]);
+  }
+  triangularise(a, N + 1, s->root);
+  s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
+}
+
+/* What was known of n before a jump counts again, which the seconds after it did not bear out. */
+static void take_back(softsoil_t *s, const double again[SOFTSOIL_N_SOIL]) {
+  for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) {
+    double more[N] = {0.0};
+    if (!(again[i] > 0.0)) continue;
+    more[softsoil_soil[i]] = s->options.change_error * s->options.change_error;
+    open_states(s, more, 0);
+    know_again(s, softsoil_soil[i], s->trial_n[i], again[i]);
+  }
   settle(s);
 }
 
@@ -608,7 +641,7 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
   softsoil_prediction_t z;
   int32_t use[NY];
   double safe[NY], before[N], away[N] = {0.0}, more[N] = {0.0};
-  double score[SOFTSOIL_N_SOIL] = {0.0}, information[SOFTSOIL_N_SOIL] = {0.0};
+  double score[SOFTSOIL_N_SOIL] = {0.0}, information[SOFTSOIL_N_SOIL] = {0.0}, again[SOFTSOIL_N_SOIL];
   int32_t some = 0;
   if (!s || !y) return SOFTSOIL_NULL_POINTER;
   if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
@@ -643,7 +676,11 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
   if (jumped) open_states(s, more, 1);
   if (s->dof > 0 && !hold) {
     memset(more, 0, sizeof more);
-    if (soil_has_changed(s, score, information, lower, upper, more)) {
+    if (jump_is_revoked(s, softsoil_order, again)) {
+      take_back(s, again);
+      s->flags |= SOFTSOIL_FLAG_SOIL_KEPT;
+      status = graver(status, count(s, SOFTSOIL_SOIL_KEPT));
+    } else if (soil_has_changed(s, softsoil_order, score, information, lower, upper, more)) {
       open_states(s, more, 0);
       s->flags |= SOFTSOIL_FLAG_SOIL_CHANGED;
       status = graver(status, count(s, SOFTSOIL_SOIL_CHANGED));

@@ -58,12 +58,44 @@ static void evidence_of_soil(const softsoil_t *s, const int order[SOFTSOIL_N_X],
   }
 }
 
+/* Variance of the soil state `at` without the common error, from the factor. */
+static double soil_variance(const softsoil_t *s, const int order[SOFTSOIL_N_X], int at) {
+  double sum = 0.0;
+  for (int i = 0; i < SOFTSOIL_N_X; ++i)
+    for (int k = 0; order[i] == at && k <= i; ++k) sum += s->root[i][k] * s->root[i][k];
+  return sum;
+}
+
+/* The second look at a jump, as soon as what came after it determines n: whether no jump is likelier than one. `again` is then the
+ * variance with which what was known of n before counts again, 0 where it does not. */
+static int jump_is_revoked(softsoil_t *s, const int order[SOFTSOIL_N_X], double again[SOFTSOIL_N_SOIL]) {
+  const double jump = s->options.change_std * s->options.change_std, error = s->options.change_error * s->options.change_error;
+  int revoked = 0;
+  for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) {
+    const int at = softsoil_soil[i];
+    again[i] = 0.0;
+    if (!(s->trial_variance[i] > 0.0)) continue;
+    const double variance = soil_variance(s, order, at), walk = s->options.q_std[at] * s->options.q_std[at];
+    if (!(variance <= 0.1111111111111 * jump)) continue;
+    const double old = s->trial_variance[i] + walk * (s->t - s->trial_t), away = s->x[at] - s->trial_n[i];
+    const double v = variance + old + error;
+    s->trial_variance[i] = 0.0;
+    if (!(away * away * jump < v * (v + jump) * log(1.0 + jump / v))) continue;
+    again[i] = old;
+    revoked = 1;
+  }
+  if (revoked) forget_soil(s, 0.0);
+  return revoked;
+}
+
 /* Whether n has jumped: generalised likelihood ratio of a jump at each past time (Willsky and Jones, IEEE Trans. Automatic Control
  * 21, 1976) against none. Each n that has is put where it is said to be, and `more` is the variance to be added to it. */
-static int soil_has_changed(softsoil_t *s, const double score[SOFTSOIL_N_SOIL], const double information[SOFTSOIL_N_SOIL],
-                            const double lower[SOFTSOIL_N_X], const double upper[SOFTSOIL_N_X], double more[SOFTSOIL_N_X]) {
+static int soil_has_changed(softsoil_t *s, const int order[SOFTSOIL_N_X], const double score[SOFTSOIL_N_SOIL],
+                            const double information[SOFTSOIL_N_SOIL], const double lower[SOFTSOIL_N_X],
+                            const double upper[SOFTSOIL_N_X], double more[SOFTSOIL_N_X]) {
   const double every = s->options.change_after / SOFTSOIL_PAST, limit = s->options.change_sigmas * s->options.change_sigmas;
   const double jump = s->options.change_std * s->options.change_std, error = s->options.change_error * s->options.change_error;
+  double old[SOFTSOIL_N_SOIL] = {0.0};
   int changed = 0;
   if (s->t > s->keep_at - CLOCK_SLACK) {
     for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) s->past_score[i][s->next_past] = s->past_information[i][s->next_past] = 0.0;
@@ -73,25 +105,34 @@ static int soil_has_changed(softsoil_t *s, const double score[SOFTSOIL_N_SOIL], 
   }
   for (int i = 0; i < SOFTSOIL_N_SOIL; ++i) {
     const int at = softsoil_soil[i];
-    double *n = s->past_score[i], *m = s->past_information[i], best = limit, away = 0.0;
+    double *n = s->past_score[i], *m = s->past_information[i], best = 0.0, away = 0.0;
+    int jumped = 0;
     for (int k = 0; k < s->n_past; ++k) {
       n[k] += score[i];
       m[k] += information[i];
     }
     for (int k = 0; k < s->n_past; ++k) {
+      const int age = (s->next_past - 1 - k + SOFTSOIL_PAST) % SOFTSOIL_PAST;
       const double spread = 1.0 + (error + jump) * m[k], least = (1.0 + error * m[k]) * spread, most = n[k] * n[k] * jump;
+      if (age >= 5 && most > limit * least) jumped = 1;
       if (!(most > best * least)) continue;
       best = most / least;
       away = jump * n[k] / spread;
     }
-    if (best > limit) {
+    if (jumped) {
       const double moved = s->x[at] + away;
+      old[i] = soil_variance(s, order, at);
+      s->trial_n[i] = s->x[at];
       s->x[at] = moved < lower[at] ? lower[at] : moved > upper[at] ? upper[at] : moved;
       more[at] += jump;
       changed = 1;
     }
   }
-  if (changed) forget_soil(s, s->options.change_after);
+  if (changed) {
+    forget_soil(s, s->options.change_after);
+    memcpy(s->trial_variance, old, sizeof old);
+    s->trial_t = s->t;
+  }
   return changed;
 }
 

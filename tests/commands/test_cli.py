@@ -107,7 +107,7 @@ def test_estimate_writes_what_it_says(home, short_log):
     assert files(home) == ["e/estimate.json", "e/estimate.png"]
     found = json.loads((home / "e/estimate.json").read_text(encoding="utf-8"))
     keys = {"software", "vehicle", "n_front", "n_rear", "n_front_std", "n_rear_std", "converged_s"}
-    keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s", "drift", "windows"}
+    keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s", "revoked_s", "drift", "windows"}
     missing = {"nis_inside_95", "drift"}  # the log carries no sensor noise, and drifts nowhere
     assert set(found) == keys and finite({key: value for key, value in found.items() if key not in missing})
     assert found["verdict"] in WORDS and found["nis_inside_95"] is None and found["drift"] is None

@@ -1,4 +1,5 @@
-"""One policy: the terrain filter in Python and the generated C library give the same n on logs where everything goes wrong."""
+"""One policy: the terrain filter in Python and the generated C library give the same n on logs where everything goes wrong, and
+on a drive where n jumps and seems to jump."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,22 +7,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from c_folders import SCALAR, declared, library
+from c_folders import SCALAR, declared, library, library_of
 from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
 from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_estimator import c_parts
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning
+from softsoil.files.package_data import PLANT_VEHICLE
+from softsoil.plant.manoeuvres import Manoeuvre, MultiSine
+from softsoil.plant.simulate import simulate
+from softsoil.plant.soil_field import SoilField
+from softsoil.plant.start import Start
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import known_states, measured_states, sensor_std
+from softsoil.symbolic.soil import CLAY
+from softsoil.symbolic.vehicle import load_vehicle
 
 SAME = 1e-9
-STANDING, GATED, JUMPED, SOIL_CHANGED = 1, 2, 4, 8
+STANDING, GATED, JUMPED, SOIL_CHANGED, DRIFTING, SOIL_KEPT = BITS = 1, 2, 4, 8, 16, 32
 
 
 def spoiled(path: Path, model, seed: int):
@@ -46,9 +55,13 @@ def spoiled(path: Path, model, seed: int):
 
 
 def both(name: str, path: Path, seed: int, flags=SCALAR):
-    """n by Python and by C (K, A) after each update, what Python's statuses said and the flags of C."""
-    model, lib = c_parts(declared(name)).model, library(name, flags)
-    dt, u, y, motion, std = spoiled(path, model, seed)
+    """`together` on a spoiled log with a declared model of `c_folders`."""
+    model = c_parts(declared(name)).model
+    return together(model, library(name, flags), *spoiled(path, model, seed))[:2]
+
+
+def together(model, lib, dt, u, y, motion, std):
+    """n by Python and by C (K, A) after each update, what Python's statuses said and the flags of C, and the filter of each."""
     tuning = Tuning()
     x0, std0 = first_state(model, motion, 0.62), tuning.std0(model.x, std)
     python = TerrainFilter(model, dt, std, tuning)
@@ -66,10 +79,10 @@ def both(name: str, path: Path, seed: int, flags=SCALAR):
             c.update(y[k + 1], c.state.t)
             s = python.status
             assert abs(s.drift - c.state.drift) < 1e-6
-            flags = (s.standing, bool(s.gated), bool(s.jumped), s.soil_changed, bool(s.drifting))
-            said.append((c.state.flags, sum(bit for bit, on in zip((1, 2, 4, 8, 16), flags, strict=True) if on)))
+            flags = (s.standing, bool(s.gated), bool(s.jumped), s.soil_changed, bool(s.drifting), s.soil_kept)
+            said.append((c.state.flags, sum(bit for bit, on in zip(BITS, flags, strict=True) if on)))
             found.append((python.n, c.x[soil].copy(), python.n_std, c.std[soil].copy()))
-    return np.array(found), np.array(said)
+    return np.array(found), np.array(said), python, c
 
 
 EXAMPLES = [CLAY_LOG, MULTI_LOG, LOAM_LOG]
@@ -100,6 +113,32 @@ def test_python_and_c_agree_on_the_shared_drives(shared_data):
     met = {path.name: agree(*both("tracks", path, 1, FLAGS)) for path in logs}
     assert all(m & STANDING and m & GATED and m & JUMPED for m in met.values())
     assert all(met[name] & SOIL_CHANGED for name in met if name.startswith("change_"))
+
+
+@pytest.mark.compiler
+def test_a_false_jump_is_revoked_and_a_true_one_stands():
+    """A gyro that reads 20 % too much for two seconds is no soil, a border where n goes from 0.5 to 0.75 is one."""
+    ground = SoilField.change_at(CLAY.with_(n=0.5), CLAY.with_(n=0.75), 140.0)
+    clean = simulate(Manoeuvre("both", MultiSine(seed=3)), ground, 38.0, seed=3, start=Start(u=5.0))
+    border = float(clean.t[np.argmax(clean["x"] > 140.0)])
+    log = on_even_clock(add_noise(clean, "good", 0))
+    own = Declaration(load_vehicle(PLANT_VEHICLE), CLAY)
+    model = c_parts(own).model
+    y = measured_states(log)
+    y[(log.t > 14.0) & (log.t < 16.0), 5] *= 1.2
+    inputs, motion = measured_inputs(log, model.external)[0], known_states(log)[0]
+    std = sensor_std(log, np.array(Tuning().sensor_floor))
+    found, said, python, c = together(model, library_of(own), log.dt, inputs, y, motion, std)
+    assert agree(found, said) & SOIL_KEPT
+    (false,), (true,) = python.revoked, python.changes
+    assert 14.0 < false < 16.0 and border < true < border + 3.0
+    assert c.counts["SOIL_CHANGED"] == 2 and c.counts["SOIL_KEPT"] == 1
+    at = 2 * log.dt * np.arange(1, len(found) + 1)
+    n, n_std = found[:, 0, 0], found[:, 2, 0]
+    assert n_std[(at > false) & (at < false + 0.5)].max() > 0.15  # on trial
+    calm = (at > false + 5.0) & (at < border)  # what was known before counts again
+    assert np.abs(n[calm] - n[at < false][-1]).max() < 0.04 and n_std[calm].max() < 0.03
+    assert n[-1] == pytest.approx(0.75, rel=0.1)
 
 
 def moving() -> TerrainFilter:
