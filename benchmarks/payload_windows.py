@@ -1,4 +1,4 @@
-"""Whether a load can be told from the errors of an identified vehicle: `python -m benchmarks.payload_windows --seeds 3`.
+"""Whether a load can be separated from the errors of an identified vehicle: `python -m benchmarks.payload_windows --seeds 3`.
 
 Vehicles of the plant as `python -m benchmarks.identify_plant` identifies them (their files in --vehicles are taken where they are
 there), each on a multi-sine drive with a quarter of its mass near the rear axle and on one without a load, noise "good". Fitted
