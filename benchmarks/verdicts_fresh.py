@@ -5,7 +5,8 @@ Kinds in turns: right declaration, straight, standing, crawling, hard ground, ya
 flipped sign, an undeclared effect, a change of soil, the first five seconds. A verdict is right where "identified" is said of an
 n within 10 % of the truth, and another word of an n that is not. On hard ground, standing and straight there is no n to know:
 whatever number comes out is counted as wrong; a refused log is no estimate within 10 %. Nothing is fitted here. The
-limits of `estimator/modes.py` were chosen on seeds 9 and 10.
+limits of `estimator/modes.py` were chosen on seeds 9 and 10. `estimator/late_change.py` was made after
+looking at seed 12, without a limit of its own.
 """
 
 import argparse

@@ -136,9 +136,14 @@ def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: Ve
     return Verdict(
         IDENTIFIED,
         f"the drive determines n to ± {std:.0f} %, the model leaves no more than a right one, {_alike(evidence)}"
-        + (f"; n is that of the soil from {evidence.changes[-1]:.1f} s on" if evidence.changes else ""),
+        + _changed(evidence),
         evidence,
     )
+
+
+def _changed(e: Evidence) -> str:
+    """Since when n holds, where the soil has changed; a load that is taken up looks the same."""
+    return f"; the soil, or the vehicle, changes at {e.changes[-1]:.1f} s: n is that of what follows" if e.changes else ""
 
 
 def _alike(e: Evidence) -> str:

@@ -82,5 +82,5 @@ def test_the_last_soil_of_a_drive_is_estimated_from_its_own_windows(two_soils):
     assert horizon.n[0] == pytest.approx(0.65, rel=0.06)
     found = estimate(two_soils, model, 0.9, method="horizon")
     assert found.verdict.word == "identified", found.verdict.reason
-    assert f"n is that of the soil from {found.changes[0]:.1f} s on" in found.verdict.reason
+    assert f"changes at {found.changes[0]:.1f} s: n is that of what follows" in found.verdict.reason
     assert found.n_front[-1] == pytest.approx(0.65, rel=0.06)
