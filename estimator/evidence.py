@@ -109,15 +109,17 @@ def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str
     reduced = reduce_windows(linear)
     leverage = np.einsum("wmi,wij,wmj->wm", linear.by_state, reduced.inverse, linear.by_state)
     shape = windows.recorded[which].shape
+    sound = np.abs(linear.by_state).max(axis=(1, 2))[:, None] > 0.0
     residual, leverage = linear.residual.reshape(shape) * windows.sigma, leverage.reshape(shape)
     shares, errors = {}, {}
     for name in LATERAL:
         i = STATE_CHANNELS.index(name)
-        seen = np.isfinite(windows.recorded[which][..., i])
+        seen = np.isfinite(windows.recorded[which][..., i]) & sound
         if not seen.any() or not np.isfinite(windows.sigma[i]):
             continue
         # Medians over windows: a few that hit an obstacle or a kick of the steering are no fault of the model.
         per_window = (residual[..., i] ** 2).sum(axis=1) / np.maximum((seen - leverage[..., i] * seen).sum(axis=1), 1.0)
+        per_window = per_window[seen.any(axis=1)]
         noise, noise_error = sensor_variance(windows.drive.measured[windows.rows[0] :, i])
         left, count = float(np.median(per_window)), len(per_window)
         motion = float(np.nanvar(windows.drive.smooth[windows.rows[0] :, i])) + 1e-12

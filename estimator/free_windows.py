@@ -61,7 +61,8 @@ class Linear:
     """Residuals in standard deviations and their derivatives.
 
     residual (W, m); by_state (W, m, 6); by_free (W, m, K); path (W, steps + 1, 6): states that the windows run through, and
-    path_by_state (W, steps + 1, 6, 6), None for what has no states.
+    path_by_state (W, steps + 1, 6, 6), None for what has no states. A window for which the model has no finite answer says
+    nothing: its residuals and derivatives are 0, its path is NaN.
     """
 
     residual: Array
@@ -162,6 +163,8 @@ class FreeWindows:
         slope = (out[1:] - out[0]) / self.sigma
         slope[:, ~np.isfinite(self.recorded[which])] = 0.0
         slope = slope.reshape(len(slope), len(x0), -1)
+        broken = ~np.isfinite(slope).all(axis=(0, 2))
+        residual[broken], slope[:, broken], states[0, broken] = 0.0, 0.0, np.nan
         by_state = np.moveaxis(slope[:N] / STATE_STEP[:, None, None], 0, -1)
         by_free = np.moveaxis(slope[N:] / steps[:, None, None], 0, -1) if len(free) else np.zeros((*residual.shape, 0))
         path_by_state = np.moveaxis((states[1:] - states[0]) / STATE_STEP[:, None, None, None], 0, -1)

@@ -32,7 +32,7 @@ def inertia_error(windows: FreeWindows, horizon: MovingHorizon) -> tuple[float, 
     linear = windows.linearise(p, x0, horizon.free, which)
     by_inertia = _by_inertia(windows, p, which)[..., None]
     by_free = np.concatenate([linear.by_free, by_inertia], axis=2)
-    sound = np.isfinite(by_free).all(axis=(1, 2)) & np.isfinite(linear.by_state).all(axis=(1, 2))
+    sound = np.isfinite(by_free).all(axis=(1, 2))
     reduced = reduce_windows(Linear(linear.residual[sound], linear.by_state[sound], by_free[sound]))
     hessian, gradient = reduced.hessian, reduced.gradient
     weight = horizon.weight(last)[which][sound]

@@ -264,19 +264,15 @@ class MovingHorizon:
         return p
 
     def _linearise(self, which: NDArray[np.int_], memory: Array | None) -> None:
-        """Reduce windows at the present estimate; windows whose model has no finite answer say nothing."""
+        """Reduce windows at the present estimate."""
         p, summary = self.parameters(self.n), self.summary
         x0 = np.array([summary.states[i] for i in which])
         linear = self.windows.linearise(p, x0, self.free, which, memory)
-        sound = np.isfinite(linear.by_state).all(axis=(1, 2)) & np.isfinite(linear.by_free).all(axis=(1, 2))
-        for part in (linear.residual, linear.by_state, linear.by_free):
-            part[~sound] = 0.0
         reduced = reduce_windows(linear)
         move = reduced.states(np.zeros(len(self.free)))
         x0 = x0 + move
         if linear.path is not None and linear.path_by_state is not None:
             bent = linear.path + np.einsum("wtij,wj->wti", linear.path_by_state, move)
-            bent[~sound] = np.nan
             self.windows.keep(bent, which)
         cost = window_costs(linear.residual)
         for j, i in enumerate(which):

@@ -8,7 +8,7 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.promote import tie_parameters
 from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.window_fit import fit_windows
+from softsoil.estimator.window_fit import fit_windows, reduce_windows
 from softsoil.recording.noise import TABLE5, add_noise
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
@@ -77,6 +77,17 @@ def test_a_missing_channel_weighs_nothing(compiled):
     mine = windows(compiled, drive.with_channels(x=np.where(drive.t > 5.0, np.nan, drive["x"])))
     fit = fit_windows([mine], [sinkage_exponent()], np.array([0.6]), compiled.model.p.nominal)
     assert fit.value[0] == pytest.approx(TRUE_N, abs=0.05)
+
+
+def test_a_window_that_the_model_cannot_run_says_nothing(compiled):
+    mine = windows(compiled, add_noise(clay_drive(20.0), "table5", 0))
+    x0, p, free = mine.first, compiled.model.p.nominal, [sinkage_exponent()]
+    x0[3] = np.nan
+    linear = mine.linearise(p, x0, free)
+    assert list(np.flatnonzero(~np.isfinite(linear.path).all(axis=(1, 2)))) == [3]
+    assert not linear.residual[3].any() and not linear.by_state[3].any() and not linear.by_free[3].any()
+    reduced = reduce_windows(linear)
+    assert np.isfinite(reduced.hessian).all() and np.isfinite(reduced.gradient).all() and reduced.hessian[3].max() == 0.0
 
 
 def test_no_window_runs_across_a_steering_faster_than_its_actuator(compiled):
