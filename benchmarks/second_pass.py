@@ -4,13 +4,14 @@
 each under its own constant load, slip angle and slip; nothing is fitted. Lateral and longitudinal force and sinkage of the second
 are printed three ways: the soil contact model; the law as the model has it, with the first wheel's sinkage and exit path; the
 same equations integrated finely: contact from the rut's floor on, which the elastic soil has raised by sigma/K, a path that the
-first wheel left by the same fine integration, and a slip floor of 0.001 instead of 0.003.
+first wheel left by the same fine integration, and a slip floor of 0.001 instead of 0.003. A second table has the second wheel
+pass partly beside the rut, of the rig's size and a large one: side force and sinkage of the law over those of the contact model.
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -29,8 +30,11 @@ from softsoil.symbolic.wheel import Contact, Wheel
 Array = NDArray[np.float64]
 
 WHEEL = Wheel(0.330229, 0.2121)
-SOILS = (CLAY.with_(n=0.62), SANDY_LOAM.with_(n=0.75))
 SPEED, SLIP, FIRST_LOAD = 5.0, 0.03, 2950.0
+LARGE, LARGE_LOADS = Wheel(0.42, 0.38), (10500.0, 9000.0)
+BESIDE, BESIDE_ANGLES, BESIDE_LOADS = (0.0, 0.15, 0.3, 0.5, 0.75), (0.02, 0.05), (FIRST_LOAD, 3900.0)
+"""Shares of the width by which the second wheel runs beside the rut, its slip angles (rad), loads of the first and second (N)."""
+SOILS = (CLAY.with_(n=0.62), SANDY_LOAM.with_(n=0.75))
 FIRST_ANGLES, LOADS, ANGLES = (0.02, 0.1), (3000.0, 3900.0, 5100.0), (0.01, 0.03, 0.06)
 STEP, SPACING = 1e-3, 0.02
 SECONDS, SETTLED = 1.2, 0.5
@@ -40,15 +44,17 @@ LEAST_SLIP = 1e-3
 
 @dataclass(frozen=True)
 class Pass:
-    """Settings of a wheel: load (N), slip angle (rad)."""
+    """Settings of a wheel: load (N), slip angle (rad), how far it passes beside the first one (m)."""
 
     load: float
     angle: float
+    beside: float = 0.0
+    wheel: Wheel = WHEEL
 
     @property
     def spin(self) -> float:
         """rad/s."""
-        return SPEED / (WHEEL.radius * (1.0 - SLIP))
+        return SPEED / (self.wheel.radius * (1.0 - SLIP))
 
 
 @dataclass(frozen=True)
@@ -66,24 +72,26 @@ def by_plant(soil: Soil, passes: tuple[Pass, ...]) -> list[Felt]:
     bed, felt = SoilBed(soil, SPACING), []
     for told in passes:
         cos, sin = np.cos(told.angle), np.sin(told.angle)
-        axis, x, z, rise, rows = np.array([-sin, cos, 0.0]), 0.0, WHEEL.radius, 0.0, []
+        axis, x, z, rise, rows = np.array([-sin, cos, 0.0]), 0.0, told.wheel.radius, 0.0, []
+        size = {"radius": told.wheel.radius, "width": told.wheel.width}
         for _ in range(round(SECONDS / STEP)):
-            touch = bed.touch((x, 0.0, z), axis=axis, velocity=(SPEED, 0.0, rise), rate=told.spin * axis, dt=STEP)
+            centre, velocity = (x, told.beside, z), (SPEED, 0.0, rise)
+            touch = bed.touch(centre, axis=axis, velocity=velocity, rate=told.spin * axis, dt=STEP, **size)
             force = touch.force
             rise = 0.98 * (rise + STEP * (force[2] * GRAVITY / told.load - GRAVITY))  # its bounce dies out
             x, z = x + STEP * SPEED, z + STEP * rise
-            rows.append([force[0] * cos + force[1] * sin, -force[0] * sin + force[1] * cos, WHEEL.radius - z])
+            rows.append([force[0] * cos + force[1] * sin, -force[0] * sin + force[1] * cos, told.wheel.radius - z])
         f_x, f_y, sinkage = np.array(rows)[round(SETTLED / STEP) :].mean(axis=0)
         felt.append(Felt(f_x, f_y, sinkage))
     return felt
 
 
 def by_law(soil: Soil, told: Pass, path: float, rut: float) -> Felt:
-    """What the law says, in a rut of depth `rut` (m; 0: fresh soil) that another wheel has sheared by `path` (m)."""
+    """What the law says, in a rut of depth `rut` (m; 0: fresh soil) that another wheel of the size has sheared by `path` (m)."""
     v_x, v_y = SPEED * np.cos(told.angle), -SPEED * np.sin(told.angle)
-    share = 1.0 if rut > 0.0 else 0.0
+    share = max(1.0 - told.beside / told.wheel.width, 0.0) if rut > 0.0 else 0.0
     contact = Contact(v_x, v_y, told.spin, told.load, entry_path=path, overlap=share, rut_depth=rut)
-    force = TurnSlip(contact_step=STEP, patch_length=RIG_PATCH)(soil, WHEEL, contact)
+    force = TurnSlip(contact_step=STEP, patch_length=RIG_PATCH)(soil, told.wheel, contact)
     return Felt(*(float(ca.DM(value)) for value in (force.f_x, force.f_y, force.sinkage, force.exit_path)))
 
 
@@ -141,6 +149,22 @@ def main() -> None:
                         f"{true.sinkage:8.4f}{law.sinkage:8.4f}{fine.sinkage:8.4f}",
                         flush=True,
                     )
+    print("\npartly in the rut: side force/sinkage, law over contact model, by the share of the width beside it")
+    for wheel, (first, second) in ((WHEEL, BESIDE_LOADS), (LARGE, LARGE_LOADS)):
+        for soil in SOILS:
+            for angle in BESIDE_ANGLES:
+                _print_beside(soil, Pass(first, BESIDE_ANGLES[0], wheel=wheel), Pass(second, angle, wheel=wheel))
+
+
+def _print_beside(soil: Soil, before: Pass, told: Pass) -> None:
+    """A row of the second table."""
+    left, cells = by_law(soil, before, 0.0, 0.0), []
+    for share in BESIDE:
+        mine = replace(told, beside=share * told.wheel.width)
+        true, law = by_plant(soil, (before, mine))[1], by_law(soil, mine, left.path, left.sinkage)
+        cells.append(f"{share:.2f}: {law.f_y / true.f_y:.3f}/{law.sinkage / true.sinkage:.3f}")
+    of = f"{soil.name:11s}{soil.n:5.2f} wheel {told.wheel.radius:.2f} m {told.load:5.0f} N {told.angle:.2f} rad"
+    print(of, *cells, sep="  ", flush=True)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from softsoil.symbolic.wheel import ForceLaw, WheelForce, law_names
 
 DT, STEPS = 0.01, 3
 NAMES = tuple(catalogue(reference_vehicle()))
-RUT = {"multipass": 1e-6}
+RUT = {"multipass": 1e-5}
 """An effect whose absence is another quadrature of the same contact: two strips of the width, one of them empty."""
 
 

@@ -8,14 +8,17 @@ from scipy.signal import savgol_filter
 from softsoil.codegen.predictor import Predictor
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
+from softsoil.plant.bed import SoilBed
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from softsoil.plant.simulate import simulate
 from softsoil.recording.states import measured_states
 from softsoil.symbolic.bicycle import body_force
 from softsoil.symbolic.catalogue import bicycle, catalogue
+from softsoil.symbolic.laws.turn_slip import TurnSlip
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 from softsoil.symbolic.track import interpolate, push
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.symbolic.wheel import Contact, Wheel
 
 REAR = ("rl", "rr")
 
@@ -94,6 +97,34 @@ def test_the_rear_wheels_forces_are_the_plants(soil):
     assert aside < 0.14
     _, fresh = errors({name: values for name, values in vehicle.effects.items() if name != "multipass"})
     assert fresh > 1.33 * aside
+
+
+@pytest.mark.parametrize("beside", [0.0, 0.3, 0.5])
+def test_a_large_wheel_partly_in_a_rut_feels_what_the_plant_says(beside):
+    """A wheel of 0.42 x 0.38 m after a heavier one, over a bed of the plant's soil: nothing fitted."""
+    soil, wheel, speed = SANDY_LOAM.with_(n=0.75), Wheel(0.42, 0.38), 5.0
+    law, spin = TurnSlip(contact_step=0.001, patch_length=1.44), speed / (0.42 * 0.97)
+
+    def on_bed(bed, load, angle, aside):
+        cos, sin = np.cos(angle), np.sin(angle)
+        axis, x, z, rise, rows = np.array([-sin, cos, 0.0]), 0.0, wheel.radius, 0.0, []
+        for _ in range(1000):
+            place, velocity = (x, aside, z), (speed, 0.0, rise)
+            touch = bed.touch(place, axis=axis, velocity=velocity, rate=spin * axis, radius=0.42, width=0.38, dt=0.001)
+            rise = 0.98 * (rise + 0.001 * (touch.force[2] * 9.81 / load - 9.81))
+            x, z = x + 0.001 * speed, z + 0.001 * rise
+            rows.append([-touch.force[0] * sin + touch.force[1] * cos, wheel.radius - z])
+        return np.mean(rows[500:], axis=0)
+
+    def by_law(load, angle, **rut):
+        return law(soil, wheel, Contact(speed * np.cos(angle), -speed * np.sin(angle), spin, load, **rut))
+
+    bed, left = SoilBed(soil, 0.02), by_law(10500.0, 0.02)
+    on_bed(bed, 10500.0, 0.02, 0.0)
+    force, sinkage = on_bed(bed, 9000.0, 0.05, beside * wheel.width)
+    felt = by_law(9000.0, 0.05, entry_path=left.exit_path, rut_depth=left.sinkage, overlap=1.0 - beside)
+    assert float(felt.sinkage) == pytest.approx(sinkage, rel=0.025)
+    assert float(felt.f_y) == pytest.approx(force, rel=0.025)
 
 
 def test_front_wheels_meet_fresh_soil():
