@@ -210,9 +210,7 @@ def in_order(stage: str, corrections: Sequence[Correction]) -> list[Correction]:
                 )
     ordered: list[Correction] = []
     while waiting:
-        free = next(
-            (c for c in waiting if not any(c is not o and set(c.reads) & o.writes for o in waiting)), None
-        )
+        free = next((c for c in waiting if not any(c is not o and set(c.reads) & o.writes for o in waiting)), None)
         if free is None:
             changed = {name for c in waiting for name in c.writes}
             circle = "; ".join(f"{c.effect} reads {', '.join(sorted(changed & set(c.reads)))}" for c in waiting)

@@ -16,9 +16,7 @@ def effect(vehicle: Vehicle) -> Effect:
         parameters=Layout.of(Signal("bank", "rad", "slope, rising towards world +y", 0.0, -0.4, 0.4, spread=0.15)),
         typical={"bank": 0.03},
         corrections={
-            "inputs": Correction(
-                lambda q: along_world(q, 0.0, -GRAVITY * ca.sin(q["bank"])), adds=("gravity_x", "gravity_y")
-            )
+            "inputs": Correction(lambda q: along_world(q, 0.0, -GRAVITY * ca.sin(q["bank"])), adds=("gravity_x", "gravity_y"))
         },
         signatures=("constant side force",),
         separates="driving on all headings, at several speeds, with an accelerometer (specific force does not contain gravity)",

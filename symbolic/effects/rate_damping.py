@@ -14,9 +14,7 @@ def effect(vehicle: Vehicle) -> Effect:
         doc="soil that resists fast sinking by another amount than declared",
         kind="soil",
         reference="soil contact model: sigma -= R V_n",
-        parameters=Layout.of(
-            Signal("damping_change", "Pa s/m", "damping beyond the declared", 0.0, -3e4, 1e5, spread=3e4)
-        ),
+        parameters=Layout.of(Signal("damping_change", "Pa s/m", "damping beyond the declared", 0.0, -3e4, 1e5, spread=3e4)),
         typical={"damping_change": -5e3},
         corrections={"contacts": Correction(each_wheel(_compute), sets=("wheel.soil.R",))},
         signatures=("cornering slope",),

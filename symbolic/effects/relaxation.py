@@ -18,9 +18,7 @@ def effect(vehicle: Vehicle) -> Effect:
         doc="tyre force that needs a travelled length to build up",
         kind="tyre",
         reference="first-order tyre relaxation (Pacejka)",
-        parameters=Layout.of(
-            Signal("relaxation_length", "m", "relaxation length beyond 0.15 m", 0.0, 0.0, 2.0, spread=0.7)
-        ),
+        parameters=Layout.of(Signal("relaxation_length", "m", "relaxation length beyond 0.15 m", 0.0, 0.0, 2.0, spread=0.7)),
         typical={"relaxation_length": 0.2},
         corrections={
             "balance": Correction(

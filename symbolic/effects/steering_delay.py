@@ -8,10 +8,7 @@ from softsoil.symbolic.steering import RESTS_ON, SEPARATES, added
 CELLS = 36
 SPACING = 0.0115
 """s between remembered commands: 36 cells reach 0.4 s back."""
-VALUES = (
-    Signal("angle", "rad", "steering command"),
-    Signal("rate", "rad/s", "rate of the steering command"),
-)
+VALUES = (Signal("angle", "rad", "steering command"), Signal("rate", "rad/s", "rate of the steering command"))
 
 
 def effect(vehicle: Vehicle) -> Effect:

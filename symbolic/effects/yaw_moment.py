@@ -12,9 +12,7 @@ def effect(vehicle: Vehicle) -> Effect:
         reference="moment balance",
         parameters=Layout.of(Signal("yaw_moment", "N m", "moment, left positive", 0.0, -5000.0, 5000.0, spread=1500)),
         typical={"yaw_moment": 300.0},
-        corrections={
-            "balance": Correction(lambda q: {"moment_z": q["moment_z"] + q["yaw_moment"]}, adds=("moment_z",))
-        },
+        corrections={"balance": Correction(lambda q: {"moment_z": q["moment_z"] + q["yaw_moment"]}, adds=("moment_z",))},
         signatures=("constant side force", "turning moment"),
         separates="several speeds: an offset's moment follows the tyre force, this one stands still",
         repeats=True,

@@ -25,6 +25,9 @@ from softsoil.symbolic.smooth import Scalar
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.wheel import Contact, Wheel, WheelForce
 
+GAUSS = ((-math.sqrt(0.6), 5.0 / 18.0), (0.0, 4.0 / 9.0), (math.sqrt(0.6), 5.0 / 18.0))
+"""Places over half a length from its middle, and shares of the three points."""
+
 
 @dataclass(frozen=True)
 class Factors:
@@ -95,10 +98,9 @@ class TurnSlip:
             more = _strip(soil, wheel, motion, inside, entered, per_k, aside)
             f_x, f_y, m_y, m_z = f_x + more[0], f_y + more[1], m_y + more[2], m_z + more[3]
         rear, front = -beside.x_rear, beside.x_front
-        length = motion.at(rear, rim_depth(rear * rear, wheel.radius))[2]
         drift = motion.mean_y(rear, front) * ((front - rear) / v)
         shift = -0.5 * drift * ((front + rear) / (front - rear))
-        path = motion.path(rear, front, length, 0.0) * self.factors.path
+        path = motion.left(rear, front) * self.factors.path
         return WheelForce(f_x, f_y, m_y, m_z, beside.sinkage, path, ca.sqrt(drift * drift + 1e-8), shift)
 
 
@@ -168,13 +170,21 @@ class Sliding:
         along: x over x_front; length: |u| at x, which is the first of the points (weight 1/4); the other (3/4) lies two thirds of
         the way to x_front, where the soil met the velocity of its time.
         """
-        behind = (2.0 / 3.0) * (x_front - x)
-        there = x + behind
-        met = self._met(there, rim_depth(there * there, self.radius), along + (2.0 / 3.0) * (1.0 - along))
-        u_x = self.contact.v_x - self.contact.omega * met
-        u_y = self.contact.v_y + self.contact.yaw_rate * there - self._change * (0.5 * behind)
-        mean = 0.25 * length + 0.75 * self._length(u_x, u_y)
+        there = x + (2.0 / 3.0) * (x_front - x)
+        mean = 0.25 * length + 0.75 * self._met_at(there, x, along + (2.0 / 3.0) * (1.0 - along))
         return mean * ((0.5 * (x_front - x)) * self.twice_per_v + self.extra)
+
+    def left(self, rear: Scalar, front: Scalar) -> Scalar:
+        """Shear path (m) of the soil that leaves at `rear` (m) and entered at `front` (m), by three Gauss points: |u| has a kink
+        where the rim of a driven wheel moves with the soil."""
+        middle, half = 0.5 * (front + rear), 0.5 * (front - rear)
+        mean = sum(share * self._met_at(middle + half * place, rear, max(place, 0.0)) for place, share in GAUSS)
+        return mean * (half * self.twice_per_v + self.extra)
+
+    def _met_at(self, x: Scalar, now: Scalar, along: float) -> Scalar:
+        """|u| that the soil now at `now` (m) met at x (m)."""
+        u_x = self.contact.v_x - self.contact.omega * self._met(x, rim_depth(x * x, self.radius), along)
+        return self._length(u_x, self.contact.v_y + self.contact.yaw_rate * x - self._change * (0.5 * (x - now)))
 
     @property
     def _change(self) -> Scalar:
