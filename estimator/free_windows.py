@@ -147,9 +147,7 @@ class FreeWindows:
         """Rows before a window from which its histories are run."""
         return self._before
 
-    def linearise(
-        self, p: Array, x0: Array, free: Sequence[Free], which: Windows = ALL, memory: Array | None = None
-    ) -> Linear:
+    def linearise(self, p: Array, x0: Array, free: Sequence[Free], which: Windows = ALL, memory: Array | None = None) -> Linear:
         """Residuals and derivatives at p (n_p,), x0 (W, 6), of the windows `which` (increasing indices, default all).
 
         memory (1 + K, W, n_m): histories at their starts for p and for each free number moved, default run before them.
@@ -218,9 +216,7 @@ class FreeWindows:
         return out.reshape(many, count, self.steps + 1, 2 * N)
 
 
-def _rows(
-    model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float
-) -> NDArray[np.int_]:
+def _rows(model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float) -> NDArray[np.int_]:
     """First rows of windows of so many steps, `apart` rows apart.
 
     None runs across a steering that is faster than `fastest`, or a measured speed below `slowest`.

@@ -42,9 +42,7 @@ def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[s
 
 def _check_forward(recording: Recording) -> None:
     back = np.nan_to_num(recording["u"], nan=0.0) < REVERSING
-    run = (
-        np.convolve(back, np.ones(REVERSING_SAMPLES), mode="valid") if len(back) >= REVERSING_SAMPLES else np.array([])
-    )
+    run = np.convolve(back, np.ones(REVERSING_SAMPLES), mode="valid") if len(back) >= REVERSING_SAMPLES else np.array([])
     if run.size and run.max() >= REVERSING_SAMPLES:
         row = int(np.argmax(run >= REVERSING_SAMPLES)) + 1
         raise ValueError(

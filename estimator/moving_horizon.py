@@ -133,7 +133,7 @@ def estimate_horizon(
 
 def drive_windows(recording: Recording, model: Model, start: float, rules: HorizonRules) -> FreeWindows:
     """Windows of a drive after `start` seconds, weighted by sensor noise and model error."""
-    drive = shooting_drive(recording, model, start)
+    drive = shooting_drive(recording, model, start, live=True)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
     compiled = WindowModel(with_log_wheels(model, [recording]), drive.dt, substeps_for(drive.dt))
     return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in, rules.slowest)

@@ -20,7 +20,7 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import StepLoop
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.clock import on_even_clock, on_fine_clock
-from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.states import known_states, measured_states
 from softsoil.symbolic.model import Model
 
@@ -51,20 +51,23 @@ class Drive:
     first: int
 
 
-def shooting_drive(recording: Recording, model: Model, start: float, smoothing: float = SMOOTHING) -> Drive:
+def shooting_drive(recording: Recording, model: Model, start: float, smoothing: float = SMOOTHING, live: bool = False) -> Drive:
     """The drive on an even clock with smoothed states; `start` seconds at its beginning are left out of windows;
-    smoothing: length of the polynomial (s), to be shorter for a smaller and quicker vehicle.
+    smoothing: length of the polynomial (s), to be shorter for a smaller and quicker vehicle. Wheel speeds are smoothed with it,
+    since the shear path goes by the size of the slip, which noise only enlarges; not where windows are to be as they are
+    `live`, when no later sample is there.
 
     Raises ValueError for reversing, inputs that the drive cannot give, or a drive shorter than a few seconds.
     """
     log = on_fine_clock(on_even_clock(recording))
     measured = measured_states(log)
     inputs, _ = measured_inputs(log, model.external)
+    spins = [i for i, name in enumerate(model.external.names) if name in WHEEL_CHANNELS]
+    if spins and not live:
+        inputs[:, spins] = smoothed(inputs[:, spins], log.dt, smoothing)
     first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
     if len(log) - first < 3.0 / log.dt:
-        raise ValueError(
-            f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s"
-        )
+        raise ValueError(f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s")
     return Drive(log.name, log.dt, log.t, measured, smoothed(known_states(log), log.dt, smoothing), inputs, first)
 
 
@@ -107,9 +110,7 @@ class Shooting:
     functions for this time step, where there are some already.
     """
 
-    def __init__(
-        self, model: Model, drive: Drive, horizon: float, substeps: int = 1, compiled: Compiled | None = None
-    ) -> None:
+    def __init__(self, model: Model, drive: Drive, horizon: float, substeps: int = 1, compiled: Compiled | None = None) -> None:
         self.model, self.drive = model, drive
         self.compiled = compiled or Compiled.of(model, drive.dt, substeps)
         self.steps = max(round(horizon / drive.dt), 2)
