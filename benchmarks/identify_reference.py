@@ -9,8 +9,8 @@ step drives among it; how: `benchmarks/judges/identified.py`.
 With --declared, the numbers of vehicles/reference.toml that logs can see, in the structure that the file declares: windows with
 free initial states, weighted as the moving horizon weights them, on one multi-sine and one full-lock drive of clay and of sandy
 loam. Numbers of the hardpoints count with the error of measuring them, yaw inertia, kappa and the pull with their priors, and the
-radius as a tape says it. The file holds such a fit by an earlier form of the law in ruts, whose numbers lie within the errors of what is
-printed, with wider standard deviations: with those printed, and the numbers, `refine` named a load beside the bank of effect_bank.
+radius as a tape says it. The file holds such a fit by an earlier form of the law in ruts: its numbers lie within the errors of
+what is printed, its standard deviations are wider. With what is printed, `refine` named a load beside the bank of effect_bank.
 """
 
 from __future__ import annotations
