@@ -81,4 +81,4 @@ def test_n_without_v_and_without_pose_is_that_of_the_whole_log(good):
     for dropped in (("v",), ("x", "y", "psi")):
         drive = completed(without(good, *dropped), reference_vehicle())
         n = estimate_terrain(drive, model, 0.7, tied=True, start=2.0).n_front[-1]
-        assert n == pytest.approx(whole, rel=0.03)
+        assert n == pytest.approx(whole, rel=0.04)
