@@ -109,6 +109,7 @@ def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str
     reduced = reduce_windows(linear)
     leverage = np.einsum("wmi,wij,wmj->wm", linear.by_state, reduced.inverse, linear.by_state)
     shape = windows.recorded[which].shape
+    # All derivatives are 0 where the model has no finite answer: such a window says nothing.
     sound = np.abs(linear.by_state).max(axis=(1, 2))[:, None] > 0.0
     residual, leverage = linear.residual.reshape(shape) * windows.sigma, leverage.reshape(shape)
     shares, errors = {}, {}
