@@ -151,7 +151,7 @@ class _Rut:
         sigma_m = self.stiffness * ca.exp(soil.n * log_h) * square / (square + EDGE * EDGE)
         x_front, nodes = ca.sqrt(height * (2.0 * r - height)), []
         x_rear = ca.sqrt(2.0 * r * sigma_m / soil.K + LOWEST * LOWEST)
-        for along, weight in _rule(RUT_NODES):
+        for along, weight in gauss_rule(RUT_NODES):
             x = along * x_front
             depth = fresh.rim_depth(x * x, r)
             sunk = ca.fmax(1.0 - (r - depth) / h, 1e-6)
@@ -162,7 +162,7 @@ class _Rut:
 
 
 @lru_cache(maxsize=16)
-def _rule(count: int) -> tuple[tuple[float, float], ...]:
-    """(x/x_f, dx/x_f) from front to rear: Gauss nodes of (0, 1)."""
+def gauss_rule(count: int) -> tuple[tuple[float, float], ...]:
+    """`count` Gauss nodes of (0, 1) from front to rear, and their weights: of a contact, X/x_f and dX/x_f."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return tuple((float(0.5 + 0.5 * a), float(0.5 * w)) for a, w in zip(nodes[::-1], weights[::-1], strict=True))

@@ -20,13 +20,10 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 
 from softsoil.symbolic.contact_line import ContactLine, rim_depth, tan_phi
-from softsoil.symbolic.rut_line import contact_lines
+from softsoil.symbolic.rut_line import contact_lines, gauss_rule
 from softsoil.symbolic.smooth import Scalar
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.wheel import Contact, Wheel, WheelForce
-
-GAUSS = ((-math.sqrt(0.6), 5.0 / 18.0), (0.0, 4.0 / 9.0), (math.sqrt(0.6), 5.0 / 18.0))
-"""Places over half a length from its middle, and shares of the three points."""
 
 
 @dataclass(frozen=True)
@@ -177,9 +174,9 @@ class Sliding:
     def left(self, rear: Scalar, front: Scalar) -> Scalar:
         """Shear path (m) of the soil that leaves at `rear` (m) and entered at `front` (m), by three Gauss points: |u| has a kink
         where the rim of a driven wheel moves with the soil."""
-        middle, half = 0.5 * (front + rear), 0.5 * (front - rear)
-        mean = sum(share * self._met_at(middle + half * place, rear, max(place, 0.0)) for place, share in GAUSS)
-        return mean * (half * self.twice_per_v + self.extra)
+        way = front - rear
+        mean = sum(share * self._met_at(rear + place * way, rear, max(2.0 * place - 1.0, 0.0)) for place, share in gauss_rule(3))
+        return mean * (0.5 * way * self.twice_per_v + self.extra)
 
     def _met_at(self, x: Scalar, now: Scalar, along: float) -> Scalar:
         """|u| that the soil now at `now` (m) met at x (m)."""
