@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
+from softsoil.codegen.sampling import STEP
 from softsoil.estimator.drift import CHANNELS, DriftRules
 from softsoil.estimator.estimate import START_UP
 from softsoil.estimator.inputs import measured_inputs
@@ -30,8 +31,10 @@ from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
-SPLICE, WINDOW, WITHIN = 15.0, 104, 5.0
-"""s after the start at which a fault begins; updates of the allowance's mean; s within which an alarm is asked."""
+SPLICE, WINDOW, WITHIN = 15.0, 2.5, 5.0
+"""s after the start at which a fault begins; s of the allowance's mean; s within which an alarm is asked."""
+UPDATES = STEP * Tuning().update_every
+"""s between updates on the reference drives."""
 ON_LOAM = ("bank", "steer_lag", "wind", "locked_axles", "backlash")
 """`effect_*` drives on sandy loam, by the data's README; the others are on clay."""
 CLASSES = {
@@ -95,7 +98,7 @@ def run(log: Path, soil: Soil, vehicle: Vehicle, seed: int, fault: Fault | None 
     added = []
     for k in range(len(u) - 1):
         own.predict(u[k])
-        if k % 2:
+        if (k + 1) % tuning.update_every == 0:
             own.update(y[k + 1])
             if own.t > DriftRules().after:
                 added.append(own.drift.added)
@@ -111,9 +114,8 @@ def spoiled(drive: Recording, fault: Fault) -> Recording:
 
 def fitted(added: list[Array], dt: float) -> tuple[Array, Array]:
     """(9,) allowances and limits that drives without drift give; added: of each, from `run`; dt: s between updates."""
-    means = [
-        np.abs(np.array([np.convolve(column, np.ones(WINDOW) / (WINDOW * dt), "valid") for column in a.T])) for a in added
-    ]
+    mean = np.full(round(WINDOW / dt), 1.0 / WINDOW)
+    means = [np.abs(np.array([np.convolve(column, mean, "valid") for column in a.T])) for a in added]
     allowance = np.max([np.quantile(m, 0.95, axis=1) for m in means], axis=0)
     largest = np.zeros_like(allowance)
     for a in added:
@@ -145,7 +147,7 @@ def main() -> None:
     clean = nominal_logs(options.folder)
     fit, judge = clean[::2], clean[1::2]
     parts = [run(log, true_soil(drive_name(log)), vehicle, seed)[1] for log in fit for seed in range(options.seeds)]
-    allowance, limit = fitted(parts, 0.024)
+    allowance, limit = fitted(parts, UPDATES)
     print(f"fit drives: {', '.join(log.name.removesuffix('.csv.gz') for log in fit)}")
     for i, channel in enumerate(CHANNELS):
         stated = f"{channel.name:14s} allowance {channel.allowance:.4f} (fit {allowance[i]:.4f})"
@@ -154,7 +156,7 @@ def main() -> None:
     for log in judge:
         for seed in range(options.seeds):
             own, added = run(log, true_soil(drive_name(log)), vehicle, seed)
-            hours += len(added) * 0.024 / 3600
+            hours += len(added) * UPDATES / 3600
             false += own.drift.alarm is not None
     print(f"clean judging drives: {false} false alarms in {60 * hours:.0f} min, {false / hours:.1f} per hour (95 %: below "
           f"{(false + 3 if false == 0 else false + 1.64 * np.sqrt(false) + 1.4) / hours:.1f})")

@@ -12,7 +12,6 @@
 
 #define LINE 8192
 #define COLUMNS 128
-#define EVERY 2 /* predictions per update */
 
 static const char *const input_names[SOFTSOIL_N_U] = {"steer", "steer_rate", "a_x", "omega_fl", "omega_fr", "omega_rl", "omega_rr"};
 static const char *const measurement_names[SOFTSOIL_N_Y] = {"x", "y", "psi", "u", "v", "omega_z"};
@@ -159,10 +158,8 @@ int main(int argc, char **argv) {
     const double t = cell(&table, row + 1, "t");
     for (int i = 0; i < SOFTSOIL_N_U; ++i) u[i] = input(&table, row, input_names[i]);
     status = softsoil_predict(&s, u, t - s.t);
-    if ((row + 1 - first) % EVERY == 0) {
-      for (int i = 0; i < SOFTSOIL_N_Y; ++i) y[i] = cell(&table, row + 1, measurement_names[i]);
-      status = softsoil_update(&s, y, NULL, t);
-    }
+    for (int i = 0; i < SOFTSOIL_N_Y; ++i) y[i] = cell(&table, row + 1, measurement_names[i]);
+    status = softsoil_update(&s, y, NULL, t);
     if (s.t >= said + 1.0) {
       said = s.t;
       say(&s);

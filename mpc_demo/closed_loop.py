@@ -1,4 +1,4 @@
-"""The loop closed on the plant: sensors at 12 ms, estimator at 12/24 ms, NMPC at 48 ms on the estimate, plant at 2 ms."""
+"""The loop closed on the plant: sensors at 12 ms, estimator at 12 ms, NMPC at 48 ms on the estimate, plant at 2 ms."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def test_example_prints_n(tmp_path):
     y = measured_states(drive)[first:]
     x0 = np.concatenate([y[0], [0.5, 0.5]])
     own = CFilter(library, x0, t=drive.t[first])
-    own.replay(drive.t[first:], u, y, every=2)
+    own.replay(drive.t[first:], u, y, every=1)
     expected = [own.x[6], own.std[6], own.x[7], own.std[7]]
     filtered, judged = np.array(found, dtype=float)
     assert np.allclose(filtered, expected, rtol=0, atol=PRINTED)
