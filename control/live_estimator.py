@@ -49,7 +49,10 @@ class LiveEstimator:
         self.terrain.set_n(n)
 
     def tick(self, inputs: Mapping[str, float], y: Array) -> None:
-        """Predict over one tick with the inputs by name, update with y (6,) at every `update_every`th; NaN where none was measured."""
+        """Predict over one tick with the inputs by name, update with y (6,); NaN where none was measured.
+
+        Of every `update_every` ticks of the tuning the last one updates.
+        """
         self.terrain.predict(np.array([inputs[name] for name in self._names]))
         self._count += 1
         if self._count % self.tuning.update_every == 0:
