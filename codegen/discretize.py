@@ -82,15 +82,16 @@ def advance_memory(model: Model, dt: float) -> ca.Function:
 
 def start_memory(model: Model) -> ca.Function:
     """CasADi function [x, u_external, p] -> [m]: the histories at a standing start."""
-    x, _, p = model.symbols()
-    external = ca.SX.sym("u_external", len(model.external))
-    provided = model.u.nominal[len(model.external) :]
-    q = model.quantities(x, ca.vertcat(external, provided), p) if model.memories else {}
+    x, u, p = model.symbols()
+    q = model.quantities(x, u, p) if model.memories else {}
     first: list[ca.SX] = []
     for memory in model.memories:
         values = memory.start(q)
         first += [ca.SX(values[name]) for name in memory.cells.names]
-    m = ca.vertcat(*first) if first else ca.SX(0, 1)
+    external = ca.SX.sym("u_external", len(model.external))
+    provided = model.u.nominal[len(model.external) :]
+    cells = ca.Function("cells", [x, u, p], [ca.vertcat(ca.SX(0, 1), *first)])
+    m = cells(x, ca.vertcat(external, provided), p)
     return ca.Function("start_memory", [x, external, p], [m], ["x", "u_external", "p"], ["m"])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +79,7 @@ class TerrainEstimate:
         return float(self.t[min(last, len(self.t) - 1)] - self.t[0])
 
 
+@lru_cache(maxsize=4)
 def terrain_model(model: Model, tied: bool) -> Model:
     """The model with n as a state: n_f and n_r as in the paper, or one n for both axles (`tied`)."""
     if tied:
@@ -128,13 +130,21 @@ def estimate_terrain(
     where = [augmented.x.index(name) for name in (("n", "n") if tied else ("n_f", "n_r"))]
     t, nis, dof, states, n_std = (np.array(column) for column in zip(*kept, strict=True))
     n, std = states[:, where], n_std[:, [0, -1]]
-    return TerrainEstimate(
+    found = TerrainEstimate(
         t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
         states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=own.ukf.counts, step_us=np.array(step_us),
         parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])}, changes=tuple(own.changes), revoked=tuple(own.revoked),
         drift=own.drift.first_alarm(catalogue(load_vehicle("reference")).values()),
         noise_free=bool(np.all(sensor_std(log, np.zeros(len(STATE_CHANNELS))) < NOISE_FREE * np.array(tuning.sensor_floor))),
     )  # fmt: skip
+    _idle(augmented, log.dt, tuning).append(own)
+    return found
+
+
+@lru_cache(maxsize=4)
+def _idle(model: Model, dt: float, tuning: Tuning) -> list[TerrainFilter]:
+    """Compiled filters that no drive uses: building one takes longer than a drive."""
+    return []
 
 
 def _filter(log: Recording, model: Model, n0: float, tuning: Tuning) -> TerrainFilter:
@@ -142,14 +152,14 @@ def _filter(log: Recording, model: Model, n0: float, tuning: Tuning) -> TerrainF
     if not bounds.lower <= n0 <= bounds.upper:
         raise ValueError(f"n0: expected a first guess in [{bounds.lower}, {bounds.upper}], found {n0}")
     sensor = sensor_std(log, np.array(tuning.sensor_floor))
-    known = known_states(log)
-    motion = [_first(known[:, i]) for i in range(known.shape[1])]
-    own = TerrainFilter(model, log.dt, sensor, tuning)
-    own.start(first_state(model, motion, n0), tuning.std0(model.x, sensor), float(log.t[0]))
+    idle = _idle(model, log.dt, tuning)
+    own = idle.pop() if idle else TerrainFilter(model, log.dt, sensor, tuning)
+    own.set_sensors(sensor)
+    x0 = first_state(model, [_first(column) for column in known_states(log).T], n0)
+    own.start(x0, tuning.std0(model.x, sensor), float(log.t[0]))
     return own
 
 
 def _first(values: Array) -> float:
     """Median of the first few finite values: a first state that one outlier does not spoil."""
-    good = values[np.isfinite(values)][:5]
-    return float(np.median(good)) if len(good) else 0.0
+    return float(np.median(values[np.isfinite(values)][:5])) if np.isfinite(values).any() else 0.0

@@ -78,18 +78,22 @@ class TerrainFilter:
         self._wheels = [i for i, name in enumerate(model.external.names) if name in WHEEL_CHANNELS]
         self._patience = tuning.patiences(model.y)
         self._measures = np.array([states.names.index(name) if name in states.names else -1 for name in model.y.names])
-        sensor = np.asarray(r_std, dtype=float)
-        self._r = sensor**2 + np.array(tuning.output_error) ** 2
         self._steer_rate = model.external.names.index("steer_rate") if "steer_rate" in model.external.names else -1
         self._missed = np.array(tuning.output_error) ** 2
-        self.drift = DriftMonitor(self._noise_scale(sensor))
         self._change = SoilChange(tuning, len(self._soil))
         self._trial = SoilTrial(tuning, self._q[self._soil])
         self.ukf = UnscentedKalmanFilter(
-            model, self._step, q=self._q * self._step, r=self._r, x0=states.nominal,
+            model, self._step, q=self._q * self._step, r=np.ones(len(model.y)), x0=states.nominal,
             p0=np.ones(len(states)), gate=tuning.gate, order=factor_order(model),
         )  # fmt: skip
+        self.set_sensors(r_std)
         self.start(states.nominal, tuning.std0(states, tuning.sensor_floor))
+
+    def set_sensors(self, r_std: ArrayLike) -> None:
+        """Take r_std (n_y,) for the standard deviations of the measurements, before a drive."""
+        self._r = np.asarray(r_std, dtype=float) ** 2 + self._missed
+        self.ukf.set_measurement_noise(self._r)
+        self.drift = DriftMonitor(self._noise_scale(np.asarray(r_std, dtype=float)))
 
     def start(self, x0: ArrayLike, std0: ArrayLike, t: float = 0.0, learn: bool = True) -> None:
         """Begin a drive at x0 (n_x,) with standard deviations std0 (n_x,) at t (s); learn: whether n is estimated, else it
@@ -272,8 +276,4 @@ class TerrainFilter:
 
 def first_state(model: Model, motion: Sequence[float] | Array, n0: float) -> Array:
     """(n_x,) first state of a terrain model: motion (6,), the initial guess n0, nominal values of what an effect brings."""
-    x0 = np.array([*motion, *model.x.nominal[len(motion) :]])
-    for i, name in enumerate(model.x.names):
-        if name in N_NAMES:
-            x0[i] = n0
-    return x0
+    return np.array([*motion, *(n0 if x.name in N_NAMES else x.nominal for x in tuple(model.x)[len(motion) :])])

@@ -71,17 +71,17 @@ class UnscentedKalmanFilter:
         order: Sequence[int] | None = None,
     ) -> None:
         scaling = scaling or UnscentedScaling()
-        n_x, n_y = len(model.x), len(model.y)
+        n_x = len(model.x)
         self.model, self.dt = model, dt
-        self.p = model.p.nominal if p is None else _vector(p, len(model.p), "p")
+        self.p = model.p.nominal if p is None else _checked(p, len(model.p), "p").copy()
         self.gate = gate
         self.counts = Counts()
         self._compile(method, substeps, scaling, compiled, order)
         self._predict.inputs[4][...] = _covariance(q, n_x, "q", definite=False)
-        self._update.inputs[6][...] = _covariance(r, n_y, "r", definite=True)
+        self.set_measurement_noise(r)
         self._update.inputs[7][...] = min(gate, 1e150)
         self._parameters[:, 0] = self.p
-        self.x = _vector(x0, n_x, "x0")
+        self.x = _checked(x0, n_x, "x0")
         self.P = _covariance(p0, n_x, "p0", definite=False)
         self._started = not model.memories
 
@@ -135,7 +135,7 @@ class UnscentedKalmanFilter:
         x0 (n_x,); p0: (n_x,) variances or (n_x, n_x) covariance. Raises ValueError as the constructor does.
         """
         self._stand(0)
-        self.x = _vector(x0, len(self.model.x), "x0")
+        self.x = _checked(x0, len(self.model.x), "x0")
         self.P = _covariance(p0, len(self.model.x), "p0", definite=False)
         self._started = not self.model.memories
         self._external[:] = self.model.external.nominal
@@ -230,6 +230,10 @@ class UnscentedKalmanFilter:
         for row, value in zip(rows, np.atleast_1d(variance), strict=True):
             noise[row, row] = value
 
+    def set_measurement_noise(self, r: ArrayLike) -> None:
+        """Variances (n_y,) or covariance (n_y, n_y) of the measurements from now on."""
+        self._update.inputs[6][...] = _covariance(r, len(self.model.y), "r", definite=True)
+
     def open(self, rows: NDArray[np.int_], variance: Array, away: Array) -> None:
         """Move the states `rows` (K,) by away (K,), inside their bounds, and add variance (K,): they have jumped thereabouts."""
         x, cov = self._pairs[self._at]
@@ -260,11 +264,6 @@ class UnscentedKalmanFilter:
         """(n_x,) diagonal of P."""
         return self._pairs[self._at][1].diagonal().copy()
 
-    def std(self, name: str) -> float:
-        """Standard deviation of the named state."""
-        at = self.model.x.index(name)
-        return float(np.sqrt(self._pairs[self._at][1][at, at]))
-
     def __getitem__(self, name: str) -> float:
         """Estimate of the named state."""
         return float(self._pairs[self._at][0][self.model.x.index(name), 0])
@@ -284,15 +283,13 @@ class UnscentedKalmanFilter:
                 name = self.model.external.names[i]
                 self.counts.held_inputs[name] = self.counts.held_inputs.get(name, 0) + 1
             external = np.where(finite, external, self._external)
-        if not self.model.memories:
-            self._external[:] = external
-            return
         self._external[:] = external
         if not self._started:
             self._start.run()
             self._read.inputs[3][...] = self._start.outputs[0]
             self._started = True
-        self._read.run()
+        if self.model.memories:
+            self._read.run()
 
     def _count(self, usable: NDArray[np.bool_], used: NDArray[np.bool_]) -> None:
         for i, name in enumerate(self.model.y.names):
@@ -313,10 +310,6 @@ def _checked(value: ArrayLike, size: int, name: str) -> Array:
     if vector.shape != (size,):
         raise ValueError(f"{name}: expected shape ({size},), found {vector.shape}")
     return vector
-
-
-def _vector(value: ArrayLike, size: int, name: str) -> Array:
-    return _checked(value, size, name).copy()
 
 
 def _covariance(value: ArrayLike, size: int, name: str, definite: bool) -> Array:

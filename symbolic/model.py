@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from operator import is_
 from typing import Any
 
 import casadi as ca
@@ -140,7 +142,14 @@ class Model:
         return Layout(tuple(signal for memory in self.memories for signal in memory.cells))
 
     def quantities(self, x: ca.SX, u: ca.SX, p: ca.SX) -> Quantities:
-        """All quantities of the chain for (n_x,), (n_u,), (n_p,) CasADi vectors."""
+        """All quantities of the chain for (n_x,), (n_u,), (n_p,) CasADi vectors, those of `symbols` computed once."""
+        return dict(self._chain) if all(map(is_, (x, u, p), self._symbols)) else self._through(x, u, p)
+
+    @cached_property
+    def _chain(self) -> Quantities:
+        return self._through(*self._symbols)
+
+    def _through(self, x: ca.SX, u: ca.SX, p: ca.SX) -> Quantities:
         q: Quantities = {}
         for layout, vector in ((self.x, x), (self.u, u), (self.p, p)):
             q.update({name: vector[i] for i, name in enumerate(layout.names)})
@@ -150,27 +159,26 @@ class Model:
 
     def ode(self) -> ca.Function:
         """CasADi function [x, u, p] -> [xdot]."""
-        x, u, p = self.symbols()
-        q = self.quantities(x, u, p)
-        xdot = ca.vertcat(*[self._result(q, f"d_{name}") for name in self.x.names])
-        return ca.Function("ode", [x, u, p], [xdot], ["x", "u", "p"], ["xdot"])
+        return self._function("ode", "xdot", [f"d_{name}" for name in self.x.names])
 
     def measurement(self) -> ca.Function:
         """CasADi function [x, u, p] -> [y]."""
-        x, u, p = self.symbols()
-        q = self.quantities(x, u, p)
-        y = ca.vertcat(*[self._result(q, f"y_{name}") for name in self.y.names])
-        return ca.Function("measurement", [x, u, p], [y], ["x", "u", "p"], ["y"])
+        return self._function("measurement", "y", [f"y_{name}" for name in self.y.names])
 
     def probe(self, *names: str) -> ca.Function:
         """CasADi function [x, u, p] -> [values of the named quantities]; KeyError for one the chain does not compute."""
-        x, u, p = self.symbols()
-        q = self.quantities(x, u, p)
-        values = ca.vertcat(*[self._result(q, name) for name in names])
-        return ca.Function("probe", [x, u, p], [values], ["x", "u", "p"], ["values"])
+        return self._function("probe", "values", names)
+
+    def _function(self, name: str, result: str, quantities: Sequence[str]) -> ca.Function:
+        values = ca.vertcat(*[self._result(self._chain, quantity) for quantity in quantities])
+        return ca.Function(name, [*self._symbols], [values], ["x", "u", "p"], [result])
 
     def symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """Fresh symbols (x, u, p)."""
+        """The model's own symbols (x, u, p), the same at every call."""
+        return self._symbols
+
+    @cached_property
+    def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
         return ca.SX.sym("x", len(self.x)), ca.SX.sym("u", len(self.u)), ca.SX.sym("p", len(self.p))
 
     def _result(self, q: Quantities, name: str) -> Scalar:

@@ -55,6 +55,18 @@ def test_estimate_follows_the_soil_and_not_its_first_guess():
     assert from_above.n_front[-1] == pytest.approx(0.8, rel=0.05)
 
 
+def test_a_drive_after_another_with_one_model_gives_what_it_gives_alone():
+    """A filter is kept for the next drive: nothing of the last one, nor of its sensors, stays in it."""
+    drive, other = add_noise(clay_drive(), "table5", 3), add_noise(clay_drive(), "good", 4).between(0.0, 11.0)
+    alone = estimate_terrain(drive, nominal_bicycle(reference_vehicle(), CLAY), 0.7)
+    model = nominal_bicycle(reference_vehicle(), CLAY)
+    estimate_terrain(other, model, 0.4)
+    after = estimate_terrain(drive, model, 0.7)
+    for name in ("n_front", "n_rear", "n_front_std", "states", "nis"):
+        assert np.array_equal(getattr(after, name), getattr(alone, name)), name
+    assert after.counts == alone.counts
+
+
 def test_another_vehicle_on_another_soil():
     """A light, short vehicle on soil that is none of the classes: nothing is tied to the reference."""
     vehicle = reference_vehicle().with_(

@@ -129,3 +129,18 @@ def test_unknown_law_and_stage_are_named():
         nominal_bicycle(reference_vehicle(), CLAY).correct("tyres", lambda q: {})
     with pytest.raises(KeyError, match="expected its stages to compute 'nothing'"):
         nominal_bicycle(reference_vehicle(), CLAY).probe("nothing")
+
+
+def test_quantities_of_other_symbols_are_those_of_the_models_own_and_a_caller_may_change_what_it_gets():
+    model = nominal_bicycle(reference_vehicle(), CLAY)
+    own = model.quantities(*model.symbols())
+    own.clear()
+    others = [ca.SX.sym(name, len(layout)) for name, layout in zip("xup", (model.x, model.u, model.p), strict=True)]
+    point = np.array([0, 0, 0, 6, 0.2, 0.3]), inputs(steer=0.2), model.p.nominal
+    values = [
+        np.asarray(ca.Function("forces", list(symbols), [q["force_f"], q["d_omega_z"]])(*point))
+        for symbols in (model.symbols(), others)
+        for q in [model.quantities(*symbols)]
+    ]
+    assert np.array_equal(values[0], values[1])
+    assert np.all(values[0] != 0)
