@@ -137,14 +137,14 @@ def estimate_terrain(
         drift=own.drift.first_alarm(catalogue(load_vehicle("reference")).values()),
         noise_free=bool(np.all(sensor_std(log, np.zeros(len(STATE_CHANNELS))) < NOISE_FREE * np.array(tuning.sensor_floor))),
     )  # fmt: skip
-    _idle(augmented, log.dt, tuning).append(own)
+    _idle(augmented, log.dt, tuning)["filter"] = own
     return found
 
 
 @lru_cache(maxsize=4)
-def _idle(model: Model, dt: float, tuning: Tuning) -> list[TerrainFilter]:
-    """Compiled filters that no drive uses: building one takes longer than a drive."""
-    return []
+def _idle(model: Model, dt: float, tuning: Tuning) -> dict[str, TerrainFilter]:
+    """The `filter` that no drive uses, if there is one: building it takes longer than a drive."""
+    return {}
 
 
 def _filter(log: Recording, model: Model, n0: float, tuning: Tuning) -> TerrainFilter:
@@ -152,8 +152,7 @@ def _filter(log: Recording, model: Model, n0: float, tuning: Tuning) -> TerrainF
     if not bounds.lower <= n0 <= bounds.upper:
         raise ValueError(f"n0: expected a first guess in [{bounds.lower}, {bounds.upper}], found {n0}")
     sensor = sensor_std(log, np.array(tuning.sensor_floor))
-    idle = _idle(model, log.dt, tuning)
-    own = idle.pop() if idle else TerrainFilter(model, log.dt, sensor, tuning)
+    own = _idle(model, log.dt, tuning).pop("filter", None) or TerrainFilter(model, log.dt, sensor, tuning)
     own.set_sensors(sensor)
     x0 = first_state(model, [_first(column) for column in known_states(log).T], n0)
     own.start(x0, tuning.std0(model.x, sensor), float(log.t[0]))

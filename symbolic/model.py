@@ -108,8 +108,11 @@ class Model:
     memories: tuple[Memory, ...] = ()
     added: tuple[Added, ...] = ()
     geometry: Any = field(default=None, compare=False)
+    _symbols: tuple[ca.SX, ca.SX, ca.SX] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        symbols = tuple(ca.SX.sym(name, len(layout)) for name, layout in zip("xup", (self.x, self.u, self.p), strict=True))
+        object.__setattr__(self, "_symbols", symbols)
         _ = self.x + self.u + self.p  # raises where a name is taken twice
         provided = tuple(name for memory in self.memories for name in memory.provides.names)
         if provided and self.u.names[-len(provided) :] != provided:
@@ -176,10 +179,6 @@ class Model:
     def symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
         """The model's own symbols (x, u, p), the same at every call."""
         return self._symbols
-
-    @cached_property
-    def _symbols(self) -> tuple[ca.SX, ca.SX, ca.SX]:
-        return ca.SX.sym("x", len(self.x)), ca.SX.sym("u", len(self.u)), ca.SX.sym("p", len(self.p))
 
     def _result(self, q: Quantities, name: str) -> Scalar:
         if name not in q:
