@@ -41,13 +41,21 @@ def write_lanes(function: ca.Function, count: int, name: str, repeats: int = 1) 
     if repeats < 1 or (repeats > 1 and (len(outs) != 1 or outs[0] != ins[0])):
         raise ValueError(f"lanes: expected one output in the shape of the point to apply {function} {repeats} times")
     side = 2 if count > LANES and occupancy(instructions(function)) < NARROW else 1
-    kernel = write_kernel(function, f"{name}_group", (True, *[False] * (len(ins) - 1)), side, DIGITS)
-    header = (files("softsoil.codegen.c_library") / "templates" / "softsoil_lanes.h.in").read_text(encoding="utf-8")
     shapes = [_shapes(name, "in", [(ins[0][0], count), *ins[1:]])]
     shapes += [_shapes(name, "out", [(rows, count) for rows, _ in outs])]
-    return "\n".join(
-        [header, kernel, _driver(name, count, repeats, side, ins[0][0], len(ins), [rows for rows, _ in outs]), *shapes]
-    )
+    driver = _driver(name, count, repeats, side, ins[0][0], len(ins), [rows for rows, _ in outs])
+    return "\n".join([write_group(function, f"{name}_group", side), driver, *shapes])
+
+
+def write_group(function: ca.Function, name: str, side: int = 1) -> str:
+    """C source of `static void name(const ssv *x, shared inputs ..., ssv *results ...)` for one vector of points, and of `ssv`.
+
+    function, its inputs and results: as of `write_lanes`; side: vectors that are computed at once. A vector is SOFTSOIL_LANES
+    points wide, which the compiler's machine decides.
+    """
+    header = (files("softsoil.codegen.c_library") / "templates" / "softsoil_lanes.h.in").read_text(encoding="utf-8")
+    kernel = write_kernel(function, name, (True, *[False] * (function.n_in() - 1)), side, DIGITS)
+    return f"{header}\n{kernel}"
 
 
 def _driver(name: str, count: int, repeats: int, side: int, n_x: int, n_in: int, rows: Sequence[int]) -> str:

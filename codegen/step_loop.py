@@ -14,42 +14,62 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.compiled import build_library, find_compiler
-from softsoil.codegen.lanes import LANES, write_lanes
+from softsoil.codegen.lanes import write_group
 
 Array = NDArray[np.float64]
 
-_DRIVER = """#include <string.h>
-enum {{ NX = {nx}, NM = {nm}, NU = {nu}, NP = {np}, NY = {ny}, NZ = NX + NM + NU + NP, LANES = {lanes} }};
-int {name}(const double** arg, double** res, long long* iw, double* w, int mem);
+_DRIVER = """enum {{ NX = {nx}, NM = {nm}, NU = {nu}, NP = {np}, NY = {ny}, NZ = NX + NM + NU + NP, WIDE = SOFTSOIL_LANES }};
+
+/* Row i of z takes number i of each lane's own. */
+static void gather(ssv *z, int size, const double *const from[WIDE]) {{
+  double lane[WIDE];
+  for (int i = 0; i < size; ++i) {{
+    for (int l = 0; l < WIDE; ++l) lane[l] = from[l][i];
+    z[i] = ssv_load(lane);
+  }}
+}}
+
+static void scatter(const ssv *z, int size, int lanes, double *const to[WIDE]) {{
+  double lane[WIDE];
+  for (int i = 0; i < size; ++i) {{
+    ssv_store(lane, z[i]);
+    for (int l = 0; l < lanes; ++l) to[l][i] = lane[l];
+  }}
+}}
+
 /* known: states are given at every step, else only at the first; memories are kept at the rows (sorted) where wanted. */
 int {name}_loop(long jobs, long n, int known, const double* x, const double* m, const double* u, long u_stride,
                 const double* p, double* outputs, long n_rows, const long* rows, double* kept) {{
-  double z[LANES][NZ], xs[LANES * NX + 1], ms[LANES * NM + 1], ys[LANES * NY + 1];
-  const double* arg[1] = {{z[0]}};
-  double* res[3] = {{xs, ms, ys}};
-  for (long j = 0; j < jobs; j += LANES) {{
-    for (long l = 0; l < LANES; ++l) {{
-      long job = j + l < jobs ? j + l : jobs - 1;
-      memcpy(z[l], x + job * (known ? n : 1) * NX, NX * sizeof(double));
-      memcpy(z[l] + NX, m + job * NM, NM * sizeof(double));
-      memcpy(z[l] + NX + NM + NU, p + job * NP, NP * sizeof(double));
-    }}
+  ssv z[NZ + 1], xs[NX + 1], ms[NM + 1], ys[NY + 1];
+  const double *from[WIDE];
+  double *to[WIDE];
+  for (long first = 0; first < jobs; first += WIDE) {{
+    const int lanes = jobs - first < WIDE ? (int)(jobs - first) : WIDE;
+    long job[WIDE];
+    for (int l = 0; l < WIDE; ++l) job[l] = first + (l < lanes ? l : lanes - 1);
+    for (int l = 0; l < WIDE; ++l) from[l] = x + job[l] * (known ? n : 1) * NX;
+    gather(z, NX, from);
+    for (int l = 0; l < WIDE; ++l) from[l] = m + job[l] * NM;
+    gather(z + NX, NM, from);
+    for (int l = 0; l < WIDE; ++l) from[l] = p + job[l] * NP;
+    gather(z + NX + NM + NU, NP, from);
     for (long k = 0, r = 0; k < n; ++k) {{
-      int keep = r < n_rows && rows[r] == k;
-      for (long l = 0; l < LANES; ++l) {{
-        long job = j + l < jobs ? j + l : jobs - 1;
-        if (known) memcpy(z[l], x + (job * n + k) * NX, NX * sizeof(double));
-        memcpy(z[l] + NX + NM, u + job * u_stride + k * NU, NU * sizeof(double));
-        if (keep && j + l < jobs) memcpy(kept + (job * n_rows + r) * NM, z[l] + NX, NM * sizeof(double));
+      if (known) {{
+        for (int l = 0; l < WIDE; ++l) from[l] = x + (job[l] * n + k) * NX;
+        gather(z, NX, from);
       }}
-      r += keep;
-      if ({name}(arg, res, 0, 0, 0)) return 1;
-      for (long l = 0; l < LANES && j + l < jobs; ++l)
-        memcpy(outputs + ((j + l) * n + k) * NY, ys + l * NY, NY * sizeof(double));
-      for (long l = 0; l < LANES; ++l) {{
-        memcpy(z[l], xs + l * NX, NX * sizeof(double));
-        memcpy(z[l] + NX, ms + l * NM, NM * sizeof(double));
+      for (int l = 0; l < WIDE; ++l) from[l] = u + job[l] * u_stride + k * NU;
+      gather(z + NX + NM, NU, from);
+      if (r < n_rows && rows[r] == k) {{
+        for (int l = 0; l < lanes; ++l) to[l] = kept + (job[l] * n_rows + r) * NM;
+        scatter(z + NX, NM, lanes, to);
+        ++r;
       }}
+      {name}_group(z, xs, ms, ys);
+      for (int l = 0; l < lanes; ++l) to[l] = outputs + (job[l] * n + k) * NY;
+      scatter(ys, NY, lanes, to);
+      for (int i = 0; i < NX; ++i) z[i] = xs[i];
+      for (int i = 0; i < NM; ++i) z[NX + i] = ms[i];
     }}
   }}
   return 0;
@@ -92,10 +112,8 @@ class StepLoop:
             return None
         n_x, n_m, n_u, n_p = self.sizes
         name = self._joined.name()
-        sizes = {"nx": n_x, "nm": n_m, "nu": n_u, "np": n_p, "ny": self.n_y, "lanes": LANES}
-        library = build_library(
-            f"{name}_loop", (write_lanes(self._joined, LANES, name), _DRIVER.format(name=name, **sizes))
-        )
+        driver = _DRIVER.format(name=name, nx=n_x, nm=n_m, nu=n_u, np=n_p, ny=self.n_y)
+        library = build_library(f"{name}_loop", (f"{write_group(self._joined, f'{name}_group')}\n{driver}",))
         if library is None:
             return None
         loop = getattr(ctypes.CDLL(str(library)), f"{name}_loop")
