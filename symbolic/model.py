@@ -89,12 +89,13 @@ class Added:
     memories: tuple[Memory, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """Continuous-time model xdot = f(x, u, p), y = g(x, u, p); argument order always (x, u, p).
 
     x, u, p, y: layouts of states, inputs, parameters, outputs; stages: the derivation in order; memories: histories whose
     provided signals are the last entries of u; added: the effects in it, by name; geometry: the vehicle, where it has one.
+    Two models are equal only where they are one.
     Raises ValueError where one name stands for two quantities.
     Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).ode().name_in() == ["x", "u", "p"]
     """
@@ -107,8 +108,8 @@ class Model:
     stages: tuple[Stage, ...]
     memories: tuple[Memory, ...] = ()
     added: tuple[Added, ...] = ()
-    geometry: Any = field(default=None, compare=False)
-    _symbols: tuple[ca.SX, ca.SX, ca.SX] = field(init=False, compare=False, repr=False)
+    geometry: Any = None
+    _symbols: tuple[ca.SX, ca.SX, ca.SX] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         symbols = tuple(ca.SX.sym(name, len(layout)) for name, layout in zip("xup", (self.x, self.u, self.p), strict=True))
