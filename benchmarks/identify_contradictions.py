@@ -23,12 +23,12 @@ from benchmarks.identify_reference import KNOWN as REFERENCE
 from benchmarks.identify_suv import FITTED, HELD
 from benchmarks.identify_suv import KNOWN as SUV
 from benchmarks.judges.plant_vehicles import FIT, case_of, log_of
+from softsoil.identification.identify import identify
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.refinement.identify import identify
 from softsoil.refinement.known_vehicle import Known
 from softsoil.symbolic.soil import Soil, load_soil
 

@@ -21,10 +21,10 @@ import numpy as np
 from benchmarks.judges.plant_vehicles import FIT, JUDGE, Case, case_of, effects_of, log_of
 from benchmarks.judges.vehicle_judge import Judgement, joined, judge_drive, lines, words
 from softsoil.declaration.model_file import Declaration
+from softsoil.identification.identify import identify
+from softsoil.identification.vehicle_toml import vehicle_toml
 from softsoil.mpc_demo.blind_test import as_the_catalogue_says, score
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.identify import identify
-from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.refine import refine
 from softsoil.refinement.trace import Candidate
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle

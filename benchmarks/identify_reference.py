@@ -31,12 +31,12 @@ from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows
 from softsoil.files.package_data import REFERENCE_VEHICLE
+from softsoil.identification.errors import errors_of
+from softsoil.identification.rules import RULES
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import sensor_std
-from softsoil.refinement.identify_errors import errors_of
-from softsoil.refinement.identify_rules import RULES
 from softsoil.refinement.known_vehicle import Known, load_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, free_layout
 from softsoil.symbolic.catalogue import bicycle

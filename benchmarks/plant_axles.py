@@ -17,6 +17,7 @@ from softsoil.codegen.predictor import Predictor
 from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
+from softsoil.identification.wheel_balance import BalanceModel, WheelBalance
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steer
 from softsoil.plant.simulate import drive
 from softsoil.plant.start import Start
@@ -24,7 +25,6 @@ from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import measured_states
 from softsoil.refinement.vehicle_numbers import own_layout
-from softsoil.refinement.wheel_balance import BalanceModel, WheelBalance
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle

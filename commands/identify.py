@@ -14,8 +14,8 @@ from softsoil.commands.options_model import OutOption, SoilsOption, soils_of
 from softsoil.commands.output import output_folder, progress, say_written, write_result
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.identify_report import write_report
-from softsoil.refinement.identify import identify
-from softsoil.refinement.identify_toml import vehicle_toml
+from softsoil.identification.identify import identify
+from softsoil.identification.vehicle_toml import vehicle_toml
 from softsoil.refinement.known_vehicle import load_known
 from softsoil.refinement.vehicle_numbers import declared_vehicle
 

@@ -7,8 +7,8 @@ from rich.table import Table
 from softsoil.commands.error_table import error_table
 from softsoil.commands.output import console
 from softsoil.figures.labels import per_cent
-from softsoil.refinement.identify_result import Identification, in_order
-from softsoil.refinement.identify_words import (
+from softsoil.identification.result import Identification, in_order
+from softsoil.identification.words import (
     error_sentence,
     judged_sentences,
     state_words,

@@ -8,8 +8,8 @@ import numpy as np
 
 from softsoil.figures.labels import SYMBOLS, plain, quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, page
+from softsoil.identification.result import Identification, in_order
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.identify_result import Identification, in_order
 
 COLOURS = {"given": SOFT, "identified": ESTIMATED, "not_identifiable": REAR}
 

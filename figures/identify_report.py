@@ -10,8 +10,8 @@ from softsoil.figures.error_table import rms_table
 from softsoil.figures.identify import draw_costs, draw_errors, draw_numbers
 from softsoil.figures.labels import per_cent
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, words, write_page
-from softsoil.refinement.identify_result import Identification, in_order
-from softsoil.refinement.identify_words import error_sentence, judged_sentences, state_words, verdict_sentence
+from softsoil.identification.result import Identification, in_order
+from softsoil.identification.words import error_sentence, judged_sentences, state_words, verdict_sentence
 from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.refinement.words import in_degrees, with_error
 

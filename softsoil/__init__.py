@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from softsoil.estimator.estimate import estimate
     from softsoil.estimator.horizons import predict
     from softsoil.files.package_data import example_logs
+    from softsoil.identification.identify import identify
     from softsoil.plant.simulate import simulate
     from softsoil.recording.drive import Recording
     from softsoil.recording.read import read_drive, write_drive
-    from softsoil.refinement.identify import identify
     from softsoil.refinement.refine import refine
     from softsoil.refinement.residual import residual
     from softsoil.symbolic.catalogue import bicycle, catalogue
@@ -81,7 +81,7 @@ if not TYPE_CHECKING:
         "plant.simulate": ("simulate",),
         "recording.drive": ("Recording",),
         "recording.read": ("read_drive", "write_drive"),
-        "refinement.identify": ("identify",),
+        "identification.identify": ("identify",),
         "refinement.refine": ("refine",),
         "refinement.residual": ("residual",),
         "symbolic.catalogue": ("bicycle", "catalogue"),

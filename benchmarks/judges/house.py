@@ -11,7 +11,7 @@ from types import MappingProxyType
 PROJECT = Path(__file__).resolve().parents[2]
 ORDER = (
     "files", "recording", "importing", "symbolic", "declaration", "codegen", "estimator", "plant", "control", "calibration",
-    "refinement", "cases", "mpc_demo", "figures", "commands",
+    "refinement", "identification", "cases", "mpc_demo", "figures", "commands",
 )  # fmt: skip
 """Rooms from the ground up: a room imports from rooms below it only."""
 NOT_BELOW: Mapping[str, Set[str]] = MappingProxyType(
@@ -23,6 +23,7 @@ NOT_BELOW: Mapping[str, Set[str]] = MappingProxyType(
         "plant": {"files", "recording", "symbolic.signals", "symbolic.soil"},
         "control": {"files", "recording", "symbolic", "declaration", "codegen", "estimator"},
         "refinement": {"files", "recording", "symbolic", "declaration", "codegen", "estimator"},
+        "identification": {"files", "recording", "symbolic", "declaration", "codegen", "estimator", "refinement"},
         "cases": {"files", "recording", "symbolic", "declaration", "codegen", "estimator", "calibration", "refinement"},
     }
 )

@@ -18,13 +18,13 @@ import numpy as np
 from benchmarks.judges.true_soil import drive_name
 from benchmarks.judges.vehicle_judge import GUESSES, joined, judge_drive, lines, words
 from softsoil.declaration.model_file import Declaration
+from softsoil.identification.identify import identify
+from softsoil.identification.result import Identification
+from softsoil.identification.vehicle_toml import vehicle_toml
 from softsoil.mpc_demo.blind_test import score
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.refinement.identify import identify
-from softsoil.refinement.identify_result import Identification
-from softsoil.refinement.identify_toml import vehicle_toml
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.refine import refine
 from softsoil.symbolic.soil import load_soil

@@ -13,9 +13,9 @@ from softsoil.estimator.evidence import gather
 from softsoil.estimator.horizons import START_UP, Replay
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.verdict import BOUNDS, decide, initial_guesses
+from softsoil.identification.result import JUDGED_STATES
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.identify_result import JUDGED_STATES
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
 from softsoil.symbolic.soil import Soil

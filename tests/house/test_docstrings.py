@@ -11,7 +11,10 @@ from pathlib import Path
 import pytest
 
 PROJECT = Path(__file__).resolve().parents[2]
-ROOMS = ("files", "symbolic", "recording", "importing", "codegen", "estimator", "calibration", "refinement", "cases", "control")
+ROOMS = (
+    "files", "symbolic", "recording", "importing", "codegen", "estimator", "calibration", "refinement", "identification", "cases",
+    "control",
+)  # fmt: skip
 SAID_ELSEWHERE = {
     "self", "cls", "q", "x", "u", "p", "dt", "substeps", "args",
     "kwargs", "extra", "more", "key", "item", "other", "start", "stop",

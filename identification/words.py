@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from softsoil.refinement.identify_result import Found, Identification
+from softsoil.identification.result import Found, Identification
 from softsoil.refinement.words import in_degrees, with_error, with_unit
 
 STATES = {"given": "given", "identified": "identified", "not_identifiable": "not identifiable"}

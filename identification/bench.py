@@ -13,13 +13,13 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import Drive, shooting_drive
 from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows, window_costs
+from softsoil.identification.wheel_balance import BalanceModel, WheelBalance
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.states import sensor_std
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.unknown_ground import N_NAMES, free_n
 from softsoil.refinement.vehicle_numbers import WIDE, by_name, expected, free_layout, vehicle_of
-from softsoil.refinement.wheel_balance import BalanceModel, WheelBalance
 from softsoil.refinement.wheel_speeds import all_open
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model

@@ -9,14 +9,14 @@ from typer.testing import CliRunner
 
 from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
 from softsoil.commands.cli import app
+from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
+from softsoil.identification.errors import errors_of
+from softsoil.identification.identify import identify
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
-from softsoil.refinement.identify import identify
-from softsoil.refinement.identify_bench import Bench, first_n, fit_numbers, free_numbers, make_bench
-from softsoil.refinement.identify_errors import errors_of
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import vehicle_of
 from softsoil.symbolic.catalogue import bicycle

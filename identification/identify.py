@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 
 from softsoil.estimator.window_fit import WindowFit
+from softsoil.identification.asks import Excitation, asks, excitation
+from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
+from softsoil.identification.errors import Errors, departures, errors_of, n_costs
+from softsoil.identification.judge import judge
+from softsoil.identification.result import Contradiction, Found, Identification
+from softsoil.identification.rules import RULES, Rules
 from softsoil.recording.derive import derived_of
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.read import as_drive
-from softsoil.refinement.identify_asks import Excitation, asks, excitation
-from softsoil.refinement.identify_bench import Bench, first_n, fit_numbers, free_numbers, make_bench
-from softsoil.refinement.identify_errors import Errors, departures, errors_of, n_costs
-from softsoil.refinement.identify_judge import judge
-from softsoil.refinement.identify_result import Contradiction, Found, Identification
-from softsoil.refinement.identify_rules import RULES, Rules
 from softsoil.refinement.known_vehicle import Known, as_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehicle_of
 from softsoil.refinement.words import with_error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from softsoil.files.toml_file import toml_text
-from softsoil.refinement.identify_result import Found, Identification
+from softsoil.identification.result import Found, Identification
 from softsoil.refinement.vehicle_numbers import FIXED, by_name
 from softsoil.symbolic.vehicle import NUMBERS
 

@@ -13,10 +13,10 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.horizons import HORIZONS
 from softsoil.estimator.shooting import Drive
 from softsoil.estimator.window_fit import fit_windows
+from softsoil.identification.bench import FASTEST, HORIZON, SUBSTEPS, Bench, first_n
+from softsoil.identification.errors import errors_of
+from softsoil.identification.result import Judged
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.identify_bench import FASTEST, HORIZON, SUBSTEPS, Bench, first_n
-from softsoil.refinement.identify_errors import errors_of
-from softsoil.refinement.identify_result import Judged
 from softsoil.refinement.unknown_ground import free_n
 from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.catalogue import bicycle

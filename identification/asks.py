@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsoil.identification.result import Found
 from softsoil.recording.drive import Recording
 from softsoil.refinement.excitation import one_wave
-from softsoil.refinement.identify_result import Found
 from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.symbolic.vehicle import Vehicle
 

@@ -8,14 +8,14 @@ import pytest
 from drives import clay_drive, reference_vehicle
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.window_fit import WindowFit
+from softsoil.identification.asks import asks, excitation
+from softsoil.identification.errors import Errors, departures, errors_of, n_costs
+from softsoil.identification.identify import by_rolling
+from softsoil.identification.result import Found
+from softsoil.identification.rules import RULES
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry_check import beyond_doubt, front_axle, rolling_radius
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.identify import by_rolling
-from softsoil.refinement.identify_asks import asks, excitation
-from softsoil.refinement.identify_errors import Errors, departures, errors_of, n_costs
-from softsoil.refinement.identify_result import Found
-from softsoil.refinement.identify_rules import RULES
 from softsoil.refinement.known_vehicle import Known, known_from_table, load_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, declared_vehicle, expected, free_layout, vehicle_of
 

@@ -1,0 +1,1 @@
+"""Numbers of a vehicle from its own logs: windows, wheel balances, fit, standard errors, judgement."""
