@@ -18,12 +18,12 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import fit_windows
-from softsoil.identification.bench import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR, SUBSTEPS
 from softsoil.identification.errors import n_costs
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import sensor_std
+from softsoil.refinement.free_starts import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR, SUBSTEPS
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.unknown_ground import N_NAMES, N_SCALE
 from softsoil.refinement.vehicle_numbers import by_name

@@ -22,11 +22,11 @@ from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.window_fit import WindowFit, fit_windows
-from softsoil.identification.bench import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.states import sensor_std
 from softsoil.refinement.doubts import doubts
+from softsoil.refinement.free_starts import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR
 from softsoil.refinement.ranking import starts_of
 from softsoil.refinement.trace import open_effects, whole_model
 from softsoil.refinement.unknown_ground import free_n

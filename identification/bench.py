@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.codegen.predictor import substeps_for
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.shooting import Drive, shooting_drive
@@ -16,7 +15,7 @@ from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows, wi
 from softsoil.identification.wheel_balance import BalanceModel, WheelBalance
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import forward_part
-from softsoil.recording.states import sensor_std
+from softsoil.refinement.free_starts import FASTEST, free_windows, steps_of
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.unknown_ground import N_NAMES, free_n
 from softsoil.refinement.vehicle_numbers import WIDE, by_name, expected, free_layout, vehicle_of
@@ -28,15 +27,6 @@ from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-HORIZON = 1.0
-"""s: windows of the fit. Longer ones gather what the force law misses, shorter ones see less of the yaw inertia."""
-MODEL_STD = np.array([0.03, 0.03, 0.004, 0.02, 0.015, 0.008])
-"""What a right model misses over such a window, per state (m, m, rad, m/s, m/s, rad/s): some per cent of the lateral force."""
-SUBSTEPS = 2
-"""Steps of the model inside one of `substeps_for`: what Euler's method misses in one counts as one per cent of yaw inertia."""
-NOISE_FLOOR = np.full(6, 1e-4)
-FASTEST = 1.5
-"""rad/s: no window runs across a faster steering, which no actuator follows."""
 FIRST_N = (-0.2, 0.0, 0.2)
 """First guesses of a drive's n beside its soil's own."""
 
@@ -105,11 +95,10 @@ def make_bench(
     for i, (recording, drive) in enumerate(zip(recordings, drives, strict=True)):
         key = round(drive.dt, 7)
         if key not in compiled:
-            steps = SUBSTEPS * substeps_for(drive.dt)
+            steps = steps_of(drive.dt)
             compiled[key] = WindowModel(model, drive.dt, steps), BalanceModel(model, drive.dt, steps)
         window_model, balance_model = compiled[key]
-        sigma = np.hypot(MODEL_STD, sensor_std(recording, NOISE_FLOOR))
-        windows.append(FreeWindows(window_model, drive, HORIZON, sigma, FASTEST))
+        windows.append(free_windows(window_model, drive, recording))
         balances.append(WheelBalance(balance_model, drive, p[i], all_open(recording, vehicle), FASTEST))
         progress((i + 1) / len(drives))
     return Bench(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.window_fit import WindowFit
+from softsoil.files.joint_error import JointError, joint_error_of
 
 Array = NDArray[np.float64]
 
@@ -63,6 +64,23 @@ def errors_of(fit: WindowFit) -> Errors:
     alone = 1.0 / np.sqrt(np.maximum(np.diag(hessian) * np.diag(inverse), 1.0))
     covariance = jackknife * np.outer(ratio, ratio)
     return Errors(tuple(f.name for f in fit.free), fit.value, covariance, np.diag(inverse), prior, alone)
+
+
+def joint_error(errors: Errors, names: Sequence[str], model_error: float) -> JointError:
+    """Joint error of the numbers `names`, each drive's n unknown.
+
+    errors: of a fit with all of them free; model_error: standard errors of the logs that are taken as one standard deviation,
+    since what the force law misses moves numbers, too; what is known beforehand is taken as it is.
+    """
+    chosen = [errors.names.index(name) for name in names]
+    prior = errors.prior[chosen]
+    scale = np.sqrt(np.diag(errors.covariance)[chosen])
+    both = np.linalg.pinv(errors.covariance[np.ix_(chosen, chosen)] / np.outer(scale, scale), rcond=1e-10, hermitian=True)
+    known = np.diag(prior * scale**2)
+    size, axes = np.linalg.eigh(both - known)
+    logs = (axes * np.maximum(size, 0.0)) @ axes.T
+    covariance = np.linalg.inv(logs / model_error**2 + known)
+    return joint_error_of(tuple(names), covariance * np.outer(scale, scale))
 
 
 def _blocks(fit: WindowFit) -> NDArray[np.int_]:

@@ -13,7 +13,7 @@ import numpy as np
 from softsoil.estimator.window_fit import WindowFit
 from softsoil.identification.asks import Excitation, asks, excitation
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
-from softsoil.identification.errors import Errors, departures, errors_of, n_costs
+from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
 from softsoil.identification.judge import judge
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
@@ -25,6 +25,7 @@ from softsoil.refinement.known_vehicle import Known, as_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehicle_of
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
+from softsoil.symbolic.vehicle import SIMULATOR
 
 Values = dict[str, float]
 ROLLING_ERROR = 0.0015
@@ -85,7 +86,9 @@ def identify(
     # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
     vehicle = vehicle_of(known, state.values, {name: found.std * alone.get(name, 1.0) for name, found in numbers.items()})
-    vehicle = vehicle.with_(n_error=n_error(state.n, state.n_std))
+    there = [name for name in state.errors.names if name in numbers and name not in SIMULATOR]
+    joint = joint_error(state.errors, there, rules.model_error)
+    vehicle = vehicle.with_(n_error=n_error(state.n, state.n_std), joint_error=joint)
     verdict, reason = _verdict(state, numbers, fitted, had, rules)
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
     return Identification(

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.codegen.predictor import substeps_for
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.horizons import HORIZONS
 from softsoil.estimator.shooting import Drive
 from softsoil.estimator.window_fit import fit_windows
-from softsoil.identification.bench import FASTEST, HORIZON, SUBSTEPS, Bench, first_n
+from softsoil.identification.bench import Bench, first_n
 from softsoil.identification.errors import errors_of
 from softsoil.identification.result import Judged
 from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.refinement.free_starts import FASTEST, HORIZON, steps_of, until
 from softsoil.refinement.unknown_ground import free_n
 from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.catalogue import bicycle
@@ -41,7 +41,7 @@ def judge(bench: Bench, after: Mapping[str, float], model_error: float) -> Judge
     results = []
     for one, values in ((declared, {}), (bench, {}), (bench, after)):
         compiled = one.windows[0].compiled
-        first = FreeWindows(compiled, _until(drive, row), HORIZON, windows.sigma, FASTEST)
+        first = FreeWindows(compiled, until(drive, row), HORIZON, windows.sigma, FASTEST)
         part = replace(one, windows=(first,))
         guess = first_n(part, values)
         fit = fit_windows(part.windows, free_n(len(part.windows)), np.array(guess), one.parameters(values, guess))
@@ -56,15 +56,9 @@ def _declared(bench: Bench) -> Bench:
     vehicle = declared_vehicle(bench.known)
     model = bicycle(vehicle, bench.soils[0])
     windows = bench.windows[0]
-    compiled = WindowModel(model, bench.drives[0].dt, SUBSTEPS * substeps_for(bench.drives[0].dt))
+    compiled = WindowModel(model, bench.drives[0].dt, steps_of(bench.drives[0].dt))
     mine = FreeWindows(compiled, bench.drives[0], HORIZON, windows.sigma, FASTEST)
     return replace(bench, vehicle=vehicle, model=model, windows=(mine,), balances=(), p=model.p.nominal[None])
-
-
-def _until(drive: Drive, row: int) -> Drive:
-    return replace(
-        drive, t=drive.t[:row], measured=drive.measured[:row], smooth=drive.smooth[:row], inputs=drive.inputs[:row]
-    )
 
 
 def _errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict[str, dict[str, float]]:

@@ -32,6 +32,8 @@ def vehicle_toml(found: Identification) -> str:
     alone = "# Standard deviations with all other numbers as they are, for commands that doubt the vehicle."
     lines += ["", alone, "[uncertainty]"]
     lines += [f"{key} = {std:.4g}" for key, std in vehicle.uncertainty.items()]
+    joint = "# The same whatever the other numbers are, with their correlation, for commands that free all of them at once."
+    lines += [] if vehicle.joint_error is None else ["", joint, *vehicle.joint_error.toml()]
     return "\n".join(lines) + "\n"
 
 

@@ -27,6 +27,7 @@ from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
+from softsoil.refinement.second_look import Look, look_again
 from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects
@@ -86,7 +87,9 @@ def refine(
     lacked = unsupported(recordings, declaration, candidates)
     rivals = {name: channels for name, channels in lacked.items() if name in effects_tried}
     selection = select(loose, effects_tried, numbers, workers, progress, repeated, rivals)
-    final, last = settled(bench, selection.bench)
+    look = look_again(recordings, declaration, bench, selection, effects_tried)
+    selection = look.selection if isinstance(look, Look) else look
+    final, last = (look.final, look.last) if isinstance(look, Look) else settled(bench, selection.bench)
     left = _left(recordings, final, _moved(vehicle, final), start)
     if selection.accepted and any(s.left for s in left) and not _beyond_doubt(selection):
         # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess.
@@ -96,7 +99,10 @@ def refine(
         left = _left(recordings, final, vehicle, start)
     selection = replace(selection, bench=final)
     # Judged by the fit to a part; what is handed on is fitted to all there is.
-    whole, last = settled(everything(bench), everything(final)) if selection.accepted else (final, last)
+    if isinstance(look, Look) and selection.accepted:
+        whole, last = look.whole, look.last
+    else:
+        whole, last = settled(everything(bench), everything(final)) if selection.accepted else (final, last)
     free = _fitted(vehicle, whole, last) if selection.accepted else _fitted(vehicle, loose, fit_base(loose))
     accepted = [candidate.name for candidate in selection.accepted]
     effects = tuple(_traced(effects_tried[name], whole, last) for name in accepted if name in effects_tried)
@@ -105,6 +111,7 @@ def refine(
     n_before, n_after = (tuple(map(float, one.absent[:, index].ravel())) for one in (bench, whole))
     groups = inseparable(selection)
     lines = notes(recordings, declaration, bench, selection)
+    lines += (look.note,) if isinstance(look, Look) and accepted else ()
     lines += () if choice is None else (f"no wheel speeds: {choice}",)
     idle_here = _idle(declaration, candidates)
     lines += tuple(f"{name}: not tried, it does nothing with {declaration.law}" for name in idle_here)

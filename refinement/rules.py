@@ -9,6 +9,7 @@ EVIDENCE = {
     "reference": "python -m benchmarks.tracing_evidence reference",
     "blind": "softsoil blind-test --drives 40 --seed SEED",
     "places": "python benchmarks/soil_change_evidence.py clean SEED ...",
+    "drawn": "python -m benchmarks.identify_plant --effects --logs multi,lock",
     "design": "a choice of the method: no drive decides it",
 }
 """Where the evidence of a rule comes from."""
@@ -82,6 +83,21 @@ class Rules:
         4.5, "standard errors",
         "from absence, of a change at a place in a fit to the whole drive, that need no size of gain",
         "places",
+    )  # fmt: skip
+    look_gain: float = _rule(
+        0.1, "share",
+        "gain at which an effect is looked at again by windows with free starts, where none has been named",
+        "design",
+    )  # fmt: skip
+    look_sigmas: float = _rule(
+        4.5, "standard errors",
+        "from absence, of an effect in such windows, the vehicle's numbers free by their joint error",
+        "drawn",
+    )  # fmt: skip
+    look_rival: float = _rule(
+        0.5, "share",
+        "of the squares that the best effect removes there, of which another one makes both inseparable",
+        "design",
     )  # fmt: skip
     most_effects: int = _rule(
         3, "effects",

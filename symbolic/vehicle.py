@@ -7,6 +7,7 @@ from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from softsoil.files.joint_error import JointError, joint_error_from_table
 from softsoil.files.package_data import vehicle_file
 from softsoil.files.steering_map import SteeringMap, steering_from_table
 from softsoil.files.toml_file import finite, read_toml
@@ -53,7 +54,7 @@ class Vehicle:
     effects: declared effects by name, each a table of parameters; simulator: where its logs come from a simulated soil, how that
     meets a wheel (SIMULATOR), empty for a real one; driveline: which wheels are driven (DRIVELINE), empty: logs decide;
     uncertainty: standard deviations of numbers and effects' parameters, by name and in their units, as far as they are known;
-    steering: command to mean road-wheel angle; source: its file.
+    joint_error: of numbers identified together; steering: command to mean road-wheel angle; source: its file.
     Raises ValueError for a number outside its physical bounds.
     Example: softsoil.load_vehicle("reference").with_(mass=2000.0).mass == 2000.0
     """
@@ -85,6 +86,7 @@ class Vehicle:
     simulator: dict[str, float] = field(default_factory=dict)
     driveline: dict[str, float] = field(default_factory=dict)
     uncertainty: dict[str, float] = field(default_factory=dict)
+    joint_error: JointError | None = None
     steering: SteeringMap | None = None
     source: str = field(default="", compare=False)
 
@@ -133,8 +135,7 @@ DRIVELINE = Layout.of(
 
 
 def load_vehicle(source: str | Path) -> Vehicle:
-    """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file (keys: NUMBERS, `[effects.<name>]` tables of
-    declared effects, `[simulator]`, `[driveline]`, `[steering]`).
+    """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file (keys and tables: the class).
 
     Raises ValueError naming the file, the key, what was expected and what was found.
     Example: softsoil.load_vehicle("paper").effects == {}
@@ -171,6 +172,7 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
         if key not in there or not std > 0:
             what = "a positive standard deviation of a number of the vehicle or of a parameter of its effects"
             raise ValueError(f"{where}: uncertainty.{key}: expected {what}, found {std:g}")
+    values["joint_error"] = joint_error_from_table(table.get("joint_error", {}), there, where)
     values["steering"] = steering_from_table(table.get("steering", {}), where)
     try:
         return Vehicle(str(table.get("name", name)), effects=effects, uncertainty=uncertainty, source=where, **values)

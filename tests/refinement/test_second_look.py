@@ -1,0 +1,89 @@
+"""Effects that noisy starts of windows hide: named with free starts where the vehicle's file states a joint error, not without."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drives import reference_vehicle
+from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
+from softsoil.files.joint_error import joint_error_of
+from softsoil.mpc_demo.synthetic import synthetic_drive
+from softsoil.plant.manoeuvres import MultiSine
+from softsoil.recording.noise import add_noise
+from softsoil.refinement.free_starts import joint_prior
+from softsoil.refinement.refine import refine
+from softsoil.refinement.rules import RULES
+from softsoil.refinement.second_look import worth_it
+from softsoil.refinement.trace import whole_model
+from softsoil.symbolic.catalogue import bicycle, catalogue
+from softsoil.symbolic.soil import CLAY
+
+N, LOAD, PLACE, SECONDS = 0.6, 400.0, 2.3, 26.0
+NUMBERS = ("yaw_inertia", "radius")
+STD = np.array([20.0, 5e-4])
+ERROR = joint_error_of(NUMBERS, np.outer(STD, STD) * [[1.0, 0.5], [0.5, 1.0]])
+
+
+def vehicle():
+    """The reference vehicle without effects, as an identification would state it."""
+    return reference_vehicle().with_(effects={}, uncertainty={}, joint_error=ERROR)
+
+
+def drive(load):
+    """A multi-sine drive of the model itself with a load, with the noise of Table 5."""
+    effects = {"payload": {"payload_mass": load, "payload_x": PLACE}} if load else {}
+    model = bicycle(vehicle(), CLAY.with_(n=N), "turn_slip", effects)
+    steer = MultiSine(0.35, seed=4)(0.012 * np.arange(round(SECONDS / 0.012) + 1))
+    return add_noise(synthetic_drive(model, vehicle().radius, seconds=SECONDS, speed=5.5, steer=steer), "table5", 1)
+
+
+def traced(load, declared):
+    return refine([drive(load)], Declaration(declared, CLAY), workers=1, candidates=("payload", "yaw_moment"))
+
+
+@pytest.fixture(scope="module")
+def without():
+    return traced(LOAD, vehicle().with_(joint_error=None))
+
+
+@pytest.mark.slow
+def test_a_load_that_noise_hides_is_named_by_free_starts(without, tmp_path):
+    assert not without.effects, "without a joint error the tracing alone decides"
+    found = traced(LOAD, vehicle())
+    assert found.verdict == "effect" and [effect.name for effect in found.effects] == ["payload"]
+    mass, std, _ = found.effects[0].parameters["payload_mass"]
+    place, place_std, _ = found.effects[0].parameters["payload_x"]
+    assert abs(mass / LOAD - 1) < 0.15 and abs(mass - LOAD) < 3 * std
+    assert abs(place - PLACE) < 3 * place_std
+    assert abs(found.n_after[0] / N - 1) < 0.05 < abs(without.n_after[0] / N - 1), "n was in the load's place"
+    assert any("free initial states" in note for note in found.notes)
+    file = tmp_path / "refined.toml"
+    file.write_text(declaration_toml(found.declaration), encoding="utf-8")
+    assert load_declaration(file).vehicle.joint_error == ERROR
+
+
+@pytest.mark.slow
+def test_nothing_is_named_where_nothing_is_missing():
+    assert traced(0.0, vehicle()).verdict == "none"
+
+
+def test_what_is_looked_at_again(without):
+    payload = next(c for c in without.ranking if c.name == "payload")
+    effect = catalogue(vehicle())["payload"]
+    assert worth_it(payload, effect)
+    assert not worth_it(replace(payload, gain=0.9 * RULES.look_gain, std=0.0), effect)
+    assert not worth_it(replace(payload, std=payload.gain), effect), "a gain that scatter explains"
+    assert not worth_it(replace(payload, overall=None), effect)
+    assert not worth_it(payload, replace(effect, corrections={"outputs": next(iter(effect.corrections.values()))}))
+
+
+def test_the_prior_is_the_joint_error():
+    model = whole_model(Declaration(vehicle(), CLAY), ["payload"])
+    mean = {name: float(model.p[name].nominal) for name in (*NUMBERS, "toe")}
+    prior = joint_prior(ERROR, model, mean)
+    assert prior.names == NUMBERS, "of toe it says nothing"
+    p, moved = model.p.nominal.copy(), np.array([30.0, -2e-4])
+    p[[model.p.index(name) for name in NUMBERS]] += moved
+    residual = prior.residual(p)[0]
+    assert residual @ residual == pytest.approx(moved @ np.linalg.solve(ERROR.covariance, moved))
