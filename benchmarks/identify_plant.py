@@ -53,16 +53,20 @@ def main() -> None:
     parser.add_argument("--again", action="store_true", help="judge the files in the folder in the place of new ones")
     asked = parser.parse_args()
     asked.vehicles.mkdir(parents=True, exist_ok=True)
-    inertias, judged, named = [], [], []
+    inertias, departures, judged, named = [], [], [], []
     for seed in range(asked.first, asked.first + asked.seeds):
         case, file = case_of(seed), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
         vehicle = load_vehicle(file) if asked.again else identified(case, file)
         off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
         inertias.append(off)
+        joint = vehicle.joint_error
+        std = 100 * joint.std[joint.names.index("yaw_inertia")] / vehicle.yaw_inertia if joint else np.nan
+        departures.append(off / std)
         rolls = 100 * (vehicle.radius / case.drawn.measured["radius"] - 1)
         print(
-            f"  yaw inertia {vehicle.yaw_inertia:.0f}, of its bodies {case.drawn.vehicle.yaw_inertia:.0f}: {off:+.1f} %; "
+            f"  yaw inertia {vehicle.yaw_inertia:.0f}, of its bodies {case.drawn.vehicle.yaw_inertia:.0f}: {off:+.1f} % "
+            f"({off / std:+.1f} standard deviations of the joint error); "
             f"radius {rolls:+.2f} % of {case.drawn.measured['radius']:.4f} m"
         )
         if not (asked.only_effects or asked.only_numbers):
@@ -71,7 +75,8 @@ def main() -> None:
             named += _traced(case, vehicle, asked.logs.split(","))
     print(f"{asked.seeds} vehicles, seeds {asked.first} to {asked.first + asked.seeds - 1}")
     size = np.abs(inertias)
-    print(f"yaw inertia: median {np.median(size):.1f} %, worst {size.max():.1f} % off the plant's own")
+    print(f"yaw inertia: median {np.median(size):.1f} %, worst {size.max():.1f} % off the plant's own; in standard "
+          f"deviations of the joint error {np.sqrt(np.mean(np.square(departures))):.1f} (rms)")
     if judged:
         print(*lines(joined(judged)), sep="\n")
     if named:

@@ -87,7 +87,7 @@ def identify(
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
     vehicle = vehicle_of(known, state.values, {name: found.std * alone.get(name, 1.0) for name, found in numbers.items()})
     there = [name for name in state.errors.names if name in numbers and name not in SIMULATOR]
-    joint = joint_error(state.errors, there, rules.model_error)
+    joint = joint_error(state.errors, there, rules.model_error_joint)
     vehicle = vehicle.with_(n_error=n_error(state.n, state.n_std), joint_error=joint)
     verdict, reason = _verdict(state, numbers, fitted, had, rules)
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}

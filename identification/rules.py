@@ -17,8 +17,9 @@ class Rules:
     inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error
     that one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after
     another; model_error: standard deviations of numbers over their sampling errors, since what the force law misses moves them
-    too: on the second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_n: the same of
-    n, as a share.
+    too: on the second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_joint: the same
+    for the joint error of all numbers, by the yaw inertia of vehicles of the plant (`python -m benchmarks.identify_plant
+    --only-numbers`); model_error_n: the same of n, as a share.
     """
 
     seen: float = 0.75
@@ -32,6 +33,7 @@ class Rules:
     load_share: float = 2.0
     rounds: int = 3
     model_error: float = 4.0
+    model_error_joint: float = 2.0
     model_error_n: float = 0.025
 
 

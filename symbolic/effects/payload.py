@@ -8,30 +8,26 @@ def effect(vehicle: Vehicle) -> Effect:
     """A body of mass m at x behind the front axle; (u, v) still belong to the bare vehicle's centre of gravity.
 
     With s = m (x - l_f)/(M + m): (M + m)(dv/dt + u omega_z - s d(omega_z)/dt) = F, I' d(omega_z)/dt = N + s F,
-    I' = I + M m/(M + m) (x - l_f)^2; the axle loads follow by the lever rule. Plausible values scale with the
-    vehicle's mass and wheelbase.
+    I' = I + M m/(M + m) (x - l_f)^2; the axle loads follow by the lever rule.
     """
-    mass, base = vehicle.mass, vehicle.wheelbase
+    base = vehicle.wheelbase
     return Effect(
         name="payload",
         doc="a load carried: mass, its place along the vehicle, and the inertia that follows",
         kind="load",
         reference="rigid bodies joined; parallel axis theorem",
         parameters=Layout.of(
-            Signal("payload_mass", "kg", "mass of the load", 0.0, 0.0, 2.0 * mass, spread=0.29 * mass),
+            Signal("payload_mass", "kg", "mass of the load", 0.0, 0.0, 2 * vehicle.mass, 0.29 * vehicle.mass),
             Signal("payload_x", "m", "its place behind the front axle", 0.55 * base, -0.7 * base, 2.2 * base, spread=0.37 * base),
         ),
-        typical={"payload_mass": 0.11 * mass, "payload_x": 0.8 * base},
+        typical={"payload_mass": 0.11 * vehicle.mass, "payload_x": 0.8 * base},
         corrections={
             "vehicle": Correction(
                 _body, reads=("mass", "l_f"), adds=("mass", "yaw_inertia"), scales=("burden",), sets=("shift",)
             ),
             "loads": Correction(_loads, reads=("l_f", "l_r"), adds=("load_f", "load_r")),
             "rates": Correction(
-                _rates,
-                reads=("moment_z", "shift", "force_y", "yaw_inertia"),
-                adds=("d_v",),
-                sets=("d_omega_z",),
+                _rates, reads=("moment_z", "shift", "force_y", "yaw_inertia"), adds=("d_v",), sets=("d_omega_z",)
             ),
         },
         signatures=("cornering slope",),

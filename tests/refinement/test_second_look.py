@@ -1,4 +1,4 @@
-"""Effects that noisy starts of windows hide: named with free starts where the vehicle's file states a joint error, not without."""
+"""Effects that noisy starts hide: named with free starts where the vehicle's file states a joint error, and not without."""
 
 from dataclasses import replace
 
