@@ -87,7 +87,7 @@ def refine(
     lacked = unsupported(recordings, declaration, candidates)
     rivals = {name: channels for name, channels in lacked.items() if name in effects_tried}
     selection = select(loose, effects_tried, numbers, workers, progress, repeated, rivals)
-    look = look_again(recordings, declaration, bench, selection, effects_tried)
+    look = selection if repeated else look_again(recordings, declaration, bench, selection, effects_tried)
     selection = look.selection if isinstance(look, Look) else look
     final, last = (look.final, look.last) if isinstance(look, Look) else settled(bench, selection.bench)
     left = _left(recordings, final, _moved(vehicle, final), start)

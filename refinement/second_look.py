@@ -59,7 +59,7 @@ def look_again(
     starts cannot separate.
 
     recordings: of the drives; bench: with the declared model; effects: that are tried, by name. Only on soil, for a vehicle whose
-    file states a joint error.
+    file states a joint error. What rests on channels that the drives lack is not named here either.
     """
     if selection.accepted or declaration.vehicle.joint_error is None or not bench.sinks:
         return selection
@@ -75,7 +75,7 @@ def look_again(
     if not named(fit, effect):
         return selection
     rivals = [c.name for c in few if c is not best and removed[c.name] >= RULES.look_rival * removed[best.name]]
-    if rivals:
+    if rivals or best.name in selection.rivals:
         return replace(selection, groups=(*selection.groups, (best.name, *rivals)))
     part, _ = problem.fitted(effect, best.overall, fit, RULES.fit_share)
     whole, last = problem.bench_of(effect, fit)
