@@ -4,8 +4,8 @@ Vehicles of the plant as `python -m benchmarks.identify_plant` identifies them (
 there), each on a multi-sine drive with a quarter of its mass near the rear axle and on one without a load, noise "good". Fitted
 to windows of 1 s with free initial states, which use what is measured far better than the windows of the tracing: n and all
 numbers of the vehicle, each within what its file states of it alone, without a load and with one. A tracing by such windows could
-name a load only if the loads that it finds on clean drives were much smaller than those carried; the second look of `refine` takes
-the joint error of the numbers for that. True values are printed beside it.
+name a load only if the loads that it finds on clean drives were much smaller than those carried; `refine` takes
+the joint error of the numbers for that (its second look). True values are printed beside it.
 """
 
 from __future__ import annotations
