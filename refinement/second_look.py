@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.absent_wheels import with_log_wheels
-from softsoil.estimator.free_windows import WindowModel
+from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.window_fit import WindowFit, fit_windows, window_costs
+from softsoil.files.joint_error import JointError
 from softsoil.recording.drive import Recording
 from softsoil.refinement.doubts import doubts
 from softsoil.refinement.fit import Fit
@@ -61,12 +62,17 @@ def look_again(
     recordings: of the drives; bench: with the declared model; effects: that are tried, by name. Only on soil, for a vehicle whose
     file states a joint error. What rests on channels that the drives lack is not named here either.
     """
-    if selection.accepted or declaration.vehicle.joint_error is None or not bench.sinks:
+    error = declaration.vehicle.joint_error
+    if selection.accepted or error is None or not bench.sinks:
         return selection
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name])]
     if not few:
         return selection
-    problem = _Problem.of(recordings, declaration, bench, few)
+    try:
+        problem = _Problem.of(recordings, declaration, error, bench, few)
+        problem.windows(RULES.fit_share)
+    except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
+        return selection
     none, before = problem.fitted()
     # From the numbers as declared, and from where they are in the effect's place: each alone may end in a lesser minimum.
     fits = {
@@ -119,19 +125,25 @@ class _Problem:
     p: Array
 
     @classmethod
-    def of(cls, recordings: Sequence[Recording], declaration: Declaration, bench: Bench, few: Sequence[Candidate]) -> _Problem:
-        vehicle = declaration.vehicle
-        assert vehicle.joint_error is not None
+    def of(
+        cls, recordings: Sequence[Recording], declaration: Declaration, error: JointError, bench: Bench, few: Sequence[Candidate]
+    ) -> _Problem:
         model = with_log_wheels(whole_model(declaration, [c.name for c in few]), recordings)
-        table = doubts(vehicle)
+        table = doubts(declaration.vehicle)
         declared = {name: float(doubt.signal.nominal) for name, doubt in table.items()}
-        prior = joint_prior(vehicle.joint_error, model, declared)
+        prior = joint_prior(error, model, declared)
         numbers = tuple(replace(d.free, known=None) if d.signal.name in prior.names else d.free for d in table.values())
         p = bench.absent[:, [bench.model.p.index(name) for name in model.p.names]]
         for name, value in declared.items():
             p[:, model.p.index(name)] = value
         steps = {s.drive.dt for s in bench.shootings}
         return cls(tuple(recordings), bench, model, {dt: WindowModel(model, dt, steps_of(dt)) for dt in steps}, prior, numbers, p)
+
+    def windows(self, share: float) -> list[FreeWindows]:
+        """The windows in the first `share` of each drive; ValueError where one holds no two."""
+        drives = [s.drive for s in self.bench.shootings]
+        parts = [until(d, d.first + round(share * (len(d.t) - d.first))) for d in drives]
+        return [free_windows(self.compiled[d.dt], d, r) for d, r in zip(parts, self.recordings, strict=True)]
 
     def fitted(
         self, effect: Effect | None = None, traced: Fit | None = None, start: WindowFit | None = None, share: float = 1.0
@@ -140,18 +152,16 @@ class _Problem:
 
         traced: fit of the effect by the tracing, where its parameters start; start: fit where all that it has starts.
         """
-        drives = [s.drive for s in self.bench.shootings]
-        parts = [until(d, d.first + round(share * (len(d.t) - d.first))) for d in drives]
-        windows = [free_windows(self.compiled[d.dt], d, r) for d, r in zip(parts, self.recordings, strict=True)]
+        windows = self.windows(share)
         own = () if traced is None or effect is None else tuple(f for f in traced.free if f.name in effect.parameters)
         free = (*own, *self.numbers, *self.bench.ground)
         at = {f.name: float(self.p[f.drives[0], self.model.p.index(f.sets[0])]) for f in free}
         for fit in (traced, start):
             at |= {} if fit is None else {name: value for name, (value, _) in fit.named().items() if name in at}
         found = fit_windows(windows, free, np.array([at[f.name] for f in free]), self.p, [self.prior])
-        parts_z = [w.residual(row, x0) for w, row, x0 in zip(windows, found.p, found.x0, strict=True)]
-        parts_z.append(self.prior.residual(found.p[0]))
-        return found, float(sum(window_costs(z).sum() * z.shape[1] for z in parts_z))
+        residuals = [w.residual(row, x0) for w, row, x0 in zip(windows, found.p, found.x0, strict=True)]
+        residuals.append(self.prior.residual(found.p[0]))
+        return found, float(sum(window_costs(z).sum() * z.shape[1] for z in residuals))
 
     def bench_of(self, effect: Effect, fit: WindowFit) -> tuple[Bench, Fit]:
         """The tracing's bench at a fit, its numbers free and the effect accepted, and the fit as one of the tracing."""

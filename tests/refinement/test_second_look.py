@@ -14,7 +14,8 @@ from softsoil.recording.noise import add_noise
 from softsoil.refinement.free_starts import joint_prior
 from softsoil.refinement.refine import refine
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import worth_it
+from softsoil.refinement.second_look import Look, look_again, worth_it
+from softsoil.refinement.selection import Selection
 from softsoil.refinement.trace import whole_model
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
@@ -76,6 +77,27 @@ def test_what_is_looked_at_again(without):
     assert not worth_it(replace(payload, std=payload.gain), effect), "a gain that scatter explains"
     assert not worth_it(replace(payload, overall=None), effect)
     assert not worth_it(payload, replace(effect, corrections={"outputs": next(iter(effect.corrections.values()))}))
+
+
+@pytest.mark.slow
+def test_what_rests_on_absent_channels_is_not_named(without):
+    declared = Declaration(vehicle(), CLAY)
+    again = (without.recordings, declared, without.bench)
+    effects = {name: catalogue(vehicle())[name] for name in ("payload", "yaw_moment")}
+    assert isinstance(look_again(*again, without.selection, effects), Look)
+    lacking = replace(without.selection, rivals={"payload": ("v",)})
+    found = look_again(*again, lacking, effects)
+    assert isinstance(found, Selection) and not found.accepted and found.unnamable == ("payload",)
+
+
+def test_drives_without_such_windows_stay_as_they_are(without, monkeypatch):
+    def none(*_):
+        raise ValueError("expected at least 2 windows")
+
+    monkeypatch.setattr("softsoil.refinement.second_look.free_windows", none)
+    effects = {"payload": catalogue(vehicle())["payload"]}
+    found = look_again(without.recordings, Declaration(vehicle(), CLAY), without.bench, without.selection, effects)
+    assert found is without.selection
 
 
 def test_the_prior_is_the_joint_error():
