@@ -94,7 +94,8 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     for name, values in tables.items():
         if values or name.startswith("effects."):
             lines += ["", f"[vehicle.{name}]", *(_line(key, value) for key, value in values.items())]
-    lines += [] if vehicle.joint_error is None else ["", *vehicle.joint_error.toml("vehicle.joint_error")]
+    joint = None if vehicle.joint_error is None else vehicle.joint_error.only(known)
+    lines += [] if joint is None else ["", *joint.toml("vehicle.joint_error")]
     lines += [] if vehicle.steering is None else ["", *vehicle.steering.toml("vehicle.steering")]
     lines += ["", "[soil]", f"name = {toml_text(soil.name)}"]
     unused = _unused(declaration)

@@ -44,6 +44,13 @@ class JointError:
             matrix[i, :i] = matrix[:i, i] = row
         return matrix * np.outer(self.std, self.std)
 
+    def only(self, known: Set[str]) -> JointError | None:
+        """The error of those numbers alone whose names are known; None where there are none."""
+        kept = [i for i, name in enumerate(self.names) if name in known]
+        names, std = tuple(self.names[i] for i in kept), tuple(self.std[i] for i in kept)
+        rows = tuple(tuple(self.correlation[i][k] for k in kept[:place]) for place, i in enumerate(kept))
+        return JointError(names, std, rows) if kept else None
+
     def toml(self, table: str = "joint_error") -> list[str]:
         """Lines of the table called `table` in a vehicle file."""
         names, std = ", ".join(map(toml_text, self.names)), ", ".join(map(toml_number, self.std))
@@ -71,7 +78,7 @@ def joint_error_from_table(value: Any, known: Set[str], where: str) -> JointErro
     if not all(isinstance(value[key], list) for key in KEYS) or not all(isinstance(row, list) for row in value["correlation"]):
         raise ValueError(f"{where}: joint_error: expected lists of names, std and rows of correlation")
     for name in value["names"]:
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             raise ValueError(f"{where}: joint_error: expected names of the vehicle's numbers or of its effects', found {name!r}")
     std = tuple(finite(one, f"{where}: joint_error.std") for one in value["std"])
     rows = tuple(tuple(finite(one, f"{where}: joint_error.correlation") for one in row) for row in value["correlation"])

@@ -10,15 +10,16 @@ def effect(vehicle: Vehicle) -> Effect:
     With s = m (x - l_f)/(M + m): (M + m)(dv/dt + u omega_z - s d(omega_z)/dt) = F, I' d(omega_z)/dt = N + s F,
     I' = I + M m/(M + m) (x - l_f)^2; the axle loads follow by the lever rule.
     """
-    base = vehicle.wheelbase
+    base, most = vehicle.wheelbase, max(3000.0, 2 * vehicle.mass)
+    reach = min(-2.0, -0.7 * base), max(6.0, 2.2 * base)
     return Effect(
         name="payload",
         doc="a load carried: mass, its place along the vehicle, and the inertia that follows",
         kind="load",
         reference="rigid bodies joined; parallel axis theorem",
         parameters=Layout.of(
-            Signal("payload_mass", "kg", "mass of the load", 0.0, 0.0, 2 * vehicle.mass, 0.29 * vehicle.mass),
-            Signal("payload_x", "m", "its place behind the front axle", 0.55 * base, -0.7 * base, 2.2 * base, spread=0.37 * base),
+            Signal("payload_mass", "kg", "mass of the load", 0.0, 0.0, most, 0.29 * vehicle.mass),
+            Signal("payload_x", "m", "its place behind the front axle", 0.55 * base, *reach, 0.37 * base),
         ),
         typical={"payload_mass": 0.11 * vehicle.mass, "payload_x": 0.8 * base},
         corrections={

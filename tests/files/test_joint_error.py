@@ -19,6 +19,13 @@ def test_a_covariance_comes_back_from_its_table():
     assert joint_error_from_table({}, {*NAMES}, "here") is None
 
 
+def test_the_error_of_some_numbers_is_their_part():
+    error = joint_error_of(NAMES, COVARIANCE)
+    part = error.only({"toe", "scrub"})
+    assert part.names == ("scrub", "toe") and part.covariance == pytest.approx(error.covariance[1:, 1:])
+    assert error.only({"colour"}) is None
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -28,6 +35,7 @@ def test_a_covariance_comes_back_from_its_table():
         ({"correlation": [[], [0.2], [0.0]]}, "expected a std and a row"),
         ({"names": ["track", "track", "toe"]}, "different names"),
         ({"names": ["track", "colour", "toe"]}, "found 'colour'"),
+        ({"names": ["track", ["scrub"], "toe"]}, "found \\['scrub'\\]"),
         ({"names": "track"}, "expected lists"),
         ({"std": [1.0, "wide", 1.0]}, "joint_error.std"),
         ({"size": 3}, "expected a table"),
