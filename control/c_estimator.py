@@ -96,7 +96,8 @@ def c_library_texts(
         raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
     parts = c_parts(declared, promote)
     steering = declared.vehicle.steering
-    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in ("effects", "source", "steering")}
+    elsewhere = ("effects", "source", "steering", "joint_error")
+    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in elsewhere}
     if steering is not None:
         vehicle["steering"] = {"command": steering.command, "angle": steering.angle}
     about = {
