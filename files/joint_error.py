@@ -28,8 +28,9 @@ class JointError:
     correlation: tuple[tuple[float, ...], ...]
 
     def __post_init__(self) -> None:
+        count = len(self.names)
         lengths = [len(self.std), len(self.correlation), len({*self.names})]
-        if lengths != [len(self.names)] * 3 or [len(row) for row in self.correlation] != [*range(len(self.names))]:
+        if not count or lengths != [count] * 3 or [len(row) for row in self.correlation] != [*range(count)]:
             raise ValueError("joint_error: expected a std and a row of 0, 1, 2 ... correlations for each of different names")
         if not all(np.isfinite(self.std)) or min(self.std, default=1.0) <= 0:
             raise ValueError(f"joint_error: expected positive standard deviations, found {list(self.std)}")

@@ -62,7 +62,8 @@ def look_again(
     recordings: of the drives; bench: with the declared model; effects: that are tried, by name. Only on soil, for a vehicle whose
     file states a joint error. What rests on channels that the drives lack is not named here either.
     """
-    error = declaration.vehicle.joint_error
+    joint = declaration.vehicle.joint_error
+    error = None if joint is None else joint.only({*doubts(declaration.vehicle)})
     if selection.accepted or error is None or not bench.sinks:
         return selection
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name])]

@@ -37,6 +37,7 @@ def test_the_error_of_some_numbers_is_their_part():
         ({"names": ["track", "colour", "toe"]}, "found 'colour'"),
         ({"names": ["track", ["scrub"], "toe"]}, "found \\['scrub'\\]"),
         ({"names": "track"}, "expected lists"),
+        ({"names": [], "std": [], "correlation": []}, "expected a std and a row"),
         ({"std": [1.0, "wide", 1.0]}, "joint_error.std"),
         ({"size": 3}, "expected a table"),
     ],
