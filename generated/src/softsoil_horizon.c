@@ -15,7 +15,7 @@
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
 #define LONGEST_WINDOW 105 /* samples */
-#define MAGIC 0x68425afbu
+#define MAGIC 0x388a530fu
 
 typedef softsoil_horizon_window_t window_t;
 
@@ -885,7 +885,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
 
 int softsoil_horizon_correct(const softsoil_horizon_t *h, softsoil_t *s) {
   int moved = 0;
-  if (!h || !s || h->magic != MAGIC || s->magic != 0x5072bafdu || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
+  if (!h || !s || h->magic != MAGIC || s->magic != 0x33f52442u || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
   for (int k = 0; k < K; ++k) {
     const int at = at_state[k];
     const double away = h->n[k] - s->x[at];

@@ -6,7 +6,7 @@ import casadi as ca
 
 from softsoil.symbolic.bicycle import body_force
 from softsoil.symbolic.body_roll import body_roll, roll_angle
-from softsoil.symbolic.effect import Corner, Correction, Effect, Layout, Signal, Vehicle, each_wheel
+from softsoil.symbolic.effect import GRAVITY, Corner, Correction, Effect, Layout, Signal, Vehicle, each_wheel
 from softsoil.symbolic.history import lag_share
 from softsoil.symbolic.model import Memory, Quantities, Scalar
 from softsoil.symbolic.smooth import fade_in, smooth_positive
@@ -40,10 +40,11 @@ def effect(vehicle: Vehicle) -> Effect:
     on to the chassis (1/final drive, negative where it rolls to the left), and roll_moment, which is always there (a centre of
     gravity off the middle).
     """
+    tip = GRAVITY * vehicle.mass * vehicle.track
     parameters = Layout.of(
         Signal("transfer_height", "m", "effective height of the load transfer", 0.0, 0.0, 2.0, spread=1),
         Signal("roll_sweep", "m", "sideways sweep of the rear contacts per roll of the body", 0.0, -2.0, 2.0, spread=0.5),
-        Signal("roll_moment", "N m", "roll to the right when driving straight", 0.0, -2000.0, 2000.0, spread=300),
+        Signal("roll_moment", "N m", "roll to the right when driving straight", 0.0, -0.124 * tip, 0.124 * tip, 0.0186 * tip),
         Signal("shaft_share", "", "roll to the right per driving torque of the wheels", 0.0, -1.0, 1.0, spread=0.2),
     )
     return Effect(

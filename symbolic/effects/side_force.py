@@ -4,23 +4,24 @@ import math
 
 import casadi as ca
 
-from softsoil.symbolic.effect import Correction, Effect, Layout, Signal, Values, Vehicle
+from softsoil.symbolic.effect import GRAVITY, Correction, Effect, Layout, Signal, Values, Vehicle
 from softsoil.symbolic.model import Quantities
 
 
 def effect(vehicle: Vehicle) -> Effect:
     """A force fixed in the world (wind): its lateral part and its moment about the centre of gravity."""
+    weight, base = GRAVITY * vehicle.mass, vehicle.wheelbase
     return Effect(
         name="side_force",
         doc="a force fixed in the world, as of wind",
         kind="load",
         reference="force and moment balance",
         parameters=Layout.of(
-            Signal("side_force_x", "N", "force along world x", 0.0, -5000.0, 5000.0, spread=1500),
-            Signal("side_force_y", "N", "force along world y", 0.0, -5000.0, 5000.0, spread=1500),
-            Signal("side_arm", "m", "where it acts, ahead of the centre of gravity", 0.0, -2.0, 2.0, spread=1),
+            Signal("side_force_x", "N", "force along world x", 0.0, -0.37 * weight, 0.37 * weight, 0.111 * weight),
+            Signal("side_force_y", "N", "force along world y", 0.0, -0.37 * weight, 0.37 * weight, 0.111 * weight),
+            Signal("side_arm", "m", "where it acts, ahead of the centre of gravity", 0.0, -0.74 * base, 0.74 * base, 0.37 * base),
         ),
-        typical={"side_force_x": 100.0, "side_force_y": 300.0, "side_arm": 0.0},
+        typical={"side_force_x": 0.0074 * weight, "side_force_y": 0.0222 * weight, "side_arm": 0.0},
         corrections={"balance": Correction(_compute, adds=("force_y", "moment_z"))},
         signatures=("constant side force", "resistance"),
         separates="driving on all headings, at several speeds",
