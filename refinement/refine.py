@@ -27,7 +27,7 @@ from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import Look, look_again
+from softsoil.refinement.second_look import Look, look_again, sized_again
 from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects
@@ -103,6 +103,9 @@ def refine(
         whole, last = look.whole, look.last
     else:
         whole, last = settled(everything(bench), everything(final)) if selection.accepted else (final, last)
+        named = [effects_tried[c.name] for c in selection.accepted if c.name in effects_tried]
+        if named and len(named) == len(selection.accepted):
+            whole, last = sized_again(recordings, declaration, bench, last, named) or (whole, last)
     free = _fitted(vehicle, whole, last) if selection.accepted else _fitted(vehicle, loose, fit_base(loose))
     accepted = [candidate.name for candidate in selection.accepted]
     effects = tuple(_traced(effects_tried[name], whole, last) for name in accepted if name in effects_tried)

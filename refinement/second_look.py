@@ -1,4 +1,4 @@
-"""Effects that the noise of recorded starts hides, judged again by windows with free initial states and correlated numbers.
+"""Effects that the noise of recorded starts hides or biases: windows with free initial states and correlated numbers.
 
 A load and n explain much of the same: what separates them is small, less than what sensor noise makes of windows that start at
 recorded states. Windows with free initial states use the measurements better, but there the vehicle's numbers, each free by
@@ -70,14 +70,14 @@ def look_again(
     if not few:
         return selection
     try:
-        problem = _Problem.of(recordings, declaration, error, bench, few)
+        problem = _Problem.of(recordings, declaration, error, bench, [c.name for c in few])
         problem.windows(RULES.fit_share)
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return selection
     none, before = problem.fitted()
     # From the numbers as declared, and from where they are in the effect's place: each alone may end in a lesser minimum.
     fits = {
-        c.name: min((problem.fitted(effects[c.name], c.overall, at) for at in (None, none)), key=lambda pair: pair[1])
+        c.name: min((problem.fitted((effects[c.name],), c.overall, at) for at in (None, none)), key=lambda pair: pair[1])
         for c in few
     }
     removed = {name: before - squares for name, (_, squares) in fits.items()}
@@ -88,11 +88,35 @@ def look_again(
     rivals = [c.name for c in few if c is not best and removed[c.name] >= RULES.look_rival * removed[best.name]]
     if rivals or best.name in selection.rivals:
         return replace(selection, groups=(*selection.groups, (best.name, *rivals)))
-    part, _ = problem.fitted(effect, best.overall, fit, RULES.fit_share)
-    whole, last = problem.bench_of(effect, fit)
-    final, _ = problem.bench_of(effect, part)
+    part, _ = problem.fitted((effect,), best.overall, fit, RULES.fit_share)
+    whole, last = problem.bench_of((effect,), fit)
+    final, _ = problem.bench_of((effect,), part)
     accepted = replace(best, overall=last)
     return Look(replace(selection, accepted=(accepted,), bench=final, groups=((best.name,),)), final, whole, last)
+
+
+def sized_again(
+    recordings: Sequence[Recording],
+    declaration: Declaration,
+    bench: Bench,
+    traced: Fit,
+    effects: Sequence[Effect],
+) -> tuple[Bench, Fit] | None:
+    """Bench and fit of named effects to the whole drives with free starts and the joint error, which the noise of recorded starts
+    does not bias; None without a joint error, with an effect of a sensor or at a place, or where drives hold no such windows.
+
+    recordings: of the drives; bench: with the declared model; traced: the tracing's fit of the effects to the whole drives.
+    """
+    joint = declaration.vehicle.joint_error
+    error = None if joint is None else joint.only({*doubts(declaration.vehicle)})
+    if error is None or not bench.sinks or any(e.place or set(e.corrections) <= {"outputs"} for e in effects):
+        return None
+    try:
+        problem = _Problem.of(recordings, declaration, error, bench, [e.name for e in effects])
+        fit, _ = problem.fitted(effects, traced)
+    except ValueError:  # as in look_again
+        return None
+    return problem.bench_of(effects, fit)
 
 
 def worth_it(candidate: Candidate, effect: Effect) -> bool:
@@ -127,9 +151,9 @@ class _Problem:
 
     @classmethod
     def of(
-        cls, recordings: Sequence[Recording], declaration: Declaration, error: JointError, bench: Bench, few: Sequence[Candidate]
+        cls, recordings: Sequence[Recording], declaration: Declaration, error: JointError, bench: Bench, names: Sequence[str]
     ) -> _Problem:
-        model = with_log_wheels(whole_model(declaration, [c.name for c in few]), recordings)
+        model = with_log_wheels(whole_model(declaration, names), recordings)
         table = doubts(declaration.vehicle)
         declared = {name: float(doubt.signal.nominal) for name, doubt in table.items()}
         prior = joint_prior(error, model, declared)
@@ -147,14 +171,14 @@ class _Problem:
         return [free_windows(self.compiled[d.dt], d, r) for d, r in zip(parts, self.recordings, strict=True)]
 
     def fitted(
-        self, effect: Effect | None = None, traced: Fit | None = None, start: WindowFit | None = None, share: float = 1.0
+        self, effects: Sequence[Effect] = (), traced: Fit | None = None, start: WindowFit | None = None, share: float = 1.0
     ) -> tuple[WindowFit, float]:
-        """The fit with an effect, or with none, to the first `share` of each drive, and its squares with those of the prior.
+        """The fit with effects, or with none, to the first `share` of each drive, and its squares with those of the prior.
 
-        traced: fit of the effect by the tracing, where its parameters start; start: fit where all that it has starts.
+        traced: fit of the effects by the tracing, where their parameters start; start: fit where all that it has starts.
         """
         windows = self.windows(share)
-        own = () if traced is None or effect is None else tuple(f for f in traced.free if f.name in effect.parameters)
+        own = () if traced is None else _own(traced.free, effects)
         free = (*own, *self.numbers, *self.bench.ground)
         at = {f.name: float(self.p[f.drives[0], self.model.p.index(f.sets[0])]) for f in free}
         for fit in (traced, start):
@@ -164,11 +188,15 @@ class _Problem:
         residuals.append(self.prior.residual(found.p[0]))
         return found, float(sum(window_costs(z).sum() * z.shape[1] for z in residuals))
 
-    def bench_of(self, effect: Effect, fit: WindowFit) -> tuple[Bench, Fit]:
-        """The tracing's bench at a fit, its numbers free and the effect accepted, and the fit as one of the tracing."""
+    def bench_of(self, effects: Sequence[Effect], fit: WindowFit) -> tuple[Bench, Fit]:
+        """The tracing's bench at a fit, its numbers free and the effects accepted, and the fit as one of the tracing."""
         bench = self.bench
         absent = bench.absent.copy()
         absent[:, [bench.model.p.index(name) for name in self.model.p.names]] = fit.p
-        own = tuple(f for f in fit.free if f.name in effect.parameters)
         last = Fit(fit.free, fit.value, fit.std, absent, fit.cost, fit.at_bound)
-        return replace(bench, absent=absent, accepted=own, loose=self.numbers), last
+        return replace(bench, absent=absent, accepted=_own(fit.free, effects), loose=self.numbers), last
+
+
+def _own(free: Sequence[Free], effects: Sequence[Effect]) -> tuple[Free, ...]:
+    """Of what is free, the parameters of effects."""
+    return tuple(f for f in free if any(f.name in effect.parameters for effect in effects))

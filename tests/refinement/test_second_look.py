@@ -14,7 +14,7 @@ from softsoil.recording.noise import add_noise
 from softsoil.refinement.free_starts import joint_prior
 from softsoil.refinement.refine import refine
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import Look, look_again, worth_it
+from softsoil.refinement.second_look import Look, look_again, sized_again, worth_it
 from softsoil.refinement.selection import Selection
 from softsoil.refinement.trace import whole_model
 from softsoil.symbolic.catalogue import bicycle, catalogue
@@ -31,16 +31,16 @@ def vehicle():
     return reference_vehicle().with_(effects={}, uncertainty={}, joint_error=ERROR)
 
 
-def drive(load):
-    """A multi-sine drive of the model itself with a load, with the noise of Table 5."""
+def drive(load, noise="table5", seed=1):
+    """A multi-sine drive of the model itself with a load, with sensor noise."""
     effects = {"payload": {"payload_mass": load, "payload_x": PLACE}} if load else {}
     model = bicycle(vehicle(), CLAY.with_(n=N), "turn_slip", effects)
     steer = MultiSine(0.35, seed=4)(0.012 * np.arange(round(SECONDS / 0.012) + 1))
-    return add_noise(synthetic_drive(model, vehicle().radius, seconds=SECONDS, speed=5.5, steer=steer), "table5", 1)
+    return add_noise(synthetic_drive(model, vehicle().radius, seconds=SECONDS, speed=5.5, steer=steer), noise, seed)
 
 
-def traced(load, declared):
-    return refine([drive(load)], Declaration(declared, CLAY), workers=1, candidates=("payload", "yaw_moment"))
+def traced(load, declared, *noise):
+    return refine([drive(load, *noise)], Declaration(declared, CLAY), workers=1, candidates=("payload", "yaw_moment"))
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +62,29 @@ def test_a_load_that_noise_hides_is_named_by_free_starts(without, tmp_path):
     file = tmp_path / "refined.toml"
     file.write_text(declaration_toml(found.declaration), encoding="utf-8")
     assert load_declaration(file).vehicle.joint_error == ERROR
+
+
+@pytest.mark.slow
+def test_a_load_that_the_tracing_names_is_sized_by_free_starts():
+    masses = []
+    for joint in (None, ERROR):
+        found = traced(LOAD, vehicle().with_(joint_error=joint), "good", 8)
+        assert [effect.name for effect in found.effects] == ["payload"]
+        assert not any("free initial states" in note for note in found.notes), "the tracing itself names it"
+        masses.append(found.effects[0].parameters["payload_mass"])
+    (recorded, recorded_std, _), (free, std, _) = masses
+    assert std < 0.5 * recorded_std
+    assert abs(free / LOAD - 1) < 0.05 < abs(recorded / LOAD - 1), "noise at recorded starts biases the size"
+    assert abs(found.n_after[0] / N - 1) < 0.03
+    assert found.declaration.vehicle.effects["payload"]["payload_mass"] == free
+
+
+def test_effects_of_sensors_and_places_are_not_sized_again(without):
+    known, declared = catalogue(vehicle()), Declaration(vehicle(), CLAY)
+    for name in ("gyro_bias", "soil_change"):
+        assert sized_again(without.recordings, declared, without.bench, without.ranking[0].fit, [known[name]]) is None
+    fixed = Declaration(vehicle().with_(joint_error=None), CLAY)
+    assert sized_again(without.recordings, fixed, without.bench, without.ranking[0].fit, [known["payload"]]) is None
 
 
 @pytest.mark.slow
