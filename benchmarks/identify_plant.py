@@ -9,7 +9,8 @@ by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inert
 --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on drives without one:
 right is what is named with a size at most 20 % off. Each is met on the drives of --logs, traced in one call, each on a soil of
 its own. True values are read to judge only. Seeds 0 to 2 were looked at while this command was made; 100, 101 and 104 while the
-rules of contradiction were, 100 to 102 while loads were looked at a second time; the others were not.
+rules of contradiction were, 100 to 102 while loads were looked at a second time, 200 to 202
+while their sizes were; the others were not.
 """
 
 from __future__ import annotations

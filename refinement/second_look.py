@@ -62,9 +62,8 @@ def look_again(
     recordings: of the drives; bench: with the declared model; effects: that are tried, by name. Only on soil, for a vehicle whose
     file states a joint error. What rests on channels that the drives lack is not named here either.
     """
-    joint = declaration.vehicle.joint_error
-    error = None if joint is None else joint.only({*doubts(declaration.vehicle)})
-    if selection.accepted or error is None or not bench.sinks:
+    error = _stated(declaration, bench)
+    if selection.accepted or error is None:
         return selection
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name])]
     if not few:
@@ -107,9 +106,8 @@ def sized_again(
 
     recordings: of the drives; bench: with the declared model; traced: the tracing's fit of the effects to the whole drives.
     """
-    joint = declaration.vehicle.joint_error
-    error = None if joint is None else joint.only({*doubts(declaration.vehicle)})
-    if error is None or not bench.sinks or any(e.place or set(e.corrections) <= {"outputs"} for e in effects):
+    error = _stated(declaration, bench)
+    if error is None or any(e.place or set(e.corrections) <= {"outputs"} for e in effects):
         return None
     try:
         problem = _Problem.of(recordings, declaration, error, bench, [e.name for e in effects])
@@ -195,6 +193,12 @@ class _Problem:
         absent[:, [bench.model.p.index(name) for name in self.model.p.names]] = fit.p
         last = Fit(fit.free, fit.value, fit.std, absent, fit.cost, fit.at_bound)
         return replace(bench, absent=absent, accepted=_own(fit.free, effects), loose=self.numbers), last
+
+
+def _stated(declaration: Declaration, bench: Bench) -> JointError | None:
+    """The joint error that the vehicle's file states of numbers that drives may doubt; None on rigid ground."""
+    joint = declaration.vehicle.joint_error
+    return joint.only({*doubts(declaration.vehicle)}) if joint and bench.sinks else None
 
 
 def _own(free: Sequence[Free], effects: Sequence[Effect]) -> tuple[Free, ...]:
