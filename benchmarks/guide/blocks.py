@@ -73,11 +73,14 @@ class Printed:
         return [f"line {self.block.line}: {self.words}: {line!r} is not printed" for line, found in pairs if found is None]
 
 
-def run_page(page: str, folder: Path) -> Iterator[Printed]:
+def run_page(page: str, folder: Path, python: Path | None = None) -> Iterator[Printed]:
     """Carry out a page's blocks in `folder`, where `data` leads to the example data, and say what each step printed.
 
-    Raises ValueError for a program that a page may not call.
+    python: an interpreter with softsoil installed, in the place of the running one with this project. Raises ValueError for a
+    program that a page may not call.
     """
+    env = environment(python)
+    interpreter = str(python or sys.executable)
     (folder / "data").symlink_to(PROJECT / "data")
     todo = blocks(page)
     for i, block in enumerate(todo):
@@ -88,45 +91,50 @@ def run_page(page: str, folder: Path) -> Iterator[Printed]:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(block.text, encoding="utf-8")
         elif block.kind == "console":
-            for words, expected in _commands(block.text):
-                yield _run(block, words, _argv(words), expected, folder)
+            for words, expected in commands(block.text):
+                yield _run(block, words, _argv(words, interpreter), expected, folder, env)
         elif block.kind == "python":
             after = todo[i + 1] if i + 1 < len(todo) and todo[i + 1].kind == "text" else None
             script = folder / f"block_{i}.py"
             script.write_text(block.text, encoding="utf-8")
             expected = tuple(after.text.splitlines()) if after else ()
-            yield _run(after or block, script.name, [sys.executable, script.name], expected, folder)
+            yield _run(after or block, script.name, [interpreter, script.name], expected, folder, env)
 
 
-def _commands(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+def commands(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
     """(command, expected lines) of a console block."""
     for part in re.split(r"^\$ ", text, flags=re.M)[1:]:
         words, *lines = re.sub(r"\\\n\s*", "", part).splitlines()
         yield words, tuple(line for line in lines if line.strip())
 
 
-def _argv(words: str) -> list[str]:
+def _argv(words: str, interpreter: str) -> list[str]:
     argv = shlex.split(words, comments=True)
     if argv[0] not in PROGRAMS and not argv[0].startswith("./"):
         raise ValueError(f"console: expected one of {', '.join(PROGRAMS)} or ./program; found {argv[0]!r}")
     if argv[0] == "softsoil":
-        return [sys.executable, "-m", "softsoil.commands.start", *argv[1:]]
-    return [sys.executable, *argv[1:]] if argv[0] == "python" else argv
+        return [interpreter, "-m", "softsoil", *argv[1:]]
+    return [interpreter, *argv[1:]] if argv[0] == "python" else argv
 
 
-def _run(block: Block, words: str, argv: list[str], expected: tuple[str, ...], folder: Path) -> Printed:
-    done = subprocess.run(argv, cwd=folder, env=environment(), capture_output=True, text=True, check=False)
+def _run(
+    block: Block, words: str, argv: list[str], expected: tuple[str, ...], folder: Path, env: Mapping[str, str]
+) -> Printed:
+    done = subprocess.run(argv, cwd=folder, env=env, capture_output=True, text=True, check=False)
     lines = tuple((done.stdout + done.stderr).splitlines())
     return Printed(block, words, expected, lines, done.returncode, done.stderr)
 
 
-def environment() -> Mapping[str, str]:
-    """The environment of a page's commands: this project first, tools of this Python on the path, a wide terminal."""
-    tools = str(Path(sys.executable).parent)
-    return {
-        **os.environ, "PYTHONPATH": str(PROJECT), "COLUMNS": "140", "MPLBACKEND": "agg", "SOURCE_DATE_EPOCH": "0",
-        "PATH": f"{tools}{os.pathsep}{os.environ.get('PATH', '')}",
-    }  # fmt: skip
+def environment(python: Path | None = None) -> dict[str, str]:
+    """The environment of a page's commands: this project first, tools of this Python on the path, a wide terminal.
+
+    python: an interpreter with softsoil installed; then the project is left out.
+    """
+    tools = str((python or Path(sys.executable)).parent)
+    env = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    env |= {"COLUMNS": "140", "MPLBACKEND": "agg", "SOURCE_DATE_EPOCH": "0"}
+    env["PATH"] = f"{tools}{os.pathsep}{env.get('PATH', '')}"
+    return env if python else env | {"PYTHONPATH": str(PROJECT)}
 
 
 def plain(line: str) -> str:

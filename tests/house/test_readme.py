@@ -1,16 +1,14 @@
 """What the documents say is there: links, paths, commands, and the code in them."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 import softsoil
+from benchmarks.guide.blocks import blocks, run_page
 from drives import PROJECT
 from softsoil.commands.cli import COMMANDS, app
 
@@ -59,25 +57,17 @@ def test_every_command_has_help_with_an_example(command):
 
 
 @pytest.mark.slow
-def test_python_of_the_readme_prints_what_the_command_prints(tmp_path):
-    (code,) = re.findall(r"```python\n(.*?)```", (PROJECT / "README.md").read_text(encoding="utf-8"), re.S)
-    script = tmp_path / "readme.py"
-    script.write_text(code, encoding="utf-8")
-    run = subprocess.run(
-        [sys.executable, str(script)],
-        cwd=PROJECT,
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(PROJECT)},
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
+def test_python_of_the_readme_prints_what_it_says_and_what_the_command_prints(tmp_path):
+    page = (PROJECT / "README.md").read_text(encoding="utf-8")
+    shown = [block for block in blocks(page) if block.kind in ("python", "text")]
+    (step,) = run_page("\n".join(f"```{block.kind}\n{block.text}```\n" for block in shown), tmp_path)
+    assert step.expected and step.faults() == []
     log = PROJECT / "data" / "multi_clay_n0.50.parquet"
     arguments = ["estimate", str(log), "--soil", "clay", "--n0", "0.7", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
     written = json.loads((tmp_path / "out" / "estimate.json").read_text(encoding="utf-8"))
-    verdict, number = run.stdout.splitlines()
+    verdict, number = step.actual
     assert verdict == written["verdict"] and result.output.splitlines()[2].startswith(f"{verdict}: ")
     assert number == f"n {written['n_front']:.3f} ± {written['n_front_std']:.3f}"
     assert f"n front {written['n_front']:.3f} ± {written['n_front_std']:.3f}" in result.output

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from benchmarks.guide.blocks import blocks, last_digit, matched, run_page, same
+from benchmarks.guide.blocks import blocks, commands, last_digit, matched, run_page, same
 from benchmarks.guide.json_page import PAGE, keys, undescribed
 from drives import PROJECT
 
@@ -18,19 +18,26 @@ ELSEWHERE = {"add-an-effect"}
 @pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("page", [p for p in TUTORIALS if p.stem not in ELSEWHERE], ids=lambda path: path.stem)
-def test_a_tutorial_runs_and_prints_what_it_says(page, tmp_path):
-    steps = list(run_page(page.read_text(encoding="utf-8"), tmp_path))
+def test_a_tutorial_runs_and_prints_what_it_says(page, tmp_path, installed):
+    """With the installed wheel, as a newcomer would."""
+    steps = list(run_page(page.read_text(encoding="utf-8"), tmp_path, installed.python))
     assert any(step.expected for step in steps), "expected a block with output"
     assert [fault for step in steps for fault in step.faults()] == []
     for path in (path for folder in tmp_path.iterdir() if folder.name not in BUILT for path in folder.rglob("*.json")):
         assert undescribed(path.name, json.loads(path.read_text(encoding="utf-8"))) == [], f"{path.name}: {PAGE.name} lacks keys"
 
 
-@pytest.mark.slow
-def test_the_readme_runs_and_prints_what_it_says(tmp_path):
-    steps = list(run_page((PROJECT / "README.md").read_text(encoding="utf-8"), tmp_path))
-    assert any(step.expected for step in steps)
-    assert [fault for step in steps for fault in step.faults()] == []
+def test_what_the_readme_runs_is_a_tutorial():
+    """Its commands and what they print stand in docs/tutorials/my-log.md, which is carried out above."""
+    (tutorial,) = (page for page in TUTORIALS if page.stem == "my-log")
+    shown = [block for block in blocks((PROJECT / "README.md").read_text(encoding="utf-8")) if block.kind == "console"]
+    carried_out = [block for block in blocks(tutorial.read_text(encoding="utf-8")) if block.kind == "console"]
+    printed = {words: lines for block in carried_out for words, lines in commands(block.text)}
+    found = [(words.partition("   #")[0], lines) for block in shown for words, lines in commands(block.text)]
+    assert len(found) >= 4
+    for words, lines in found:
+        assert words in printed
+        assert set(lines) <= {*printed[words], "..."}, words
 
 
 @pytest.mark.parametrize("page", [PROJECT / "README.md", *TUTORIALS], ids=lambda path: path.stem)

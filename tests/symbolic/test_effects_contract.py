@@ -18,7 +18,8 @@ from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.wheel import ForceLaw, WheelForce, law_names
 
 DT, STEPS = 0.01, 3
-NAMES = tuple(catalogue(reference_vehicle()))
+KNOWN = catalogue(reference_vehicle())
+NAMES = tuple(KNOWN)
 RUT = {"multipass": 1e-5}
 """An effect whose absence is another quadrature of the same contact: two strips of the width, one of them empty."""
 
@@ -28,9 +29,9 @@ def bare(law: ForceLaw | str = "turn_slip") -> Model:
 
 
 def with_effects(*names: str, law: ForceLaw | str = "turn_slip") -> Model:
-    known, model = catalogue(reference_vehicle()), bare(law)
+    model = bare(law)
     for name in names:
-        model = add_effect(model, known[name])
+        model = add_effect(model, KNOWN[name])
     return model
 
 
@@ -70,7 +71,7 @@ def assert_same(found: dict[str, float], expected: dict[str, float], within: flo
 @pytest.mark.parametrize("name", NAMES)
 def test_absent_is_the_identity(name):
     """At its neutral values an effect changes no state and no output, on a drive through its own histories."""
-    effect = catalogue(reference_vehicle())[name]
+    effect = KNOWN[name]
     assert_same(driven(neutral(bare(), effect)), driven(bare()), RUT.get(name, 1e-12))
 
 
@@ -87,9 +88,11 @@ class Everything:
     name: str = "everything"
 
     def __call__(self, soil, wheel, contact) -> WheelForce:
-        given = [v for part in (soil, contact) for n, v in vars(part).items() if n != "name"]
-        mixed = [sum(ca.sin((i + j + 1.0) * value) * 10.0**-i for i, value in enumerate(given)) for j in range(5)]
-        return WheelForce(*(100.0 * value for value in mixed[:4]), sinkage=0.05, exit_path=0.01 * mixed[4])
+        given = ca.vertcat(*(v for part in (soil, contact) for n, v in vars(part).items() if n != "name"))
+        count = np.arange(1.0, given.numel() + 1.0)
+        weights = 100.0 * np.cos(np.outer(np.arange(1.0, 6.0), count))
+        forces = ca.vertsplit(ca.mtimes(weights, ca.sin(count * given)))
+        return WheelForce(*forces[:4], sinkage=0.05, exit_path=1e-4 * forces[4])
 
 
 @pytest.mark.slow
@@ -135,7 +138,7 @@ def numbers(model: Model, seed: int = 5) -> tuple[np.ndarray, np.ndarray, np.nda
 @pytest.mark.parametrize("name", NAMES)
 def test_an_effect_changes_and_reads_what_it_says(name):
     """Its corrections write what they declare, in the way they declare; nothing that they read goes unsaid."""
-    effect = catalogue(reference_vehicle())[name]
+    effect = KNOWN[name]
     model = bare()
     for stage, correction in effect.corrections.items():
         for written, before, after, others in probed(add_effect(model, effect), stage, correction):
