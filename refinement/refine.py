@@ -27,10 +27,10 @@ from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import Look, look_again, sized_again
+from softsoil.refinement.second_look import look_twice
 from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.structure import Structure, structure
-from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects
+from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects, settled
 from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect, neutral
@@ -87,9 +87,9 @@ def refine(
     lacked = unsupported(recordings, declaration, candidates)
     rivals = {name: channels for name, channels in lacked.items() if name in effects_tried}
     selection = select(loose, effects_tried, numbers, workers, progress, repeated, rivals)
-    look = selection if repeated else look_again(recordings, declaration, bench, selection, effects_tried)
-    selection = look.selection if isinstance(look, Look) else look
-    final, last = (look.final, look.last) if isinstance(look, Look) else settled(bench, selection.bench)
+    look = look_twice(recordings, declaration, bench, selection, effects_tried, more=not repeated)
+    selection, fits = look.selection, look.fits
+    final, last = (fits.final, fits.last) if fits else settled(bench, selection.bench)
     left = _left(recordings, final, _moved(vehicle, final), start)
     if selection.accepted and any(s.left for s in left) and not _beyond_doubt(selection):
         # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess.
@@ -99,13 +99,10 @@ def refine(
         left = _left(recordings, final, vehicle, start)
     selection = replace(selection, bench=final)
     # Judged by the fit to a part; what is handed on is fitted to all there is.
-    if isinstance(look, Look) and selection.accepted:
-        whole, last = look.whole, look.last
+    if selection.accepted:
+        whole, last = (fits.whole, fits.last) if fits else settled(everything(bench), everything(final))
     else:
-        whole, last = settled(everything(bench), everything(final)) if selection.accepted else (final, last)
-        named = [effects_tried[c.name] for c in selection.accepted if c.name in effects_tried]
-        if named and len(named) == len(selection.accepted):
-            whole, last = sized_again(recordings, declaration, bench, last, named) or (whole, last)
+        whole = final
     free = _fitted(vehicle, whole, last) if selection.accepted else _fitted(vehicle, loose, fit_base(loose))
     accepted = [candidate.name for candidate in selection.accepted]
     effects = tuple(_traced(effects_tried[name], whole, last) for name in accepted if name in effects_tried)
@@ -114,7 +111,7 @@ def refine(
     n_before, n_after = (tuple(map(float, one.absent[:, index].ravel())) for one in (bench, whole))
     groups = inseparable(selection)
     lines = notes(recordings, declaration, bench, selection)
-    lines += (look.note,) if isinstance(look, Look) and accepted else ()
+    lines += look.notes if accepted or not look.selection.accepted else ()
     lines += () if choice is None else (f"no wheel speeds: {choice}",)
     idle_here = _idle(declaration, candidates)
     lines += tuple(f"{name}: not tried, it does nothing with {declaration.law}" for name in idle_here)
@@ -211,15 +208,6 @@ def _beyond_doubt(selection: Selection) -> bool:
     is of a sensor, and axle forces come from the records as they are, wrong sensors and all."""
     found, known = selection.accepted, selection.tried
     return found[0].gain >= RULES.nearly_all or any("outputs" in known[candidate.name].corrections for candidate in found)
-
-
-def settled(declared: Bench, found: Bench) -> tuple[Bench, Fit]:
-    """The bench with the accepted effects, all that is free fitted once more, parameters of declared effects within their
-    uncertainty among them; without effects the declared bench itself, with its fit of the ground."""
-    if not found.accepted:
-        return declared, fit_base(declared)
-    last = fit_base(found)
-    return replace(found, absent=last.p), last
 
 
 def held_mse(bench: Bench, p: Array, horizons: Sequence[float] = HORIZONS) -> dict[str, dict[str, float]]:

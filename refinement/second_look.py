@@ -1,4 +1,4 @@
-"""Effects that the noise of recorded starts hides or biases: windows with free initial states and correlated numbers.
+"""Effects that the noise of recorded starts hides, biases or invents: windows with free initial states and correlated numbers.
 
 A load and n explain much of the same: what separates them is small, less than what sensor noise makes of windows that start at
 recorded states. Windows with free initial states use the measurements better, but there the vehicle's numbers, each free by
@@ -27,7 +27,7 @@ from softsoil.refinement.fit import Fit
 from softsoil.refinement.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, least_sigmas, size, strength
-from softsoil.refinement.trace import Bench, Candidate, whole_model
+from softsoil.refinement.trace import Bench, Candidate, everything, settled, whole_model
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.model import Model
 
@@ -35,44 +35,64 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Look:
-    """An effect named by a second look: selection with it accepted; final, whole: benches by fits to the first part of each drive
-    and to all of it; last: the fit to all."""
+class Fits:
+    """Fits with free starts: final, whole: benches by fits to the first part and to all of each drive; last: the fit to all."""
 
-    selection: Selection
     final: Bench
     whole: Bench
     last: Fit
 
-    @property
-    def note(self) -> str:
-        """What the result says of it."""
-        return (
-            f"{self.selection.accepted[0].name}: named by windows with free initial states and the joint error of the vehicle's "
-            "numbers; noise hides it from windows that start at recorded states"
-        )
+
+@dataclass(frozen=True)
+class Look:
+    """What free starts make of a tracing: selection; fits: of its accepted effects, None where they are the tracing's; notes."""
+
+    selection: Selection
+    fits: Fits | None = None
+    notes: tuple[str, ...] = ()
 
 
-def look_again(
-    recordings: Sequence[Recording], declaration: Declaration, bench: Bench, selection: Selection, effects: Mapping[str, Effect]
-) -> Look | Selection:
-    """The effect that free starts name where the tracing has named none, or the selection, with the group of effects that free
-    starts cannot separate.
+def look_twice(
+    recordings: Sequence[Recording],
+    declaration: Declaration,
+    bench: Bench,
+    selection: Selection,
+    effects: Mapping[str, Effect],
+    more: bool = True,
+) -> Look:
+    """A tracing looked at again by windows with free starts: what it has named is sized anew, or left out where they do not show
+    it; where nothing is named, they may name an effect, or add the group of effects that they cannot separate.
 
-    recordings: of the drives; bench: with the declared model; effects: that are tried, by name. Only on soil, for a vehicle whose
-    file states a joint error. What rests on channels that the drives lack is not named here either.
+    recordings: of the drives; bench: with the declared model; effects: that are tried, by name; more: whether an effect that
+    the tracing has not named may be. Only on soil, for a vehicle whose file states a joint error; else the selection as it is.
     """
     error = _stated(declaration, bench)
-    if selection.accepted or error is None:
-        return selection
+    if error is None:
+        return Look(selection)
+    look = _sized_again(recordings, declaration, error, bench, selection, effects) if selection.accepted else Look(selection)
+    if look.selection.accepted or not more:
+        return look
+    again = _look_again(recordings, declaration, error, bench, look.selection, effects)
+    return replace(again, notes=(*look.notes, *again.notes))
+
+
+def _look_again(
+    recordings: Sequence[Recording],
+    declaration: Declaration,
+    error: JointError,
+    bench: Bench,
+    selection: Selection,
+    effects: Mapping[str, Effect],
+) -> Look:
+    """The effect that free starts name; what rests on channels that the drives lack is not named here either."""
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name])]
     if not few:
-        return selection
+        return Look(selection)
     try:
         problem = _Problem.of(recordings, declaration, error, bench, [c.name for c in few])
         problem.windows(RULES.fit_share)
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
-        return selection
+        return Look(selection)
     none, before = problem.fitted()
     # From the numbers as declared, and from where they are in the effect's place: each alone may end in a lesser minimum.
     fits = {
@@ -83,44 +103,83 @@ def look_again(
     best = max(few, key=lambda c: removed[c.name])
     effect, (fit, _) = effects[best.name], fits[best.name]
     if not named(fit, effect):
-        return selection
+        return Look(selection)
     rivals = [c.name for c in few if c is not best and removed[c.name] >= RULES.look_rival * removed[best.name]]
     if rivals or best.name in selection.rivals:
-        return replace(selection, groups=(*selection.groups, (best.name, *rivals)))
-    part, _ = problem.fitted((effect,), best.overall, fit, RULES.fit_share)
-    whole, last = problem.bench_of((effect,), fit)
-    final, _ = problem.bench_of((effect,), part)
-    accepted = replace(best, overall=last)
-    return Look(replace(selection, accepted=(accepted,), bench=final, groups=((best.name,),)), final, whole, last)
+        return Look(replace(selection, groups=(*selection.groups, (best.name, *rivals))))
+    found = problem.fits((effect,), fit, best.overall)
+    selection = replace(selection, accepted=(replace(best, overall=found.last),), bench=found.final, groups=((best.name,),))
+    note = (
+        f"{best.name}: named by windows with free initial states and the joint error of the vehicle's numbers; noise hides it "
+        "from windows that start at recorded states"
+    )
+    return Look(selection, found, (note,))
 
 
-def sized_again(
+def _sized_again(
     recordings: Sequence[Recording],
     declaration: Declaration,
+    error: JointError,
     bench: Bench,
-    traced: Fit,
-    effects: Sequence[Effect],
-) -> tuple[Bench, Fit] | None:
-    """Bench and fit of named effects to the whole drives with free starts and the joint error, which the noise of recorded starts
-    does not bias; None without a joint error, with an effect of a sensor or at a place, or where drives hold no such windows.
-
-    recordings: of the drives; bench: with the declared model; traced: the tracing's fit of the effects to the whole drives.
-    """
-    error = _stated(declaration, bench)
-    if error is None or any(e.place or set(e.corrections) <= {"outputs"} for e in effects):
-        return None
+    selection: Selection,
+    effects: Mapping[str, Effect],
+) -> Look:
+    """The named effects fitted to the whole drives with free starts and the joint error, which the noise of recorded starts does
+    not bias, without those that are not there then; the tracing's where one is of a sensor or at a place."""
+    names = [candidate.name for candidate in selection.accepted]
+    if any(name not in effects or not _of_the_vehicle(effects[name]) for name in names):
+        return Look(selection)
+    final, _ = settled(bench, selection.bench)
+    _, traced = settled(everything(bench), everything(final))
+    kept, notes = [effects[name] for name in names], []
     try:
-        problem = _Problem.of(recordings, declaration, error, bench, [e.name for e in effects])
-        fit, _ = problem.fitted(effects, traced)
-    except ValueError:  # as in look_again
-        return None
-    return problem.bench_of(effects, fit)
+        problem = _Problem.of(recordings, declaration, error, bench, names)
+        fit, _ = problem.fitted(kept, traced)
+        while kept and (doubtful := [effect for effect in kept if not still_there(fit, traced, effect)]):
+            left_out = min(doubtful, key=lambda effect: _certainty(fit, effect)[1])
+            notes.append(_not_there(fit, left_out))
+            kept.remove(left_out)
+            fit, _ = problem.fitted(kept, traced, fit)
+        found = problem.fits(kept, fit, traced) if notes else Fits(final, *problem.bench_of(kept, fit))
+    except ValueError:  # as in _look_again
+        return Look(selection)
+    accepted = tuple(c for c in selection.accepted if effects[c.name] in kept)
+    groups = tuple(group for group in selection.groups if effects.get(group[0]) in kept)
+    if notes:
+        selection = replace(selection, accepted=accepted, bench=found.final if kept else bench, groups=groups)
+    return Look(selection, found if kept else None, tuple(notes))
+
+
+def still_there(fit: WindowFit, traced: Fit, effect: Effect) -> bool:
+    """Whether a fit with free starts is as sure of an effect as the tracing has to be, and on the same side of absence."""
+    name, sigmas = _certainty(fit, effect)
+    absent = effect.parameters[name].nominal
+    same_side = (fit.named()[name][0] - absent) * (traced.named()[name][0] - absent) > 0
+    return same_side and sigmas >= RULES.least_parameter_sigmas
+
+
+def _certainty(fit: WindowFit, effect: Effect) -> tuple[str, float]:
+    """The parameter of the leading one's kind (its unit) that stands farthest from absence, and by how many standard errors."""
+    values, lead = fit.named(), effect.parameters[0]
+    kind = [s for s in effect.parameters if s.name in values and s.unit == lead.unit]
+    sigmas = {s.name: abs(values[s.name][0] - s.nominal) / max(values[s.name][1], 1e-12) for s in kind}
+    return max(sigmas.items(), key=lambda item: item[1])
+
+
+def _not_there(fit: WindowFit, effect: Effect) -> str:
+    name, sigmas = _certainty(fit, effect)
+    value, std = fit.named()[name]
+    unit = effect.parameters[name].unit
+    return (
+        f"{effect.name}: not named, windows with free initial states and the joint error of the vehicle's numbers do not show it "
+        f"({name} {value:.4g} ± {std:.2g}{unit and f' {unit}'}, {sigmas:.1f} standard errors from absence)"
+    )
 
 
 def worth_it(candidate: Candidate, effect: Effect) -> bool:
     """Whether the tracing's windows give reason to look at an effect again: of the vehicle or the ground, a gain that is no
     scatter, a size that is none of a declared model's faults."""
-    if candidate.overall is None or effect.place or set(effect.corrections) <= {"outputs"}:
+    if candidate.overall is None or not _of_the_vehicle(effect):
         return False
     sure = candidate.gain >= max(RULES.look_gain, least_sigmas(len(candidate.windows)) * candidate.std)
     enough = strength(candidate.overall, effect) >= RULES.least_parameter_sigmas
@@ -186,6 +245,12 @@ class _Problem:
         residuals.append(self.prior.residual(found.p[0]))
         return found, float(sum(window_costs(z).sum() * z.shape[1] for z in residuals))
 
+    def fits(self, effects: Sequence[Effect], fit: WindowFit, traced: Fit | None) -> Fits:
+        """The benches at a fit to the whole drives and at one to their first part, which begins there."""
+        part, _ = self.fitted(effects, traced, fit, RULES.fit_share)
+        final, _ = self.bench_of(effects, part)
+        return Fits(final, *self.bench_of(effects, fit))
+
     def bench_of(self, effects: Sequence[Effect], fit: WindowFit) -> tuple[Bench, Fit]:
         """The tracing's bench at a fit, its numbers free and the effects accepted, and the fit as one of the tracing."""
         bench = self.bench
@@ -193,6 +258,11 @@ class _Problem:
         absent[:, [bench.model.p.index(name) for name in self.model.p.names]] = fit.p
         last = Fit(fit.free, fit.value, fit.std, absent, fit.cost, fit.at_bound)
         return replace(bench, absent=absent, accepted=_own(fit.free, effects), loose=self.numbers), last
+
+
+def _of_the_vehicle(effect: Effect) -> bool:
+    """Whether an effect is one of vehicle or ground, none of a sensor and none at a place."""
+    return not effect.place and not set(effect.corrections) <= {"outputs"}
 
 
 def _stated(declaration: Declaration, bench: Bench) -> JointError | None:

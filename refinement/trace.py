@@ -247,3 +247,12 @@ def _free(effect: Effect, name: str) -> Free:
     reach = max(signal.upper - signal.nominal, signal.nominal - signal.lower)
     known = (signal.nominal, min(signal.spread, reach / 2))
     return Free(name, (name,), scale, signal.lower, signal.upper, known=known)
+
+
+def settled(declared: Bench, found: Bench) -> tuple[Bench, Fit]:
+    """The bench with the accepted effects, all that is free fitted once more, parameters of declared effects within their
+    uncertainty among them; without effects the declared bench itself, with its fit of the ground."""
+    if not found.accepted:
+        return declared, fit_base(declared)
+    last = fit_base(found)
+    return replace(found, absent=last.p), last

@@ -1,6 +1,6 @@
 """Effects that noisy starts hide: named with free starts where the vehicle's file states a joint error, and not without."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ from softsoil.recording.noise import add_noise
 from softsoil.refinement.free_starts import joint_prior
 from softsoil.refinement.refine import refine
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import Look, look_again, sized_again, worth_it
-from softsoil.refinement.selection import Selection
+from softsoil.refinement.second_look import Look, look_twice, still_there, worth_it
+from softsoil.refinement.selection import accept
 from softsoil.refinement.trace import whole_model
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
@@ -46,6 +46,11 @@ def traced(load, declared, *noise):
 @pytest.fixture(scope="module")
 def without():
     return traced(LOAD, vehicle().with_(joint_error=None))
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return traced(0.0, vehicle())
 
 
 @pytest.mark.slow
@@ -82,14 +87,47 @@ def test_a_load_that_the_tracing_names_is_sized_by_free_starts():
 def test_effects_of_sensors_and_places_are_not_sized_again(without):
     known, declared = catalogue(vehicle()), Declaration(vehicle(), CLAY)
     for name in ("gyro_bias", "soil_change"):
-        assert sized_again(without.recordings, declared, without.bench, without.ranking[0].fit, [known[name]]) is None
+        named = replace(without.selection, accepted=(replace(without.ranking[0], name=name),))
+        look = look_twice(without.recordings, declared, without.bench, named, {name: known[name]})
+        assert look == Look(named)
     fixed = Declaration(vehicle().with_(joint_error=None), CLAY)
-    assert sized_again(without.recordings, fixed, without.bench, without.ranking[0].fit, [known["payload"]]) is None
+    again = look_twice(without.recordings, fixed, without.bench, without.selection, known)
+    assert again == Look(without.selection)
+
+
+@dataclass(frozen=True)
+class Found:
+    """A fit that says one parameter."""
+
+    value: float
+    std: float
+
+    def named(self):
+        return {"yaw_moment": (self.value, self.std)}
+
+
+@pytest.mark.parametrize(
+    "value, std, there", [(400.0, 100.0, True), (400.0, 150.0, False), (-900.0, 100.0, False), (20.0, 50.0, False)]
+)
+def test_what_is_there_stands_as_far_from_absence_as_the_tracing_asks_on_the_same_side(value, std, there):
+    assert still_there(Found(value, std), Found(800.0, 90.0), catalogue(vehicle())["yaw_moment"]) is there
 
 
 @pytest.mark.slow
-def test_nothing_is_named_where_nothing_is_missing():
-    assert traced(0.0, vehicle()).verdict == "none"
+def test_what_free_starts_do_not_show_is_not_named(clean, monkeypatch):
+    """A yaw moment that the tracing were to name on a drive without one."""
+    declared, known = Declaration(vehicle(), CLAY), {"yaw_moment": catalogue(vehicle())["yaw_moment"]}
+    (moment,) = (candidate for candidate in clean.ranking if candidate.name == "yaw_moment")
+    bench, _ = accept(clean.bench, moment, known)
+    named = replace(clean.selection, accepted=(moment,), bench=bench, groups=(("yaw_moment",),))
+    look = look_twice(clean.recordings, declared, clean.bench, named, known)
+    assert look.selection.accepted == () == look.selection.groups and look.fits is None
+    assert any("do not show it" in note and "standard errors from absence" in note for note in look.notes)
+
+
+@pytest.mark.slow
+def test_nothing_is_named_where_nothing_is_missing(clean):
+    assert clean.verdict == "none"
 
 
 def test_what_is_looked_at_again(without):
@@ -107,10 +145,11 @@ def test_what_rests_on_absent_channels_is_not_named(without):
     declared = Declaration(vehicle(), CLAY)
     again = (without.recordings, declared, without.bench)
     effects = {name: catalogue(vehicle())[name] for name in ("payload", "yaw_moment")}
-    assert isinstance(look_again(*again, without.selection, effects), Look)
+    assert look_twice(*again, without.selection, effects).fits is not None
+    assert look_twice(*again, without.selection, effects, more=False) == Look(without.selection)
     lacking = replace(without.selection, rivals={"payload": ("v",)})
-    found = look_again(*again, lacking, effects)
-    assert isinstance(found, Selection) and not found.accepted and found.unnamable == ("payload",)
+    found = look_twice(*again, lacking, effects).selection
+    assert not found.accepted and found.unnamable == ("payload",)
 
 
 def test_drives_without_such_windows_stay_as_they_are(without, monkeypatch):
@@ -119,8 +158,12 @@ def test_drives_without_such_windows_stay_as_they_are(without, monkeypatch):
 
     monkeypatch.setattr("softsoil.refinement.second_look.free_windows", none)
     effects = {"payload": catalogue(vehicle())["payload"]}
-    found = look_again(without.recordings, Declaration(vehicle(), CLAY), without.bench, without.selection, effects)
-    assert found is without.selection
+    again = (without.recordings, Declaration(vehicle(), CLAY), without.bench)
+    assert look_twice(*again, without.selection, effects) == Look(without.selection)
+    payload = next(c for c in without.ranking if c.name == "payload")
+    bench, _ = accept(without.bench, payload, effects)
+    named = replace(without.selection, accepted=(payload,), bench=bench)
+    assert look_twice(*again, named, effects) == Look(named)
 
 
 def test_the_prior_is_the_joint_error():
