@@ -27,7 +27,7 @@ from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import look_twice
+from softsoil.refinement.second_look import Look, look_twice, strained_words
 from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects, settled
@@ -112,6 +112,7 @@ def refine(
     groups = inseparable(selection)
     lines = notes(recordings, declaration, bench, selection)
     lines += look.notes if accepted or not look.selection.accepted else ()
+    lines += (strained_words(look.strain),) if look.strain is not None and look.strained else ()
     lines += () if choice is None else (f"no wheel speeds: {choice}",)
     idle_here = _idle(declaration, candidates)
     lines += tuple(f"{name}: not tried, it does nothing with {declaration.law}" for name in idle_here)
@@ -128,7 +129,7 @@ def refine(
     )
     # Where axle forces are not judged, an n on its bound is what shows that something is left.
     lacks = any(s.left for s in left) or (on_bound(bench).any() and not all(s.judged for s in left))
-    lacks = lacks or bool(selection.unnamable)
+    lacks = lacks or bool(selection.unnamable) or look.strained
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
     refined = _refined(declaration, effects, contradicted, whole)
     return Refinement(
@@ -145,11 +146,12 @@ def refine(
         n_before=n_before,
         n_after=n_after,
         n_std=_n_std(bench, last, n_after, vehicle.n_error),
-        judged=_judged(recordings, refined, soils, n_after, start),
+        judged=_judged(recordings, refined, soils, n_after, start, look),
         ground=() if bench.sinks else fitted_ground(
             bench.ground, soils, [r.name for r in recordings], bench.values(bench.ground), last, [s.left for s in left]
         ),
         structure=left,
+        strain=look.strain,
         declaration=refined,
         bench=bench,
         selection=selection,
@@ -176,15 +178,19 @@ def _driveline(recordings: Sequence[Recording], declaration: Declaration, soils:
 
 
 def _judged(
-    recordings: Sequence[Recording], refined: Declaration, soils: Sequence[Soil], n: Sequence[float], start: float
+    recordings: Sequence[Recording], refined: Declaration, soils: Sequence[Soil], n: Sequence[float], start: float, look: Look
 ) -> tuple[Verdict, ...]:
-    """The verdict on n of each drive, by the rules of an estimate, with the refined model on its own soil; none without n."""
+    """The verdict on n of each drive, by the rules of an estimate, with the refined model on its own soil, none identified where
+    the vehicle's numbers are strained; empty without n."""
     if not n:
         return ()
     found = []
     for recording, soil, value in zip(recordings, soils, n, strict=True):
         model = Declaration(refined.vehicle, soil, refined.law).build()
-        found.append(judge(recording, model, float(soil.n), (value,), tied=True, start=start))
+        verdict = judge(recording, model, float(soil.n), (value,), tied=True, start=start)
+        if verdict.usable and look.strain is not None and look.strained:
+            verdict = replace(verdict, word="inconsistent", reason=strained_words(look.strain))
+        found.append(verdict)
     return tuple(found)
 
 

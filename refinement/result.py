@@ -53,10 +53,11 @@ class Refinement:
     manoeuvre that would; ranking: all candidates of the first round; holdout: (from, to) of the first drive (s); before, after:
     horizon -> state -> mean squared error on held-out windows, declared model and refined model, both fitted on the fit windows
     alone; n_before (fit windows), n_after (whole drives), n_std of n_after, judged: verdict on n_after, per drive, all empty
-    on hard ground, which ground has: of each class its friction and tread; structure:
-    what is left at the end; declaration: the refined one, by the whole drives, on the soil of the first; bench: the declared
-    model's; selection, its bench fitted on the fit windows; recordings: what was used of the drives; soils: class of each;
-    carried: effects that the measured inputs are seen to contain; notes; seconds.
+    on hard ground, which ground has: of each class its friction and tread; structure: what is left at the end; strain: of the
+    numbers whose joint error the vehicle's file states, about 1 where it has not changed, None where not looked at; declaration:
+    the refined one, by the whole drives, on the soil of the first; bench: the declared model's; selection, its bench fitted on
+    the fit windows; recordings: what was used of the drives; soils: class of each; carried: effects that the measured inputs are
+    seen to contain; notes; seconds.
     """
 
     verdict: str
@@ -75,6 +76,7 @@ class Refinement:
     judged: tuple[Verdict, ...]
     ground: tuple[FittedGround, ...]
     structure: tuple[Structure, ...]
+    strain: float | None
     declaration: Declaration
     bench: Bench
     selection: Selection
@@ -111,6 +113,7 @@ class Refinement:
             "after": {"mse": self.after},
             **self._ground(),
             "unexplained": [{"share": s.share, "correlations": s.correlations} for s in self.structure],
+            "strain": self.strain,
             "notes": list(self.notes),
             "seconds": self.seconds,
         }

@@ -99,6 +99,11 @@ class Rules:
         "of the squares that the best effect removes there, of which another one makes both inseparable",
         "design",
     )  # fmt: skip
+    strain: float = _rule(
+        5.0, "squares per number",
+        "by which drives move the vehicle's numbers in their joint error, that says the vehicle has changed",
+        "drawn",
+    )  # fmt: skip
     most_effects: int = _rule(
         3, "effects",
         "accepted on one set of drives",

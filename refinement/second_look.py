@@ -4,7 +4,8 @@ A load and n explain much of the same: what separates them is small, less than w
 recorded states. Windows with free initial states use the measurements better, but there the vehicle's numbers, each free by
 itself, imitate a load. With the joint error of an identified vehicle they cannot, and the effect stands out. Minimised over n of
 each drive, the numbers theta and the effect's parameters e: sum over windows of min over x0 of sum rho(z), plus
-(theta - theta_0)' C^-1 (theta - theta_0) plus the prior of e.
+(theta - theta_0)' C^-1 (theta - theta_0) plus the prior of e. The second term over its K numbers, about 1 where the vehicle is
+the one that was identified, is the strain: a high one says that the vehicle has changed, though n and the numbers predict well.
 """
 
 from __future__ import annotations
@@ -45,11 +46,18 @@ class Fits:
 
 @dataclass(frozen=True)
 class Look:
-    """What free starts make of a tracing: selection; fits: of its accepted effects, None where they are the tracing's; notes."""
+    """What free starts make of a tracing: selection; fits: of its accepted effects, None where they are the tracing's; notes;
+    strain: of the vehicle's numbers with the accepted effects, None where it was not looked at."""
 
     selection: Selection
     fits: Fits | None = None
     notes: tuple[str, ...] = ()
+    strain: float | None = None
+
+    @property
+    def strained(self) -> bool:
+        """Whether the drives ask for other numbers than the vehicle's file states, beyond their joint error."""
+        return self.strain is not None and self.strain > RULES.strain
 
 
 def look_twice(
@@ -61,7 +69,8 @@ def look_twice(
     more: bool = True,
 ) -> Look:
     """A tracing looked at again by windows with free starts: what it has named is sized anew, or left out where they do not show
-    it; where nothing is named, they may name an effect, or add the group of effects that they cannot separate.
+    it; where nothing is named, they may name an effect, or add the group of effects that they cannot separate. Either way they
+    tell whether the vehicle's numbers are strained.
 
     recordings: of the drives; bench: with the declared model; effects: that are tried, by name; more: whether an effect that
     the tracing has not named may be. Only on soil, for a vehicle whose file states a joint error; else the selection as it is.
@@ -76,6 +85,14 @@ def look_twice(
     return replace(again, notes=(*look.notes, *again.notes))
 
 
+def strained_words(strain: float) -> str:
+    """What a strain of the vehicle's numbers says, for notes and verdicts."""
+    return (
+        f"the drives ask for other numbers of the vehicle than its file states, beyond their joint error (strain {strain:.1f}, "
+        f"about 1 where nothing has changed, {RULES.strain:g} at most): something of the vehicle has changed, as by a load"
+    )
+
+
 def _look_again(
     recordings: Sequence[Recording],
     declaration: Declaration,
@@ -85,35 +102,40 @@ def _look_again(
     effects: Mapping[str, Effect],
 ) -> Look:
     """The effect that free starts name; what rests on channels that the drives lack is not named here either."""
-    few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name])]
-    if not few:
-        return Look(selection)
+    few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name], strained=True)]
     try:
         problem = _Problem.of(recordings, declaration, error, bench, [c.name for c in few])
-        problem.windows(RULES.fit_share)
+        none, before = problem.fitted()
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return Look(selection)
-    none, before = problem.fitted()
+    strain = problem.strain(none)
+    look = Look(selection, strain=strain)
+    few = [c for c in few if worth_it(c, effects[c.name], look.strained)]
+    if not few:
+        return look
     # From the numbers as declared, and from where they are in the effect's place: each alone may end in a lesser minimum.
     fits = {
-        c.name: min((problem.fitted((effects[c.name],), c.overall, at) for at in (None, none)), key=lambda pair: pair[1])
+        c.name: min((problem.fitted((effects[c.name],), c.overall, at) for at in (None, none)), key=lambda found: found[1])
         for c in few
     }
     removed = {name: before - squares for name, (_, squares) in fits.items()}
     best = max(few, key=lambda c: removed[c.name])
     effect, (fit, _) = effects[best.name], fits[best.name]
-    if not named(fit, effect):
-        return Look(selection)
+    if not named(fit, effect, look.strained):
+        return look
     rivals = [c.name for c in few if c is not best and removed[c.name] >= RULES.look_rival * removed[best.name]]
     if rivals or best.name in selection.rivals:
-        return Look(replace(selection, groups=(*selection.groups, (best.name, *rivals))))
-    found = problem.fits((effect,), fit, best.overall)
+        return replace(look, selection=replace(selection, groups=(*selection.groups, (best.name, *rivals))))
+    try:
+        found = problem.fits((effect,), fit, best.overall)
+    except ValueError:  # the first part holds no two windows
+        return look
     selection = replace(selection, accepted=(replace(best, overall=found.last),), bench=found.final, groups=((best.name,),))
     note = (
         f"{best.name}: named by windows with free initial states and the joint error of the vehicle's numbers; noise hides it "
         "from windows that start at recorded states"
     )
-    return Look(selection, found, (note,))
+    return Look(selection, found, (note,), problem.strain(fit))
 
 
 def _sized_again(
@@ -147,7 +169,7 @@ def _sized_again(
     groups = tuple(group for group in selection.groups if effects.get(group[0]) in kept)
     if notes:
         selection = replace(selection, accepted=accepted, bench=found.final if kept else bench, groups=groups)
-    return Look(selection, found if kept else None, tuple(notes))
+    return Look(selection, found if kept else None, tuple(notes), problem.strain(fit))
 
 
 def still_there(fit: WindowFit, traced: Fit, effect: Effect) -> bool:
@@ -176,21 +198,23 @@ def _not_there(fit: WindowFit, effect: Effect) -> str:
     )
 
 
-def worth_it(candidate: Candidate, effect: Effect) -> bool:
+def worth_it(candidate: Candidate, effect: Effect, strained: bool = False) -> bool:
     """Whether the tracing's windows give reason to look at an effect again: of the vehicle or the ground, a gain that is no
-    scatter, a size that is none of a declared model's faults."""
+    scatter (of any drive with strained numbers, which lack something), a size that is none of a declared model's faults."""
     if candidate.overall is None or not _of_the_vehicle(effect):
         return False
-    sure = candidate.gain >= max(RULES.look_gain, least_sigmas(len(candidate.windows)) * candidate.std)
+    scatter = 0.0 if strained else least_sigmas(len(candidate.windows)) * candidate.std
+    sure = candidate.gain >= max(RULES.look_gain, scatter)
     enough = strength(candidate.overall, effect) >= RULES.least_parameter_sigmas
     return sure and enough and size(candidate.overall, effect) >= RULES.least_size
 
 
-def named(fit: WindowFit, effect: Effect) -> bool:
-    """Whether a fit with free starts is sure of an effect: its leading parameter far from absence, none on a bound."""
+def named(fit: WindowFit, effect: Effect, strained: bool = False) -> bool:
+    """Whether a fit with free starts is sure of an effect: its leading parameter far from absence, none on a bound; with strained
+    numbers, where something is missing for sure, as far as the tracing asks."""
     lead = effect.parameters[0]
     value, std = fit.named()[lead.name]
-    sure = abs(value - lead.nominal) >= RULES.look_sigmas * std
+    sure = abs(value - lead.nominal) >= (RULES.least_parameter_sigmas if strained else RULES.look_sigmas) * std
     return sure and not {*fit.at_bound} & {*effect.parameters.names}
 
 
@@ -245,6 +269,10 @@ class _Problem:
         residuals.append(self.prior.residual(found.p[0]))
         return found, float(sum(window_costs(z).sum() * z.shape[1] for z in residuals))
 
+    def strain(self, fit: WindowFit) -> float:
+        """Square of the numbers' distance from their file in a fit, over their count: about 1 for the vehicle of the file."""
+        return float(np.mean(self.prior.residual(fit.p[0]) ** 2))
+
     def fits(self, effects: Sequence[Effect], fit: WindowFit, traced: Fit | None) -> Fits:
         """The benches at a fit to the whole drives and at one to their first part, which begins there."""
         part, _ = self.fitted(effects, traced, fit, RULES.fit_share)
@@ -252,11 +280,15 @@ class _Problem:
         return Fits(final, *self.bench_of(effects, fit))
 
     def bench_of(self, effects: Sequence[Effect], fit: WindowFit) -> tuple[Bench, Fit]:
-        """The tracing's bench at a fit, its numbers free and the effects accepted, and the fit as one of the tracing."""
-        bench = self.bench
+        """The tracing's bench at a fit, its numbers free and the effects accepted, and the fit as one of the tracing.
+
+        What strains the numbers moves the effect and n, too: standard errors grow by the root of a strain above 1 (the ratio
+        of R. T. Birge, Phys. Rev. 40, 207, 1932).
+        """
+        bench, wider = self.bench, max(self.strain(fit), 1.0) ** 0.5
         absent = bench.absent.copy()
         absent[:, [bench.model.p.index(name) for name in self.model.p.names]] = fit.p
-        last = Fit(fit.free, fit.value, fit.std, absent, fit.cost, fit.at_bound)
+        last = Fit(fit.free, fit.value, wider * fit.std, absent, fit.cost, fit.at_bound)
         return replace(bench, absent=absent, accepted=_own(fit.free, effects), loose=self.numbers), last
 
 

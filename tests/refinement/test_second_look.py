@@ -16,7 +16,7 @@ from softsoil.refinement.refine import refine
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.second_look import Look, look_twice, still_there, worth_it
 from softsoil.refinement.selection import accept
-from softsoil.refinement.trace import whole_model
+from softsoil.refinement.trace import make_bench, whole_model
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
 
@@ -128,6 +128,39 @@ def test_what_free_starts_do_not_show_is_not_named(clean, monkeypatch):
 @pytest.mark.slow
 def test_nothing_is_named_where_nothing_is_missing(clean):
     assert clean.verdict == "none"
+    assert clean.strain < 2.0 and clean.as_json()["strain"] == clean.strain
+    assert [verdict.word for verdict in clean.judged] == ["identified"]
+
+
+def test_another_vehicle_than_the_file_states_strains_its_numbers(clean):
+    """6 % more yaw inertia than its bodies have, 1.7 % known."""
+    right = vehicle().yaw_inertia
+    for share, strained in ((1.0, False), (1.06, True)):
+        declared = Declaration(vehicle().with_(yaw_inertia=share * right), CLAY)
+        bench = make_bench(clean.recordings, declared, 1.0, names=["yaw_moment"])
+        look = look_twice(clean.recordings, declared, bench, clean.selection, {})
+        assert look.strained is strained and look.selection is clean.selection
+
+
+@pytest.mark.slow
+def test_no_n_is_identified_where_the_vehicle_has_changed(monkeypatch):
+    """Whatever the strain, here that of a clean drive and a rule that calls it one of another vehicle."""
+    monkeypatch.setattr("softsoil.refinement.second_look.RULES", replace(RULES, strain=0.0))
+    found = traced(0.0, vehicle())
+    assert found.verdict == "unexplained" and not found.effects
+    assert [verdict.word for verdict in found.judged] == ["inconsistent"] and "strain" in found.judged[0].reason
+    assert any("something of the vehicle has changed" in note for note in found.notes)
+
+
+@pytest.mark.slow
+def test_standard_errors_grow_with_the_root_of_the_strain(without, monkeypatch):
+    stds, payload = [], {"payload": catalogue(vehicle())["payload"]}
+    for strain in (0.5, 9.0):
+        monkeypatch.setattr("softsoil.refinement.second_look._Problem.strain", lambda problem, fit, strain=strain: strain)
+        look = look_twice(without.recordings, Declaration(vehicle(), CLAY), without.bench, without.selection, payload)
+        assert [candidate.name for candidate in look.selection.accepted] == ["payload"] and look.strained is (strain > 5.0)
+        stds.append(look.fits.last.named()["payload_mass"][1])
+    assert stds[1] == pytest.approx(3.0 * stds[0], rel=1e-3)
 
 
 def test_what_is_looked_at_again(without):
