@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import subprocess
+from functools import lru_cache
 from pathlib import Path
+from tempfile import mkdtemp
 
 HERE = Path(__file__).resolve().parents[1]
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
@@ -11,11 +13,26 @@ CORPUS = HERE.parent / "tests" / "codegen" / "clibrary_corpus"
 ARM = ("arm-linux-gnueabihf-gcc", "-static", "-O2", "-mcpu=cortex-a9", "-mfpu=neon")
 
 
-def build(compiler: list[str], folder: Path, source: str, target: Path) -> Path:
-    """The program `source` of the benchmarks with the library, at `target`; CalledProcessError where it does not build."""
-    sources = [str(HERE / source), *map(str, sorted((folder / "src").glob("*.c")))]
-    subprocess.run([*compiler, f"-I{folder / 'include'}", *sources, "-lm", "-o", str(target)], check=True)
+def build(compiler: list[str], folder: Path, source: str, target: Path, more: tuple[str, ...] = ()) -> Path:
+    """The program `source` of the benchmarks with the library, at `target`; CalledProcessError where it does not build.
+
+    compiler: with flags for both; more: flags and sources of the program alone. The library of a folder, which no longer changes,
+    is compiled once for a compiler and its flags.
+    """
+    library = objects(tuple(compiler), folder)
+    program = [str(HERE / source), *more, f"-I{folder / 'include'}", *library, "-lm", "-o", str(target)]
+    subprocess.run([*compiler, *program], check=True)
     return target
+
+
+@lru_cache(maxsize=8)
+def objects(compiler: tuple[str, ...], folder: Path) -> tuple[str, ...]:
+    """Object files of a library's sources, in a temporary folder."""
+    there, made = Path(mkdtemp(prefix="softsoil_objects_")), []
+    for file in sorted((folder / "src").glob("*.c")):
+        made.append(str(there / f"{file.stem}.o"))
+        subprocess.run([*compiler, f"-I{folder / 'include'}", "-c", str(file), "-o", made[-1]], check=True)
+    return tuple(made)
 
 
 def arm_numbers(folder: Path, scratch: Path, source: str = "clibrary_arm.c") -> tuple[list[float], list[float]]:

@@ -212,13 +212,14 @@ def test_the_same_commands_on_arm(tmp_path):
 @pytest.mark.parametrize("target", ("storm", "fuzz"))
 def test_storm_under_sanitizers(target, tmp_path):
     """Everything that can go wrong, from chance and from bytes; `benchmarks/clibrary_trust.py driver` runs longer."""
-    more = ["-DSOFTSOIL_SCALAR"]
+    more: tuple[str, ...] = ()
     if target == "fuzz":
         main = tmp_path / "bytes.c"
         main.write_text(BYTES, encoding="utf-8")
-        more += ["-DFUZZ", str(main)]
+        more = ("-DFUZZ", str(main))
+    compiler = ["gcc", "-O1", "-DSOFTSOIL_SCALAR", *judge.SANITIZERS]
     try:
-        program = judge.build(["gcc", "-O1", *judge.SANITIZERS, *more], folder(), "driver_storm.c", tmp_path / "storm")
+        program = judge.build(compiler, folder(), "driver_storm.c", tmp_path / "storm", more)
     except subprocess.CalledProcessError:
         pytest.skip("the compiler has no sanitizers")
     done = subprocess.run([str(program), "3000", "1"], capture_output=True, text=True, check=False)

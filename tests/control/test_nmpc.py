@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drives import reference_vehicle
-from nmpc_problem import N, small_ocp
+from nmpc_problem import N, rut_ocp, small_ocp
 from softsoil.control.c_controller import controller_files
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_binding import CController
@@ -17,8 +17,6 @@ from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.ocp_examples import closed_loop_cost, tanh_bicycle
-from softsoil.declaration.model_file import Declaration
-from softsoil.symbolic.soil import CLAY
 
 OBSTACLES = np.array([[8.0, 2.2, 0.4]])
 
@@ -232,10 +230,8 @@ def test_parameters_of_another_shape_are_refused(wrong):
 
 
 def test_histories_follow_the_plan():
-    plain = reference_vehicle().with_(effects={})
-    model = Declaration(plain, CLAY).with_effects({"multipass": {"kappa": 0.7}}).build()
-    ocp = Ocp(model, reference_vehicle(), OcpSettings(steps=20, dt=0.1))
-    solver = Nmpc(ocp)
+    ocp = rut_ocp()
+    model, solver = ocp.model, Nmpc(ocp)
     memory = np.zeros(len(model.cells))
     z = np.tile(ocp.z.pack(u=5.0, steer=0.2, omega_z=0.3), (21, 1))
     solver.set_initial_guess(z, np.zeros((20, 2)))
