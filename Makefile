@@ -4,10 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-# Two halves of about the same length, one per core; a new folder of tests falls into the second.
-FIRST := $(addprefix tests/,cases codegen control estimator identification plant recording refinement)
+# Processes that run tests: one per core.
+WORKERS := logical
 
-.PHONY: demo test test-types test-first test-rest docs check lock clean
+.PHONY: demo test test-types test-code docs check lock clean
 
 demo: $(STAMP)
 	$(BIN)/softsoil study --vehicle paper --out runs/study-paper
@@ -15,16 +15,13 @@ demo: $(STAMP)
 
 test: $(STAMP)
 	$(BIN)/ruff check .
-	$(MAKE) --no-print-directory -j3 test-types test-first test-rest
+	$(MAKE) --no-print-directory -j2 test-types test-code
 
 test-types: $(STAMP)
 	$(BIN)/mypy
 
-test-first: $(STAMP)
-	$(BIN)/python -m pytest $(FIRST)
-
-test-rest: $(STAMP)
-	$(BIN)/python -m pytest tests $(addprefix --ignore=,$(FIRST))
+test-code: $(STAMP)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal tests
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
@@ -34,7 +31,7 @@ check: test
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), f"softsoil needs Python 3.11 or newer, found {sys.version}"'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[dev]'
 	touch $@
 
 # Write the versions of the present environment as the new constraints.
