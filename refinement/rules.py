@@ -89,9 +89,20 @@ class Rules:
         "gain at which an effect is looked at again by windows with free starts, where none has been named",
         "design",
     )  # fmt: skip
+    look_error: float = _rule(
+        2.0, "standard errors",
+        "of windows with free starts that make one: the model's own error is alike in all of them, as identify takes it",
+        "drawn",
+    )  # fmt: skip
     look_sigmas: float = _rule(
         4.5, "standard errors",
-        "from absence, of an effect in such windows, the vehicle's numbers free by their joint error",
+        "of an effect in such windows, the vehicle's numbers free by their joint error: its parameter's from absence, or, with "
+        "strained numbers, the root of the squares that it removes",
+        "drawn",
+    )  # fmt: skip
+    there_sigmas: float = _rule(
+        2.0, "standard errors",
+        "from absence in such windows, of an effect that has been named without them",
         "drawn",
     )  # fmt: skip
     look_rival: float = _rule(
@@ -100,8 +111,13 @@ class Rules:
         "design",
     )  # fmt: skip
     strain: float = _rule(
-        5.0, "squares per number",
+        2.5, "squares per number",
         "by which drives move the vehicle's numbers in their joint error, that says the vehicle has changed",
+        "drawn",
+    )  # fmt: skip
+    unsettled_toe: float = _rule(
+        0.02, "rad",
+        "standard deviation of the rear toe by which a load may change it: springs give way, and links turn the wheels",
         "drawn",
     )  # fmt: skip
     most_effects: int = _rule(

@@ -4,8 +4,10 @@ A load and n explain much of the same: what separates them is small, less than w
 recorded states. Windows with free initial states use the measurements better, but there the vehicle's numbers, each free by
 itself, imitate a load. With the joint error of an identified vehicle they cannot, and the effect stands out. Minimised over n of
 each drive, the numbers theta and the effect's parameters e: sum over windows of min over x0 of sum rho(z), plus
-(theta - theta_0)' C^-1 (theta - theta_0) plus the prior of e. The second term over its K numbers, about 1 where the vehicle is
-the one that was identified, is the strain: a high one says that the vehicle has changed, though n and the numbers predict well.
+k^2 (theta - theta_0)' C^-1 (theta - theta_0) plus the prior of e. As in the identification that made C, k = 2 standard errors of
+windows count as one: what the model lacks is alike in all of them. With a load the rear toe is free: springs give way under it,
+and links turn the wheels. The second term over k^2 and its K numbers, at most about 1 where the vehicle is the one that was
+identified, is the strain: a high one says that the vehicle has changed, though n and the numbers predict well.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.parameters import Free
 from softsoil.estimator.window_fit import WindowFit, fit_windows, window_costs
-from softsoil.files.joint_error import JointError
+from softsoil.files.joint_error import JointError, joint_error_of
 from softsoil.recording.drive import Recording
 from softsoil.refinement.doubts import doubts
 from softsoil.refinement.fit import Fit
@@ -33,6 +35,9 @@ from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
+
+TOE = "toe_rear"
+"""The number of the vehicle that a load on its springs changes most."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +94,7 @@ def strained_words(strain: float) -> str:
     """What a strain of the vehicle's numbers says, for notes and verdicts."""
     return (
         f"the drives ask for other numbers of the vehicle than its file states, beyond their joint error (strain {strain:.1f}, "
-        f"about 1 where nothing has changed, {RULES.strain:g} at most): something of the vehicle has changed, as by a load"
+        f"{RULES.strain:g} at most where nothing has changed): something of the vehicle has changed, as by a load"
     )
 
 
@@ -115,19 +120,19 @@ def _look_again(
         return look
     # From the numbers as declared, and from where they are in the effect's place: each alone may end in a lesser minimum.
     fits = {
-        c.name: min((problem.fitted((effects[c.name],), c.overall, at) for at in (None, none)), key=lambda found: found[1])
+        c.name: min((problem.fitted((effects[c.name],), traced_of(c), at) for at in (None, none)), key=lambda found: found[1])
         for c in few
     }
     removed = {name: before - squares for name, (_, squares) in fits.items()}
     best = max(few, key=lambda c: removed[c.name])
     effect, (fit, _) = effects[best.name], fits[best.name]
-    if not named(fit, effect, look.strained):
+    if not named(fit, effect, removed[best.name] if look.strained else None):
         return look
     rivals = [c.name for c in few if c is not best and removed[c.name] >= RULES.look_rival * removed[best.name]]
     if rivals or best.name in selection.rivals:
         return replace(look, selection=replace(selection, groups=(*selection.groups, (best.name, *rivals))))
     try:
-        found = problem.fits((effect,), fit, best.overall)
+        found = problem.fits((effect,), fit, traced_of(best))
     except ValueError:  # the first part holds no two windows
         return look
     selection = replace(selection, accepted=(replace(best, overall=found.last),), bench=found.final, groups=((best.name,),))
@@ -135,7 +140,7 @@ def _look_again(
         f"{best.name}: named by windows with free initial states and the joint error of the vehicle's numbers; noise hides it "
         "from windows that start at recorded states"
     )
-    return Look(selection, found, (note,), problem.strain(fit))
+    return Look(selection, found, (note,), problem.strain(fit, (effect,)))
 
 
 def _sized_again(
@@ -169,15 +174,15 @@ def _sized_again(
     groups = tuple(group for group in selection.groups if effects.get(group[0]) in kept)
     if notes:
         selection = replace(selection, accepted=accepted, bench=found.final if kept else bench, groups=groups)
-    return Look(selection, found if kept else None, tuple(notes), problem.strain(fit))
+    return Look(selection, found if kept else None, tuple(notes), problem.strain(fit, kept))
 
 
 def still_there(fit: WindowFit, traced: Fit, effect: Effect) -> bool:
-    """Whether a fit with free starts is as sure of an effect as the tracing has to be, and on the same side of absence."""
+    """Whether a fit with free starts shows an effect that the tracing has named, on the same side of absence."""
     name, sigmas = _certainty(fit, effect)
     absent = effect.parameters[name].nominal
     same_side = (fit.named()[name][0] - absent) * (traced.named()[name][0] - absent) > 0
-    return same_side and sigmas >= RULES.least_parameter_sigmas
+    return same_side and sigmas >= RULES.there_sigmas
 
 
 def _certainty(fit: WindowFit, effect: Effect) -> tuple[str, float]:
@@ -200,8 +205,13 @@ def _not_there(fit: WindowFit, effect: Effect) -> str:
 
 def worth_it(candidate: Candidate, effect: Effect, strained: bool = False) -> bool:
     """Whether the tracing's windows give reason to look at an effect again: of the vehicle or the ground, a gain that is no
-    scatter (of any drive with strained numbers, which lack something), a size that is none of a declared model's faults."""
-    if candidate.overall is None or not _of_the_vehicle(effect):
+    scatter, a size that is none of a declared model's faults. With strained numbers, where something is missing, scatter is no
+    objection, and a load needs no gain: n can hide all of it."""
+    if not _of_the_vehicle(effect):
+        return False
+    if strained and _adds_mass(effect):
+        return True
+    if candidate.overall is None:
         return False
     scatter = 0.0 if strained else least_sigmas(len(candidate.windows)) * candidate.std
     sure = candidate.gain >= max(RULES.look_gain, scatter)
@@ -209,24 +219,30 @@ def worth_it(candidate: Candidate, effect: Effect, strained: bool = False) -> bo
     return sure and enough and size(candidate.overall, effect) >= RULES.least_size
 
 
-def named(fit: WindowFit, effect: Effect, strained: bool = False) -> bool:
-    """Whether a fit with free starts is sure of an effect: its leading parameter far from absence, none on a bound; with strained
-    numbers, where something is missing for sure, as far as the tracing asks."""
+def traced_of(candidate: Candidate) -> Fit:
+    """The tracing's fit of an effect: to the whole drives where there is one."""
+    return candidate.overall or candidate.fit
+
+
+def named(fit: WindowFit, effect: Effect, removed: float | None = None) -> bool:
+    """Whether a fit with free starts is sure of an effect, none of its parameters on a bound: the leading one far from absence,
+    or, with strained numbers, where something is missing for sure, by the squares that it has `removed`."""
     lead = effect.parameters[0]
     value, std = fit.named()[lead.name]
-    sure = abs(value - lead.nominal) >= (RULES.least_parameter_sigmas if strained else RULES.look_sigmas) * std
-    return sure and not {*fit.at_bound} & {*effect.parameters.names}
+    sigmas = abs(value - lead.nominal) / max(std, 1e-12) if removed is None else max(removed, 0.0) ** 0.5
+    return sigmas >= RULES.look_sigmas and not {*fit.at_bound} & {*effect.parameters.names}
 
 
 @dataclass(frozen=True)
 class _Problem:
-    """The drives with free starts: compiled model, one prior for the numbers, what else is free."""
+    """The drives with free starts: compiled model, joint error of the numbers and their declared values, what else is free."""
 
     recordings: tuple[Recording, ...]
     bench: Bench
     model: Model
     compiled: Mapping[float, WindowModel]
-    prior: JointPrior
+    error: JointError
+    declared: dict[str, float]
     numbers: tuple[Free, ...]
     p: Array
 
@@ -237,13 +253,13 @@ class _Problem:
         model = with_log_wheels(whole_model(declaration, names), recordings)
         table = doubts(declaration.vehicle)
         declared = {name: float(doubt.signal.nominal) for name, doubt in table.items()}
-        prior = joint_prior(error, model, declared)
-        numbers = tuple(replace(d.free, known=None) if d.signal.name in prior.names else d.free for d in table.values())
+        numbers = tuple(replace(d.free, known=None) if d.signal.name in error.names else d.free for d in table.values())
         p = bench.absent[:, [bench.model.p.index(name) for name in model.p.names]]
         for name, value in declared.items():
             p[:, model.p.index(name)] = value
         steps = {s.drive.dt for s in bench.shootings}
-        return cls(tuple(recordings), bench, model, {dt: WindowModel(model, dt, steps_of(dt)) for dt in steps}, prior, numbers, p)
+        compiled = {dt: WindowModel(model, dt, steps_of(dt)) for dt in steps}
+        return cls(tuple(recordings), bench, model, compiled, error, declared, numbers, p)
 
     def windows(self, share: float) -> list[FreeWindows]:
         """The windows in the first `share` of each drive; ValueError where one holds no two."""
@@ -254,7 +270,8 @@ class _Problem:
     def fitted(
         self, effects: Sequence[Effect] = (), traced: Fit | None = None, start: WindowFit | None = None, share: float = 1.0
     ) -> tuple[WindowFit, float]:
-        """The fit with effects, or with none, to the first `share` of each drive, and its squares with those of the prior.
+        """The fit with effects, or with none, to the first `share` of each drive, and its squares with those of the prior; both
+        allow for the model's own error.
 
         traced: fit of the effects by the tracing, where their parameters start; start: fit where all that it has starts.
         """
@@ -264,14 +281,27 @@ class _Problem:
         at = {f.name: float(self.p[f.drives[0], self.model.p.index(f.sets[0])]) for f in free}
         for fit in (traced, start):
             at |= {} if fit is None else {name: value for name, (value, _) in fit.named().items() if name in at}
-        found = fit_windows(windows, free, np.array([at[f.name] for f in free]), self.p, [self.prior])
+        prior = self.prior_with(effects)
+        heavy = replace(prior, root=RULES.look_error * prior.root)
+        found = fit_windows(windows, free, np.array([at[f.name] for f in free]), self.p, [heavy])
         residuals = [w.residual(row, x0) for w, row, x0 in zip(windows, found.p, found.x0, strict=True)]
-        residuals.append(self.prior.residual(found.p[0]))
-        return found, float(sum(window_costs(z).sum() * z.shape[1] for z in residuals))
+        residuals.append(heavy.residual(found.p[0]))
+        squares = float(sum(window_costs(z).sum() * z.shape[1] for z in residuals)) / RULES.look_error**2
+        return replace(found, std=RULES.look_error * found.std), squares
 
-    def strain(self, fit: WindowFit) -> float:
-        """Square of the numbers' distance from their file in a fit, over their count: about 1 for the vehicle of the file."""
-        return float(np.mean(self.prior.residual(fit.p[0]) ** 2))
+    def prior_with(self, effects: Sequence[Effect]) -> JointPrior:
+        """The joint prior of the vehicle's numbers; with a load the rear toe may be another one."""
+        error = self.error
+        if any(_adds_mass(effect) for effect in effects) and TOE in error.names:
+            covariance, index = error.covariance, error.names.index(TOE)
+            covariance[index, index] += RULES.unsettled_toe**2
+            error = joint_error_of(error.names, covariance)
+        return joint_prior(error, self.model, self.declared)
+
+    def strain(self, fit: WindowFit, effects: Sequence[Effect] = ()) -> float:
+        """Square of the numbers' distance from their file in a fit with effects, over their count: at most about 1 for the
+        vehicle of the file."""
+        return float(np.mean(self.prior_with(effects).residual(fit.p[0]) ** 2))
 
     def fits(self, effects: Sequence[Effect], fit: WindowFit, traced: Fit | None) -> Fits:
         """The benches at a fit to the whole drives and at one to their first part, which begins there."""
@@ -285,7 +315,7 @@ class _Problem:
         What strains the numbers moves the effect and n, too: standard errors grow by the root of a strain above 1 (the ratio
         of R. T. Birge, Phys. Rev. 40, 207, 1932).
         """
-        bench, wider = self.bench, max(self.strain(fit), 1.0) ** 0.5
+        bench, wider = self.bench, max(self.strain(fit, effects), 1.0) ** 0.5
         absent = bench.absent.copy()
         absent[:, [bench.model.p.index(name) for name in self.model.p.names]] = fit.p
         last = Fit(fit.free, fit.value, wider * fit.std, absent, fit.cost, fit.at_bound)
@@ -295,6 +325,11 @@ class _Problem:
 def _of_the_vehicle(effect: Effect) -> bool:
     """Whether an effect is one of vehicle or ground, none of a sensor and none at a place."""
     return not effect.place and not set(effect.corrections) <= {"outputs"}
+
+
+def _adds_mass(effect: Effect) -> bool:
+    """Whether an effect makes the vehicle heavier."""
+    return "vehicle" in effect.corrections and "mass" in effect.corrections["vehicle"].adds
 
 
 def _stated(declaration: Declaration, bench: Bench) -> JointError | None:
