@@ -2,12 +2,8 @@
 
 A load and n explain much of the same: what separates them is small, less than what sensor noise makes of windows that start at
 recorded states. Windows with free initial states use the measurements better, but there the vehicle's numbers, each free by
-itself, imitate a load. With the joint error of an identified vehicle they cannot, and the effect stands out. Minimised over n of
-each drive, the numbers theta and the effect's parameters e: sum over windows of min over x0 of sum rho(z), plus
-k^2 (theta - theta_0)' C^-1 (theta - theta_0) plus the prior of e. As in the identification that made C, k = 2 standard errors of
-windows count as one: what the model lacks is alike in all of them. With a load the rear toe is free: springs give way under it,
-and links turn the wheels. The second term over k^2 and its K numbers, at most about 1 where the vehicle is the one that was
-identified, is the strain: a high one says that the vehicle has changed, though n and the numbers predict well.
+itself, imitate a load. With the joint error of an identified vehicle (`softsoil.refinement.joint_fit`) they cannot, and the
+effect stands out; and where the drives strain the numbers, the vehicle has changed, whether or not an effect can be named.
 """
 
 from __future__ import annotations
@@ -15,38 +11,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.absent_wheels import with_log_wheels
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.window_fit import WindowFit, fit_windows, window_costs
-from softsoil.files.joint_error import JointError, joint_error_of
+from softsoil.estimator.window_fit import WindowFit
+from softsoil.files.joint_error import JointError
 from softsoil.recording.drive import Recording
-from softsoil.refinement.doubts import doubts
 from softsoil.refinement.fit import Fit
-from softsoil.refinement.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
+from softsoil.refinement.joint_fit import Fits, JointFit, adds_mass, stated_error
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, least_sigmas, size, strength
-from softsoil.refinement.trace import Bench, Candidate, everything, settled, whole_model
+from softsoil.refinement.trace import Bench, Candidate, everything, settled
 from softsoil.symbolic.effect import Effect
-from softsoil.symbolic.model import Model
-
-Array = NDArray[np.float64]
-
-TOE = "toe_rear"
-"""The number of the vehicle that a load on its springs changes most."""
-
-
-@dataclass(frozen=True)
-class Fits:
-    """Fits with free starts: final, whole: benches by fits to the first part and to all of each drive; last: the fit to all."""
-
-    final: Bench
-    whole: Bench
-    last: Fit
 
 
 @dataclass(frozen=True)
@@ -80,7 +54,7 @@ def look_twice(
     recordings: of the drives; bench: with the declared model; effects: that are tried, by name; more: whether an effect that
     the tracing has not named may be. Only on soil, for a vehicle whose file states a joint error; else the selection as it is.
     """
-    error = _stated(declaration, bench)
+    error = stated_error(declaration, bench)
     if error is None:
         return Look(selection)
     look = _sized_again(recordings, declaration, error, bench, selection, effects) if selection.accepted else Look(selection)
@@ -109,7 +83,7 @@ def _look_again(
     """The effect that free starts name; what rests on channels that the drives lack is not named here either."""
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name], strained=True)]
     try:
-        problem = _Problem.of(recordings, declaration, error, bench, [c.name for c in few])
+        problem = JointFit.of(recordings, declaration, error, bench, [c.name for c in few])
         none, before = problem.fitted()
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return Look(selection)
@@ -160,7 +134,7 @@ def _sized_again(
     _, traced = settled(everything(bench), everything(final))
     kept, notes = [effects[name] for name in names], []
     try:
-        problem = _Problem.of(recordings, declaration, error, bench, names)
+        problem = JointFit.of(recordings, declaration, error, bench, names)
         fit, _ = problem.fitted(kept, traced)
         while kept and (doubtful := [effect for effect in kept if not still_there(fit, traced, effect)]):
             left_out = min(doubtful, key=lambda effect: _certainty(fit, effect)[1])
@@ -209,7 +183,7 @@ def worth_it(candidate: Candidate, effect: Effect, strained: bool = False) -> bo
     objection, and a load needs no gain: n can hide all of it."""
     if not _of_the_vehicle(effect):
         return False
-    if strained and _adds_mass(effect):
+    if strained and adds_mass(effect):
         return True
     if candidate.overall is None:
         return False
@@ -233,111 +207,6 @@ def named(fit: WindowFit, effect: Effect, removed: float | None = None) -> bool:
     return sigmas >= RULES.look_sigmas and not {*fit.at_bound} & {*effect.parameters.names}
 
 
-@dataclass(frozen=True)
-class _Problem:
-    """The drives with free starts: compiled model, joint error of the numbers and their declared values, what else is free."""
-
-    recordings: tuple[Recording, ...]
-    bench: Bench
-    model: Model
-    compiled: Mapping[float, WindowModel]
-    error: JointError
-    declared: dict[str, float]
-    numbers: tuple[Free, ...]
-    p: Array
-
-    @classmethod
-    def of(
-        cls, recordings: Sequence[Recording], declaration: Declaration, error: JointError, bench: Bench, names: Sequence[str]
-    ) -> _Problem:
-        model = with_log_wheels(whole_model(declaration, names), recordings)
-        table = doubts(declaration.vehicle)
-        declared = {name: float(doubt.signal.nominal) for name, doubt in table.items()}
-        numbers = tuple(replace(d.free, known=None) if d.signal.name in error.names else d.free for d in table.values())
-        p = bench.absent[:, [bench.model.p.index(name) for name in model.p.names]]
-        for name, value in declared.items():
-            p[:, model.p.index(name)] = value
-        steps = {s.drive.dt for s in bench.shootings}
-        compiled = {dt: WindowModel(model, dt, steps_of(dt)) for dt in steps}
-        return cls(tuple(recordings), bench, model, compiled, error, declared, numbers, p)
-
-    def windows(self, share: float) -> list[FreeWindows]:
-        """The windows in the first `share` of each drive; ValueError where one holds no two."""
-        drives = [s.drive for s in self.bench.shootings]
-        parts = [until(d, d.first + round(share * (len(d.t) - d.first))) for d in drives]
-        return [free_windows(self.compiled[d.dt], d, r) for d, r in zip(parts, self.recordings, strict=True)]
-
-    def fitted(
-        self, effects: Sequence[Effect] = (), traced: Fit | None = None, start: WindowFit | None = None, share: float = 1.0
-    ) -> tuple[WindowFit, float]:
-        """The fit with effects, or with none, to the first `share` of each drive, and its squares with those of the prior; both
-        allow for the model's own error.
-
-        traced: fit of the effects by the tracing, where their parameters start; start: fit where all that it has starts.
-        """
-        windows = self.windows(share)
-        own = () if traced is None else _own(traced.free, effects)
-        free = (*own, *self.numbers, *self.bench.ground)
-        at = {f.name: float(self.p[f.drives[0], self.model.p.index(f.sets[0])]) for f in free}
-        for fit in (traced, start):
-            at |= {} if fit is None else {name: value for name, (value, _) in fit.named().items() if name in at}
-        prior = self.prior_with(effects)
-        heavy = replace(prior, root=RULES.look_error * prior.root)
-        found = fit_windows(windows, free, np.array([at[f.name] for f in free]), self.p, [heavy])
-        residuals = [w.residual(row, x0) for w, row, x0 in zip(windows, found.p, found.x0, strict=True)]
-        residuals.append(heavy.residual(found.p[0]))
-        squares = float(sum(window_costs(z).sum() * z.shape[1] for z in residuals)) / RULES.look_error**2
-        return replace(found, std=RULES.look_error * found.std), squares
-
-    def prior_with(self, effects: Sequence[Effect]) -> JointPrior:
-        """The joint prior of the vehicle's numbers; with a load the rear toe may be another one."""
-        error = self.error
-        if any(_adds_mass(effect) for effect in effects) and TOE in error.names:
-            covariance, index = error.covariance, error.names.index(TOE)
-            covariance[index, index] += RULES.unsettled_toe**2
-            error = joint_error_of(error.names, covariance)
-        return joint_prior(error, self.model, self.declared)
-
-    def strain(self, fit: WindowFit, effects: Sequence[Effect] = ()) -> float:
-        """Square of the numbers' distance from their file in a fit with effects, over their count: at most about 1 for the
-        vehicle of the file."""
-        return float(np.mean(self.prior_with(effects).residual(fit.p[0]) ** 2))
-
-    def fits(self, effects: Sequence[Effect], fit: WindowFit, traced: Fit | None) -> Fits:
-        """The benches at a fit to the whole drives and at one to their first part, which begins there."""
-        part, _ = self.fitted(effects, traced, fit, RULES.fit_share)
-        final, _ = self.bench_of(effects, part)
-        return Fits(final, *self.bench_of(effects, fit))
-
-    def bench_of(self, effects: Sequence[Effect], fit: WindowFit) -> tuple[Bench, Fit]:
-        """The tracing's bench at a fit, its numbers free and the effects accepted, and the fit as one of the tracing.
-
-        What strains the numbers moves the effect and n, too: standard errors grow by the root of a strain above 1 (the ratio
-        of R. T. Birge, Phys. Rev. 40, 207, 1932).
-        """
-        bench, wider = self.bench, max(self.strain(fit, effects), 1.0) ** 0.5
-        absent = bench.absent.copy()
-        absent[:, [bench.model.p.index(name) for name in self.model.p.names]] = fit.p
-        last = Fit(fit.free, fit.value, wider * fit.std, absent, fit.cost, fit.at_bound)
-        return replace(bench, absent=absent, accepted=_own(fit.free, effects), loose=self.numbers), last
-
-
 def _of_the_vehicle(effect: Effect) -> bool:
     """Whether an effect is one of vehicle or ground, none of a sensor and none at a place."""
     return not effect.place and not set(effect.corrections) <= {"outputs"}
-
-
-def _adds_mass(effect: Effect) -> bool:
-    """Whether an effect makes the vehicle heavier."""
-    return "vehicle" in effect.corrections and "mass" in effect.corrections["vehicle"].adds
-
-
-def _stated(declaration: Declaration, bench: Bench) -> JointError | None:
-    """The joint error that the vehicle's file states of numbers that drives may doubt; None on rigid ground."""
-    joint = declaration.vehicle.joint_error
-    return joint.only({*doubts(declaration.vehicle)}) if joint and bench.sinks else None
-
-
-def _own(free: Sequence[Free], effects: Sequence[Effect]) -> tuple[Free, ...]:
-    """Of what is free, the parameters of effects."""
-    return tuple(f for f in free if any(f.name in effect.parameters for effect in effects))

@@ -156,7 +156,7 @@ def test_no_n_is_identified_where_the_vehicle_has_changed(monkeypatch):
 def test_standard_errors_grow_with_the_root_of_the_strain(without, monkeypatch):
     stds, payload = [], {"payload": catalogue(vehicle())["payload"]}
     for strain in (0.5, 9.0):
-        monkeypatch.setattr("softsoil.refinement.second_look._Problem.strain", lambda *_, strain=strain: strain)
+        monkeypatch.setattr("softsoil.refinement.second_look.JointFit.strain", lambda *_, strain=strain: strain)
         look = look_twice(without.recordings, Declaration(vehicle(), CLAY), without.bench, without.selection, payload)
         assert [candidate.name for candidate in look.selection.accepted] == ["payload"] and look.strained is (strain > 5.0)
         stds.append(look.fits.last.named()["payload_mass"][1])
@@ -189,7 +189,7 @@ def test_drives_without_such_windows_stay_as_they_are(without, monkeypatch):
     def none(*_):
         raise ValueError("expected at least 2 windows")
 
-    monkeypatch.setattr("softsoil.refinement.second_look.free_windows", none)
+    monkeypatch.setattr("softsoil.refinement.joint_fit.free_windows", none)
     effects = {"payload": catalogue(vehicle())["payload"]}
     again = (without.recordings, Declaration(vehicle(), CLAY), without.bench)
     assert look_twice(*again, without.selection, effects) == Look(without.selection)
