@@ -1,7 +1,7 @@
 """`softsoil identify` judged blindly on vehicles of the plant drawn by seed, from what an owner with scale and tape says of them.
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
-    [--vehicles FOLDER]
+    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
 measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good", on soils and n drawn by the seed,
 beside one that the identification leaves out. Judged, on three other drives on other n with Table-5 noise: n by windows and
@@ -38,6 +38,8 @@ FIRST_JUDGE, FIRST_EFFECT = 10, 20
 """Numbers of the drives that judge and of those with an effect."""
 BETWEEN = 100
 """Between the numbers of drives with the same effect."""
+NOTHING = "nothing"
+"""What a drive without an effect is called."""
 SIZE = 0.2
 """Error of an effect's size, as a share, that is right at most."""
 
@@ -64,6 +66,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=100, help="seed of the first")
     parser.add_argument("--effects", action="store_true", help="trace drives with an effect, too")
     parser.add_argument("--logs", default="multi,lock", help="manoeuvres of the drives traced together")
+    parser.add_argument("--switches", default="", help="effects that are met, or \"nothing\"; default all")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
@@ -89,7 +92,7 @@ def main() -> None:
         if not (asked.only_effects or asked.only_numbers):
             judged.append(_judged(case, vehicle))
         if asked.effects or asked.only_effects:
-            named += _traced(case, vehicle, asked.logs.split(","))
+            named += _traced(case, vehicle, asked.logs.split(","), asked.switches.split(",") if asked.switches else [])
     print(f"{asked.seeds} vehicles, seeds {asked.first} to {asked.first + asked.seeds - 1}")
     size = np.abs(inertias)
     print(f"yaw inertia: median {np.median(size):.1f} %, worst {size.max():.1f} % off the plant's own; in standard "
@@ -135,20 +138,22 @@ def _judged(case: Case, vehicle: Vehicle) -> Judgement:
     return joined(parts)
 
 
-def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str]) -> list[Traced]:
-    """What is traced with each effect, and without one."""
+def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[str]) -> list[Traced]:
+    """What is traced with each effect, and without one, or with those that are `asked` for."""
     results: list[Traced] = []
     for number, (switch, (settings, truth)) in enumerate([*effects_of(case).items(), ("", ({}, {}))], FIRST_EFFECT):
+        if asked and (switch or NOTHING) not in asked:
+            continue
         numbers = [number + BETWEEN * i for i in range(len(kinds))]
         logs = [log_of(case, kind, one, settings) for kind, one in zip(kinds, numbers, strict=True)]
         drives = [add_noise(log.drive, "good", 2000 * case.seed + one) for log, one in zip(logs, numbers, strict=True)]
         declared = Declaration(vehicle, logs[0].soil)
         found = refine(drives, declared, soils=[log.soil for log in logs], workers=1)
         wanted = {"kind": "effect" if switch else "clean", "name": switch, "truth": truth.get("size")}
-        asked = as_the_catalogue_says(wanted, declared)
-        right, why = score(asked, found)
+        called = as_the_catalogue_says(wanted, declared)
+        right, why = score(called, found)
         if right and found.effects:
-            sizes = [relative_error(name, value, str(asked["name"]), found) for name, value in asked["truth"].items()]
+            sizes = [relative_error(name, value, str(called["name"]), found) for name, value in called["truth"].items()]
             right = max(map(abs, sizes)) <= SIZE
         best = ", ".join(f"{c.name} {100 * c.gain:.0f} ± {100 * c.std:.0f} %" for c in found.ranking[:3])
         if not right and switch and found.ranking:
@@ -157,9 +162,9 @@ def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str]) -> list[Traced]:
         said = ", ".join(f"{100 * e:+.1f} % {v.word}" for e, v in zip(off, found.judged, strict=True))
         said += "" if found.strain is None else f", strain {found.strain:.1f}"
         word = "right" if right else "WRONG"
-        print(f"  {switch or 'nothing'}: {word}, {found.verdict} {why}; n {said}; best {best}", flush=True)
+        print(f"  {switch or NOTHING}: {word}, {found.verdict} {why}; n {said}; best {best}", flush=True)
         wrong = sum(v.usable and abs(e) > N_WRONG for e, v in zip(off, found.judged, strict=True))
-        results.append(Traced(switch or "nothing", right, wrong, len(off)))
+        results.append(Traced(switch or NOTHING, right, wrong, len(off)))
     return results
 
 
