@@ -10,7 +10,7 @@ by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inert
 and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of --logs, traced in one
 call, each on a soil of its own. True values are read to judge only. Looked at were seeds 0 to 2 while this command was made;
 100, 101 and 104 while the rules of contradiction were; 100 to 102 while loads were looked at a second time; 200 to 202 while
-their sizes were; all of these, 105, 106 and 110 to 112 while the strain of the numbers was; the others were not.
+their sizes were; all of these, 105, 106, 110 to 112 and the load of 113 while the strain of the numbers was; the others were not.
 """
 
 from __future__ import annotations

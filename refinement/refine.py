@@ -91,8 +91,9 @@ def refine(
     selection, fits = look.selection, look.fits
     final, last = (fits.final, fits.last) if fits else settled(bench, selection.bench)
     left = _left(recordings, final, _moved(vehicle, final), start)
-    if selection.accepted and any(s.left for s in left) and not _beyond_doubt(selection):
-        # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess.
+    if selection.accepted and any(s.left for s in left) and not (_beyond_doubt(selection) or look.explained):
+        # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess. Not where the numbers
+        # of an identified vehicle, which the drives strain without the effect, are at rest with it.
         groups = (*selection.groups, *((c.name,) for c in selection.accepted))
         selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
         final, last = bench, fit_base(bench)

@@ -26,12 +26,18 @@ from softsoil.symbolic.effect import Effect
 @dataclass(frozen=True)
 class Look:
     """What free starts make of a tracing: selection; fits: of its accepted effects, None where they are the tracing's; notes;
-    strain: of the vehicle's numbers with the accepted effects, None where it was not looked at."""
+    strain, without: of the vehicle's numbers with the accepted effects, and without any; None where it was not looked at."""
 
     selection: Selection
     fits: Fits | None = None
     notes: tuple[str, ...] = ()
     strain: float | None = None
+    without: float | None = None
+
+    @property
+    def explained(self) -> bool:
+        """Whether the accepted effects take a strain off the numbers that is there without them."""
+        return self.without is not None and self.without > RULES.strain and not self.strained
 
     @property
     def strained(self) -> bool:
@@ -114,7 +120,7 @@ def _look_again(
         f"{best.name}: named by windows with free initial states and the joint error of the vehicle's numbers; noise hides it "
         "from windows that start at recorded states"
     )
-    return Look(selection, found, (note,), problem.strain(fit, (effect,)))
+    return Look(selection, found, (note,), problem.strain(fit, (effect,)), strain)
 
 
 def _sized_again(
@@ -135,6 +141,7 @@ def _sized_again(
     kept, notes = [effects[name] for name in names], []
     try:
         problem = JointFit.of(recordings, declaration, error, bench, names)
+        without = problem.strain(problem.fitted()[0])
         fit, _ = problem.fitted(kept, traced)
         while kept and (doubtful := [effect for effect in kept if not still_there(fit, traced, effect)]):
             left_out = min(doubtful, key=lambda effect: _certainty(fit, effect)[1])
@@ -148,7 +155,7 @@ def _sized_again(
     groups = tuple(group for group in selection.groups if effects.get(group[0]) in kept)
     if notes:
         selection = replace(selection, accepted=accepted, bench=found.final if kept else bench, groups=groups)
-    return Look(selection, found if kept else None, tuple(notes), problem.strain(fit, kept))
+    return Look(selection, found if kept else None, tuple(notes), problem.strain(fit, kept), without)
 
 
 def still_there(fit: WindowFit, traced: Fit, effect: Effect) -> bool:
