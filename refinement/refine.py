@@ -92,8 +92,8 @@ def refine(
     final, last = (fits.final, fits.last) if fits else settled(bench, selection.bench)
     left = _left(recordings, final, _moved(vehicle, final), start)
     if selection.accepted and any(s.left for s in left) and not (_beyond_doubt(selection) or look.explained):
-        # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess. Not where the numbers
-        # of an identified vehicle, which the drives strain without the effect, are at rest with it.
+        # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess. It is none where the
+        # drives strain the numbers of an identified vehicle without the effect, and do not with it.
         groups = (*selection.groups, *((c.name,) for c in selection.accepted))
         selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
         final, last = bench, fit_base(bench)
