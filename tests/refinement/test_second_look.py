@@ -163,7 +163,9 @@ def test_standard_errors_grow_with_the_root_of_the_strain(without, monkeypatch):
     assert stds[1] == pytest.approx(3.0 * stds[0], rel=1e-3)
 
 
-@pytest.mark.parametrize("without, strain, explained", [(7.0, 1.0, True), (7.0, 4.0, False), (1.5, 1.0, False), (None, 1.0, False)])
+@pytest.mark.parametrize(
+    "without, strain, explained", [(7.0, 1.0, True), (7.0, 4.0, False), (1.5, 1.0, False), (None, 1.0, False)]
+)
 def test_an_effect_explains_where_the_numbers_are_strained_without_it_alone(without, strain, explained):
     assert Look(None, strain=strain, without=without).explained is explained
 
