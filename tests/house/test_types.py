@@ -41,9 +41,11 @@ def test_what_is_seeded_fails(tmp_path):
 
 
 def test_make_test_runs_mypy_and_all_tests():
-    """Types beside the tests, of which none is left out."""
+    """Types and two halves of the tests side by side: the folders of FIRST, and all but those."""
     text = (PROJECT / "Makefile").read_text(encoding="utf-8")
-    recipe, types, code = (re.search(rf"^{name}:.*\n((?:\t.*\n)+)", text, re.M) for name in ("test", "test-types", "test-code"))
-    assert recipe is not None and types is not None and code is not None and "not slow" not in text
-    assert types[1] == "\t$(BIN)/mypy\n" and re.search(r"-j2 test-types test-code$", recipe[1], re.M)
-    assert code[1] == "\t$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal tests\n"
+    recipe, types = (re.search(rf"^{name}:.*\n((?:\t.*\n)+)", text, re.M) for name in ("test", "test-types"))
+    first = re.search(r"^FIRST := \$\(addprefix tests/,(.*)\)$", text, re.M)
+    assert recipe is not None and types is not None and first is not None and "not slow" not in text
+    assert types[1] == "\t$(BIN)/mypy\n" and re.search(r"-j3 test-types test-first test-rest$", recipe[1], re.M)
+    assert all((PROJECT / "tests" / folder).is_dir() for folder in first[1].split())
+    assert "pytest $(FIRST)\n" in text and "pytest tests $(addprefix --ignore=,$(FIRST))\n" in text
