@@ -98,6 +98,7 @@ def refine(
         selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
         final, last = bench, fit_base(bench)
         left = _left(recordings, final, vehicle, start)
+        look = replace(look, strain=look.without)
     selection = replace(selection, bench=final)
     # Judged by the fit to a part; what is handed on is fitted to all there is.
     if selection.accepted:
