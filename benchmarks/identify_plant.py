@@ -141,6 +141,9 @@ def _judged(case: Case, vehicle: Vehicle) -> Judgement:
 def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[str]) -> list[Traced]:
     """What is traced with each effect, and without one, or with those that are `asked` for."""
     results: list[Traced] = []
+    known = {*effects_of(case), NOTHING}
+    if not {*asked} <= known:
+        raise SystemExit(f"--switches: expected some of {', '.join(sorted(known))}, found {', '.join(asked)}")
     for number, (switch, (settings, truth)) in enumerate([*effects_of(case).items(), ("", ({}, {}))], FIRST_EFFECT):
         if asked and (switch or NOTHING) not in asked:
             continue

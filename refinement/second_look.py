@@ -8,12 +8,11 @@ effect stands out; and where the drives strain the numbers, the vehicle has chan
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.window_fit import WindowFit
-from softsoil.files.joint_error import JointError
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.joint_fit import Fits, JointFit, adds_mass, stated_error
@@ -21,6 +20,9 @@ from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, least_sigmas, size, strength
 from softsoil.refinement.trace import Bench, Candidate, everything, settled
 from softsoil.symbolic.effect import Effect
+
+FitOf = Callable[[Sequence[str]], JointFit]
+"""Makes the fit of the drives with effects by name."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +65,14 @@ def look_twice(
     error = stated_error(declaration, bench)
     if error is None:
         return Look(selection)
-    look = _sized_again(recordings, declaration, error, bench, selection, effects) if selection.accepted else Look(selection)
-    if look.selection.accepted or not more:
+
+    def fit_of(names: Sequence[str]) -> JointFit:
+        return JointFit.of(recordings, declaration, error, bench, names)
+
+    look = _sized_again(fit_of, bench, selection, effects) if selection.accepted else Look(selection)
+    if look.selection.accepted:
         return look
-    again = _look_again(recordings, declaration, error, bench, look.selection, effects)
+    again = _look_again(fit_of, look.selection, effects if more else {})
     return replace(again, notes=(*look.notes, *again.notes))
 
 
@@ -74,22 +80,16 @@ def strained_words(strain: float) -> str:
     """What a strain of the vehicle's numbers says, for notes and verdicts."""
     return (
         f"the drives ask for other numbers of the vehicle than its file states, beyond their joint error (strain {strain:.1f}, "
-        f"{RULES.strain:g} at most where nothing has changed): something of the vehicle has changed, as by a load"
+        f"{RULES.strain:g} at most where nothing has changed): something of the vehicle has changed, as by a load; "
+        "n is not to be used before the change is declared or the vehicle identified again"
     )
 
 
-def _look_again(
-    recordings: Sequence[Recording],
-    declaration: Declaration,
-    error: JointError,
-    bench: Bench,
-    selection: Selection,
-    effects: Mapping[str, Effect],
-) -> Look:
+def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effect]) -> Look:
     """The effect that free starts name; what rests on channels that the drives lack is not named here either."""
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name], strained=True)]
     try:
-        problem = JointFit.of(recordings, declaration, error, bench, [c.name for c in few])
+        problem = fit_of([c.name for c in few])
         none, before = problem.fitted()
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return Look(selection)
@@ -123,14 +123,7 @@ def _look_again(
     return Look(selection, found, (note,), problem.strain(fit, (effect,)), strain)
 
 
-def _sized_again(
-    recordings: Sequence[Recording],
-    declaration: Declaration,
-    error: JointError,
-    bench: Bench,
-    selection: Selection,
-    effects: Mapping[str, Effect],
-) -> Look:
+def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Mapping[str, Effect]) -> Look:
     """The named effects fitted to the whole drives with free starts and the joint error, which the noise of recorded starts does
     not bias, without those that are not there then; the tracing's where one is of a sensor or at a place."""
     names = [candidate.name for candidate in selection.accepted]
@@ -140,7 +133,7 @@ def _sized_again(
     _, traced = settled(everything(bench), everything(final))
     kept, notes = [effects[name] for name in names], []
     try:
-        problem = JointFit.of(recordings, declaration, error, bench, names)
+        problem = fit_of(names)
         without = problem.strain(problem.fitted()[0])
         fit, _ = problem.fitted(kept, traced)
         while kept and (doubtful := [effect for effect in kept if not still_there(fit, traced, effect)]):

@@ -13,6 +13,12 @@ CORPUS = HERE.parent / "tests" / "codegen" / "clibrary_corpus"
 ARM = ("arm-linux-gnueabihf-gcc", "-static", "-O2", "-mcpu=cortex-a9", "-mfpu=neon")
 
 
+def compiles(compiler: list[str], program: str = "int main(void) { return 0; }") -> bool:
+    """Whether a compiler with its flags builds a small program, so that what it does not build afterwards is at fault itself."""
+    command = [*compiler, "-x", "c", "-", "-o", "/dev/null"]
+    return subprocess.run(command, input=program, capture_output=True, text=True, check=False).returncode == 0
+
+
 def build(compiler: list[str], folder: Path, source: str, target: Path, more: tuple[str, ...] = ()) -> Path:
     """The program `source` of the benchmarks with the library, at `target`; CalledProcessError where it does not build.
 

@@ -6,8 +6,9 @@ import subprocess
 import numpy as np
 import pytest
 
+from benchmarks.judges import c_library as judge
 from c_folders import folder, library
-from drives import CLAY_LOG, PROJECT, clay_drive
+from drives import CLAY_LOG, clay_drive
 from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.statuses import STATUSES
 from softsoil.codegen.sampling import STEP
@@ -233,17 +234,9 @@ def test_storm_under_sanitizers(name, tmp_path):
     """A few thousand steps of everything that can go wrong; `benchmarks/clibrary_trust.py storm` runs ten million."""
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
-    source, target = PROJECT / "benchmarks" / "clibrary_storm.c", str(tmp_path / "storm")
-    checks = (
-        "-fsanitize=address,undefined",
-        "-fno-sanitize-recover=all",
-        "-O1" if name == "plain" else "-DSOFTSOIL_SCALAR",
-    )
-    sources = [str(source), *map(str, folder(name).glob("src/*.c"))]
-    built = subprocess.run(
-        ["gcc", *checks, f"-I{folder(name) / 'include'}", *sources, "-lm", "-o", target], check=False
-    )
-    if built.returncode != 0:
+    compiler = ["gcc", *judge.SANITIZERS, "-O1" if name == "plain" else "-DSOFTSOIL_SCALAR"]
+    if not judge.compiles(compiler):
         pytest.skip("the compiler has no sanitizers")
+    target = str(judge.build(compiler, folder(name), "clibrary_storm.c", tmp_path / "storm"))
     done = subprocess.run([target, "8000", "1"], capture_output=True, text=True, check=False)
     assert done.returncode == 0 and "nothing broke" in done.stdout, done.stderr[-2000:]

@@ -87,7 +87,7 @@ def refused(controller: CController, name: str, *arguments) -> str:
 
 @pytest.mark.parametrize(
     ("name", "hessian"),
-    (("plain", "exact"), ("plain", "gauss_newton"), ("hard_ground", "exact"), ("clay", "gauss_newton"), ("sand", "gauss_newton")),
+    (("plain", "exact"), ("plain", "gauss_newton"), ("hard_ground", "exact"), ("clay", "exact"), ("sand", "gauss_newton")),
 )
 def test_the_plan_is_pythons_along_a_drive_among_obstacles(name, hessian):
     """Plain C99 with the constants as written against vectors with all digits, histories and obstacles included.
@@ -295,10 +295,9 @@ def test_storm_under_sanitizers(target, tmp_path):
         main = tmp_path / "bytes.c"
         main.write_text(BYTES, encoding="utf-8")
         more = ("-DFUZZ", str(main))
-    try:
-        program = judge.build(compiler, controller_alone(), "controller_storm.c", tmp_path / "storm", more)
-    except subprocess.CalledProcessError:
+    if not judge.compiles(compiler):
         pytest.skip("the compiler has no sanitizers")
+    program = judge.build(compiler, controller_alone(), "controller_storm.c", tmp_path / "storm", more)
     done = subprocess.run([str(program), "600", "1"], capture_output=True, text=True, check=False)
     assert done.returncode == 0 and "nothing broke" in done.stdout, done.stderr[-2000:]
 
