@@ -3,7 +3,7 @@
 Minimised over n of each drive, the numbers theta and the effects' parameters e: sum over windows of min over x0 of sum rho(z)
 plus k^2 (theta - theta_0)' C^-1 (theta - theta_0) plus the prior of e. As in the identification that made C, k = 2 standard
 errors of windows count as one: what the model lacks is alike in all of them. With a load the rear toe is free: springs give way
-under it, and links turn the wheels. The second term over k^2 and its K numbers, at most about 1 where the vehicle is the one that
+under it, and links turn the wheels. The second term over k^2 and its K numbers, below 2 where the vehicle is the one that
 was identified, is the strain: a high one says that the vehicle has changed, though n and the numbers predict well.
 """
 
@@ -111,7 +111,7 @@ class JointFit:
         return joint_prior(error, self.model, self.declared)
 
     def strain(self, fit: WindowFit, effects: Sequence[Effect] = ()) -> float:
-        """Square of the numbers' distance from their file in a fit with effects, over their count: at most about 1 for the
+        """Square of the numbers' distance from their file in a fit with effects, over their count: below 2 for the
         vehicle of the file."""
         return float(np.mean(self.prior_with(effects).residual(fit.p[0]) ** 2))
 
