@@ -78,14 +78,14 @@ def judge(
     recording: Recording,
     model: Model,
     n0: float,
-    n: Sequence[float],
+    n: Sequence[float] | None,
     *,
     tied: bool,
     start: float,
     again: Callable[[float], float] | None = None,
     rules: VerdictRules | None = None,
 ) -> Verdict:
-    """The verdict on the final n (A,) of an estimator that ran over a drive.
+    """The verdict on the final n (A,) of an estimator that ran over a drive, None for that of the windows themselves.
 
     model: the bicycle it used; n0: its initial guess; again: final n at the front that the same estimator gives from another
     initial guess, asked for that of the windows; tied, start: as of `estimate_horizon`; rules: limits.
@@ -97,7 +97,7 @@ def judge(
         return Verdict("not_excited", f"no window of the drive can be judged: {error}")
     evidence = gather(windows, initial_guesses(n0), tied, horizon)
     others = () if again is None else (again(float(np.clip(evidence.n[0], *BOUNDS))),)
-    verdict = decide(evidence, np.asarray(n, dtype=float), others, rules)
+    verdict = decide(evidence, evidence.n if n is None else np.asarray(n, dtype=float), others, rules)
     if verdict.word not in ("inconsistent", "at_bound", "axles_disagree", "depends_on_first_guess"):
         return verdict
     road = drive_windows(recording, on_hard_ground(model), start, horizon)

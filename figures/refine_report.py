@@ -85,7 +85,7 @@ def _parameters(declared: Declaration, result: Refinement) -> str:
         drives = zip(result.bench.shootings, result.n_before, result.n_after, result.n_std, result.judged, strict=True)
         for shooting, before, after, std, verdict in drives:
             words = f"sinkage exponent, {shooting.drive.name}, {plain(verdict.word)}"
-            words += f"; {before:.3f} with the declared model" if result.effects else ""
+            words += f"; {before:.3f} with the declared model" if result.effects or result.contradicted else ""
             rows.append(row(["soil", "<code>n</code>", with_error(after, std), "", escape(words)], "  r  "))
     head = row(["effect", "parameter", "value ± std, whole drive", "unit", "what it is"], "  r  ", "th")
     return table([head, *rows])

@@ -15,11 +15,11 @@ from softsoil.declaration.ground import idle
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared
 from softsoil.estimator.horizons import HORIZONS, START_UP
-from softsoil.estimator.verdict import Verdict, judge
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import doubts, loosened
+from softsoil.refinement.drive_n import drive_n, not_to_be_used
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
@@ -27,7 +27,7 @@ from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import Look, look_twice, strained_words
+from softsoil.refinement.second_look import look_twice, strained_words
 from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects, settled
@@ -89,28 +89,38 @@ def refine(
     selection = select(loose, effects_tried, numbers, workers, progress, repeated, rivals)
     look = look_twice(recordings, declaration, bench, selection, effects_tried, more=not repeated)
     selection, fits = look.selection, look.fits
+    # The declared model: its numbers as declared, or within their joint error where windows with free starts have fitted them.
+    declared = look.declared or (bench, fit_base(bench))
     final, last = (fits.final, fits.last) if fits else settled(bench, selection.bench)
-    left = _left(recordings, final, _moved(vehicle, final), start)
+    shown = final if selection.accepted else declared[0]
+    left = _left(recordings, shown, _moved(vehicle, shown), start)
     if selection.accepted and any(s.left for s in left) and not (_beyond_doubt(selection) or look.explained):
         # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess. It is none where the
         # drives strain the numbers of an identified vehicle without the effect, and do not with it.
         groups = (*selection.groups, *((c.name,) for c in selection.accepted))
         selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
         final, last = bench, fit_base(bench)
-        left = _left(recordings, final, vehicle, start)
+        left = _left(recordings, declared[0], _moved(vehicle, declared[0]), start)
         look = replace(look, strain=look.without)
     selection = replace(selection, bench=final)
     # Judged by the fit to a part; what is handed on is fitted to all there is.
     if selection.accepted:
         whole, last = (fits.whole, fits.last) if fits else settled(everything(bench), everything(final))
+        free = _fitted(vehicle, whole, last)
     else:
         whole = final
-    free = _fitted(vehicle, whole, last) if selection.accepted else _fitted(vehicle, loose, fit_base(loose))
+        free = _fitted(vehicle, *(look.declared or (loose, fit_base(loose))))
     accepted = [candidate.name for candidate in selection.accepted]
     effects = tuple(_traced(effects_tried[name], whole, last) for name in accepted if name in effects_tried)
     contradicted = tuple(number for number in free if number.name in accepted)
-    index = [bench.model.p.index("n_f")] if bench.sinks else []
-    n_before, n_after = (tuple(map(float, one.absent[:, index].ravel())) for one in (bench, whole))
+    refined = _refined(declaration, effects, contradicted, whole)
+    as_declared = replace(declaration, vehicle=_moved(vehicle, declared[0]))
+    before = drive_n(recordings, as_declared, soils, start, declared, look.declared is not None)
+    after = drive_n(recordings, refined, soils, start, (whole, last), fits is not None) if selection.accepted else before
+    if look.strain is not None and look.strained:
+        after = not_to_be_used(after, strained_words(look.strain))
+    if after:
+        refined = replace(refined, soil=refined.soil.with_(n=after[0].n))
     groups = inseparable(selection)
     lines = notes(recordings, declaration, bench, selection)
     lines += look.notes if accepted or not look.selection.accepted else ()
@@ -133,7 +143,6 @@ def refine(
     lacks = any(s.left for s in left) or (on_bound(bench).any() and not all(s.judged for s in left))
     lacks = lacks or bool(selection.unnamable) or look.strained
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
-    refined = _refined(declaration, effects, contradicted, whole)
     return Refinement(
         verdict=verdict,
         effects=effects,
@@ -145,10 +154,10 @@ def refine(
         holdout=_holdout(bench),
         before=held_mse(bench, bench.absent, windowing.horizons),
         after=held_mse(final, final.absent, windowing.horizons),
-        n_before=n_before,
-        n_after=n_after,
-        n_std=_n_std(bench, last, n_after, vehicle.n_error),
-        judged=_judged(recordings, refined, soils, n_after, start, look),
+        n_before=tuple(one.n for one in before),
+        n_after=tuple(one.n for one in after),
+        n_std=tuple(one.std for one in after),
+        judged=tuple(one.verdict for one in after),
         ground=() if bench.sinks else fitted_ground(
             bench.ground, soils, [r.name for r in recordings], bench.values(bench.ground), last, [s.left for s in left]
         ),
@@ -165,35 +174,12 @@ def refine(
     )
 
 
-def _n_std(bench: Bench, last: Fit, n: Sequence[float], common: float) -> tuple[float, ...]:
-    """Standard deviation of each n: of the fit `last`, and the share `common` by numbers that no fit freed; none without n."""
-    stds = [last.named()[f.name][1] for f in bench.ground] if bench.sinks else []
-    return tuple(float(np.hypot(std, common * one)) for std, one in zip(stds, n, strict=True))
-
-
 def _driveline(recordings: Sequence[Recording], declaration: Declaration, soils: Sequence[Soil], start: float) -> Choice | None:
     """The driveline that drives without wheel speeds show, where it is not declared."""
     models = [Declaration(declaration.vehicle, soil, declaration.law).build() for soil in soils]
     if not undeclared(recordings, models[0]):
         return None
     return choose_driveline(recordings, models, [float(soil.n) for soil in soils], start)
-
-
-def _judged(
-    recordings: Sequence[Recording], refined: Declaration, soils: Sequence[Soil], n: Sequence[float], start: float, look: Look
-) -> tuple[Verdict, ...]:
-    """The verdict on n of each drive, by the rules of an estimate, with the refined model on its own soil, none identified where
-    the vehicle's numbers are strained; empty without n."""
-    if not n:
-        return ()
-    found = []
-    for recording, soil, value in zip(recordings, soils, n, strict=True):
-        model = Declaration(refined.vehicle, soil, refined.law).build()
-        verdict = judge(recording, model, float(soil.n), (value,), tied=True, start=start)
-        if verdict.usable and look.strain is not None and look.strained:
-            verdict = replace(verdict, word="inconsistent", reason=strained_words(look.strain))
-        found.append(verdict)
-    return tuple(found)
 
 
 def _fitted(vehicle: Vehicle, bench: Bench, last: Fit) -> tuple[FittedNumber, ...]:

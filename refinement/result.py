@@ -52,9 +52,10 @@ class Refinement:
     that were free within what is known of them; inseparable: groups that these data cannot separate; would_separate: the
     manoeuvre that would; ranking: all candidates of the first round; holdout: (from, to) of the first drive (s); before, after:
     horizon -> state -> mean squared error on held-out windows, declared model and refined model, both fitted on the fit windows
-    alone; n_before (fit windows), n_after (whole drives), n_std of n_after, judged: verdict on n_after, per drive, all empty
-    on hard ground, which ground has: of each class its friction and tread; structure: what is left at the end; strain: of the
-    numbers whose joint error the vehicle's file states, below 2 where it has not changed, None where not looked at;
+    alone; n_before, n_after: by windows with free initial states, with the declared and the refined model, n_std of n_after,
+    judged: verdict on n_after, per drive, all empty on hard ground, which ground has: of each class its friction and tread;
+    structure: what is left at the end; strain: of the numbers whose joint error the vehicle's file states, below 2 where it
+    has not changed, None where not looked at;
     declaration: the refined one, by the whole drives, on the soil of the first; bench: the declared model's; selection, its bench
     fitted on the fit windows; recordings: what was used of the drives; soils: class of each; carried: effects that the measured
     inputs are seen to contain; notes; seconds.

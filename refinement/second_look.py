@@ -28,10 +28,12 @@ FitOf = Callable[[Sequence[str]], JointFit]
 @dataclass(frozen=True)
 class Look:
     """What free starts make of a tracing: selection; fits: of its accepted effects, None where they are the tracing's; notes;
-    strain, without: of the vehicle's numbers with the accepted effects, and without any; None where it was not looked at."""
+    declared: the same without any, bench and fit; strain, without: of the vehicle's numbers with the accepted effects, and
+    without any. None where it was not looked at."""
 
     selection: Selection
     fits: Fits | None = None
+    declared: tuple[Bench, Fit] | None = None
     notes: tuple[str, ...] = ()
     strain: float | None = None
     without: float | None = None
@@ -94,7 +96,7 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return Look(selection)
     strain = problem.strain(none)
-    look = Look(selection, strain=strain)
+    look = Look(selection, declared=problem.bench_of((), none), strain=strain)
     few = [c for c in few if worth_it(c, effects[c.name], look.strained)]
     if not few:
         return look
@@ -120,7 +122,7 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
         f"{best.name}: named by windows with free initial states and the joint error of the vehicle's numbers; noise hides it "
         "from windows that start at recorded states"
     )
-    return Look(selection, found, (note,), problem.strain(fit, (effect,)), strain)
+    return Look(selection, found, look.declared, (note,), problem.strain(fit, (effect,)), strain)
 
 
 def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Mapping[str, Effect]) -> Look:
@@ -134,7 +136,7 @@ def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Map
     kept, notes = [effects[name] for name in names], []
     try:
         problem = fit_of(names)
-        without = problem.strain(problem.fitted()[0])
+        none, _ = problem.fitted()
         fit, _ = problem.fitted(kept, traced)
         while kept and (doubtful := [effect for effect in kept if not still_there(fit, traced, effect)]):
             left_out = min(doubtful, key=lambda effect: _certainty(fit, effect)[1])
@@ -148,7 +150,8 @@ def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Map
     groups = tuple(group for group in selection.groups if effects.get(group[0]) in kept)
     if notes:
         selection = replace(selection, accepted=accepted, bench=found.final if kept else bench, groups=groups)
-    return Look(selection, found if kept else None, tuple(notes), problem.strain(fit, kept), without)
+    declared, without = problem.bench_of((), none), problem.strain(none)
+    return Look(selection, found if kept else None, declared, tuple(notes), problem.strain(fit, kept), without)
 
 
 def still_there(fit: WindowFit, traced: Fit, effect: Effect) -> bool:

@@ -48,7 +48,7 @@ def number_words(number: FittedNumber) -> str:
 
 
 def n_sentences(found: Refinement) -> list[str]:
-    """Per drive, the verdict on n and then n, with the declared and with the refined model; none on hard ground."""
+    """Per drive, the verdict on n and then n, and n with the declared model where that is not refined; none on hard ground."""
     if found.ground:
         return []
     names = [shooting.drive.name for shooting in found.bench.shootings]
@@ -56,7 +56,8 @@ def n_sentences(found: Refinement) -> list[str]:
     return [
         f"{name} on {soil.name}: n {effect_name(verdict.word)}: {verdict.reason}"
         f"{'' if verdict.usable else '; do not use this n'}: "
-        f"{with_error(after, std)} with the refined model, {before:.3f} with the declared"
+        f"{with_error(after, std)}"
+        + (f" with the refined model, {before:.3f} with the declared" if found.effects or found.contradicted else "")
         for name, soil, verdict, before, after, std in entries
     ]
 
