@@ -13,11 +13,11 @@ from scipy.signal import savgol_filter
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.codegen.predictor import Predictor
 from softsoil.estimator.horizons import START_UP
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import measured_states
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.inputs import measured_inputs
 
 VEHICLES = Path(__file__).resolve().parents[1] / "vehicles"
 

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
-from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import Fit, Free, Weights, fit
 from softsoil.refinement.rules import RULES
@@ -24,6 +23,7 @@ from softsoil.symbolic.model import Model, Quantities
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOILS
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.shooting import Shooting, shooting_drive
 
 VEHICLE = Path(__file__).resolve().parents[1] / "vehicles" / "reference.toml"
 AHEAD = 2.5

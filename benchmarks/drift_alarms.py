@@ -18,7 +18,6 @@ from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.codegen.sampling import STEP
 from softsoil.estimator.drift import CHANNELS, DriftRules
 from softsoil.estimator.estimate import START_UP
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain import terrain_model
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning
@@ -30,6 +29,7 @@ from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
+from softsoil.windows.inputs import measured_inputs
 
 SPLICE, WINDOW, WITHIN = 15.0, 2.5, 5.0
 """s after the start at which a fault begins; s of the allowance's mean; s within which an alarm is asked."""

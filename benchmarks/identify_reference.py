@@ -25,11 +25,7 @@ from benchmarks.judges.identified import CONTACT_SEARCH, START_UP, Case, add_opt
 from benchmarks.judges.true_soil import nominal_logs
 from benchmarks.refine_drives import EFFECTS
 from softsoil.codegen.predictor import substeps_for
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows
 from softsoil.files.package_data import REFERENCE_VEHICLE
 from softsoil.identification.errors import errors_of
 from softsoil.identification.rules import RULES
@@ -42,6 +38,10 @@ from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, free
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOIL_SIGNALS, load_soil
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import shooting_drive
+from softsoil.windows.window_fit import ITERATIONS, WindowFit, fit_windows
 
 KNOWN = Known(
     "reference",

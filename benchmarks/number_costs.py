@@ -14,16 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from softsoil.codegen.predictor import substeps_for
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.window_fit import fit_windows
 from softsoil.identification.errors import n_costs
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import sensor_std
-from softsoil.refinement.free_starts import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR, SUBSTEPS
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.unknown_ground import N_NAMES, N_SCALE
 from softsoil.refinement.vehicle_numbers import by_name
@@ -31,6 +26,11 @@ from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil, load_soil
 from softsoil.symbolic.vehicle import NUMBERS, Vehicle, load_vehicle
+from softsoil.windows.free_starts import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR, SUBSTEPS
+from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import shooting_drive
+from softsoil.windows.window_fit import fit_windows
 
 START = 2.0
 """s left out at the beginning of a log."""

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from softsoil.codegen.predictor import Predictor
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.effects import Effects
 from softsoil.plant.machine import load_plant_vehicle
@@ -31,6 +30,7 @@ from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.inputs import measured_inputs
 
 Array = NDArray[np.float64]
 

@@ -19,19 +19,19 @@ from benchmarks.identify_plant import FIRST_EFFECT, identified
 from benchmarks.judges.plant_vehicles import Case, Log, case_of, effects_of, log_of
 from softsoil.codegen.predictor import substeps_for
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.window_fit import WindowFit, fit_windows
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.states import sensor_std
 from softsoil.refinement.doubts import doubts
-from softsoil.refinement.free_starts import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR
 from softsoil.refinement.ranking import starts_of
 from softsoil.refinement.trace import open_effects, whole_model
 from softsoil.refinement.unknown_ground import free_n
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
+from softsoil.windows.free_starts import FASTEST, HORIZON, MODEL_STD, NOISE_FLOOR
+from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import shooting_drive
+from softsoil.windows.window_fit import WindowFit, fit_windows
 
 SWITCH, EFFECT = "load_carried", "payload"
 START = 2.0

@@ -14,9 +14,6 @@ from scipy.signal import savgol_filter
 
 from benchmarks.axle_forces import VEHICLES
 from softsoil.codegen.predictor import Predictor
-from softsoil.estimator.inputs import measured_inputs
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import shooting_drive
 from softsoil.identification.wheel_balance import BalanceModel, WheelBalance
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steer
 from softsoil.plant.simulate import drive
@@ -28,6 +25,9 @@ from softsoil.refinement.vehicle_numbers import own_layout
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.inputs import measured_inputs
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import shooting_drive
 
 SOILS = (CLAY.with_(n=0.5), CLAY.with_(n=0.7), SANDY_LOAM.with_(n=0.55), SANDY_LOAM.with_(n=0.8), SAND.with_(n=1.08))
 STEERING: dict[str, Steer] = {"turns": MultiSine(seed=3), "sine": Sine()}

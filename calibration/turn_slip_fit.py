@@ -12,11 +12,11 @@ from scipy.optimize import least_squares
 
 from softsoil.calibration.single_wheel import WORTH_COMPILING, law_for, soil_column
 from softsoil.codegen.compiled import compile_function
-from softsoil.estimator.sandwich import cluster_covariance
 from softsoil.recording.rig import MOTION, SOIL_KEYS, WheelRun
 from softsoil.symbolic.laws.turn_slip import Factors, TurnSlip
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
 from softsoil.symbolic.wheel import Contact, Wheel
+from softsoil.windows.sandwich import cluster_covariance
 
 Array = NDArray[np.float64]
 

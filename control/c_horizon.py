@@ -7,16 +7,16 @@ from dataclasses import fields
 from softsoil.codegen.c_library.horizon import HorizonNumbers
 from softsoil.codegen.predictor import LONGEST_STEP
 from softsoil.estimator.evidence import LATERAL, TRIMMED
-from softsoil.estimator.free_windows import FREE_STEP, SETTLING, STATE_STEP
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.late_change import LEAST_PART, SPLITS
 from softsoil.estimator.moving_horizon import SCALE, HorizonRules
-from softsoil.estimator.shooting import SMOOTHING
 from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import WORDS, VerdictRules
-from softsoil.estimator.window_fit import HUBER, RIDGE
 from softsoil.symbolic.model import Model
+from softsoil.windows.free_windows import FREE_STEP, SETTLING, STATE_STEP
+from softsoil.windows.shooting import SMOOTHING
+from softsoil.windows.window_fit import HUBER, RIDGE
 
 SENTENCES = {
     "identified": "the windows determine n, and the model leaves no more than a right one does",

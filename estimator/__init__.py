@@ -1,1 +1,1 @@
-"""What consumes measurements: filter, terrain estimator, prediction windows."""
+"""What consumes measurements: filter, moving horizon, verdict on n, prediction windows."""

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softsoil.declaration.ground import sinks
-from softsoil.estimator.absent_wheels import absent_wheels
-from softsoil.estimator.free_windows import FreeWindows
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, exponents
-from softsoil.estimator.window_fit import WindowFit, fit_windows
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.symbolic.model import Model
+from softsoil.windows.absent_wheels import absent_wheels
+from softsoil.windows.free_windows import FreeWindows
+from softsoil.windows.window_fit import WindowFit, fit_windows
 
 DRIVELINES = {
     "all wheels driven, centre locked": {"centre_lock": 1.0, "front_drive": 0.5},

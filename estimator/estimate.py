@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from softsoil.declaration.ground import sinks
-from softsoil.estimator.absent_wheels import absent_wheels
 from softsoil.estimator.driveline_choice import Choice, log_driveline, with_choice
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import estimate_horizon
@@ -22,6 +21,7 @@ from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.states import known_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
+from softsoil.windows.absent_wheels import absent_wheels
 
 METHODS = ("ukf", "horizon")
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.free_windows import FreeWindows
 from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_guess, standing
 from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, exponents
-from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.windows.free_windows import FreeWindows
+from softsoil.windows.window_fit import reduce_windows
 
 Array = NDArray[np.float64]
 

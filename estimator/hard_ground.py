@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softsoil.estimator.free_windows import FreeWindows
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.window_fit import fit_windows
 from softsoil.symbolic.bicycle import forces
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.symbolic.wheel import force_law
+from softsoil.windows.free_windows import FreeWindows
+from softsoil.windows.parameters import Free
+from softsoil.windows.window_fit import fit_windows
 
 ROAD = (Free("phi", ("phi",), 0.1, 0.05, 1.1), Free("k", ("k",), 1e-3, 2e-4, 0.05))
 """Friction angle (rad) and shear length of the tread (m)."""

@@ -17,14 +17,14 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.predictor import Predictor, substeps_for
-from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.driveline_choice import log_driveline, with_choice
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.states import known_states, measured_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
+from softsoil.windows.absent_wheels import with_log_wheels
+from softsoil.windows.inputs import measured_inputs
 
 Array = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.free_windows import STATE_STEP, FreeWindows, Linear, N
 from softsoil.estimator.moving_horizon import MovingHorizon
 from softsoil.estimator.summary import LEAST_CURVATURE
-from softsoil.estimator.window_fit import reduce_windows
 from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.windows.free_windows import STATE_STEP, FreeWindows, Linear, N
+from softsoil.windows.window_fit import reduce_windows
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.free_windows import FreeWindows
 from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, exponents
-from softsoil.estimator.window_fit import reduce_windows, window_costs
+from softsoil.windows.free_windows import FreeWindows
+from softsoil.windows.window_fit import reduce_windows, window_costs
 
 Array = NDArray[np.float64]
 

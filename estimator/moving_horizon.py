@@ -16,18 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.codegen.predictor import substeps_for
-from softsoil.estimator.absent_wheels import with_log_wheels
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.late_change import later_soil
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import shooting_drive
 from softsoil.estimator.summary import LEAST_CURVATURE, Summary
 from softsoil.estimator.tuning import common_error
-from softsoil.estimator.window_fit import reduce_windows, window_costs
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.windows.absent_wheels import with_log_wheels
+from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import shooting_drive
+from softsoil.windows.window_fit import reduce_windows, window_costs
 
 Array = NDArray[np.float64]
 

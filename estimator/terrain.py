@@ -9,10 +9,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.absent_wheels import with_log_wheels
 from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.drift import Drift
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.promote import promote_parameters, tie_parameters
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning
@@ -25,6 +23,8 @@ from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.absent_wheels import with_log_wheels
+from softsoil.windows.inputs import measured_inputs
 
 Array = NDArray[np.float64]
 

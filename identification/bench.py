@@ -8,14 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import Drive, shooting_drive
-from softsoil.estimator.window_fit import ITERATIONS, WindowFit, fit_windows, window_costs
 from softsoil.identification.wheel_balance import BalanceModel, WheelBalance
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import forward_part
-from softsoil.refinement.free_starts import FASTEST, free_windows, steps_of
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.unknown_ground import N_NAMES, free_n
 from softsoil.refinement.vehicle_numbers import WIDE, by_name, expected, free_layout, vehicle_of
@@ -24,6 +19,11 @@ from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import Vehicle
+from softsoil.windows.free_starts import FASTEST, free_windows, steps_of
+from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import Drive, shooting_drive
+from softsoil.windows.window_fit import ITERATIONS, WindowFit, fit_windows, window_costs
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.window_fit import WindowFit
 from softsoil.files.joint_error import JointError, joint_error_of
+from softsoil.windows.window_fit import WindowFit
 
 Array = NDArray[np.float64]
 

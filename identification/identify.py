@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from softsoil.estimator.window_fit import WindowFit
 from softsoil.identification.asks import Excitation, asks, excitation
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
@@ -26,6 +25,7 @@ from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehi
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import SIMULATOR
+from softsoil.windows.window_fit import WindowFit
 
 Values = dict[str, float]
 ROLLING_ERROR = 0.0015

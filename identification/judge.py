@@ -8,18 +8,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
 from softsoil.estimator.horizons import HORIZONS
-from softsoil.estimator.shooting import Drive
-from softsoil.estimator.window_fit import fit_windows
 from softsoil.identification.bench import Bench, first_n
 from softsoil.identification.errors import errors_of
 from softsoil.identification.result import Judged
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.refinement.free_starts import FASTEST, HORIZON, steps_of, until
 from softsoil.refinement.unknown_ground import free_n
 from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.catalogue import bicycle
+from softsoil.windows.free_starts import FASTEST, HORIZON, steps_of, until
+from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.shooting import Drive
+from softsoil.windows.window_fit import fit_windows
 
 Array = NDArray[np.float64]
 

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from softsoil.codegen.discretize import read_memory, start_memory, step_with_memory
 from softsoil.codegen.step_loop import StepLoop
-from softsoil.estimator.free_windows import FREE_STEP, Linear
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import Drive
 from softsoil.symbolic.bicycle import body_force
 from softsoil.symbolic.model import Model, Quantities
+from softsoil.windows.free_windows import FREE_STEP, Linear
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import Drive
 
 Array = NDArray[np.float64]
 

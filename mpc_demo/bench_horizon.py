@@ -13,11 +13,11 @@ from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
 from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration, declaration_toml
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.mpc_demo.bench_rows import Row, seconds
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.noise import add_noise
 from softsoil.recording.states import measured_states
+from softsoil.windows.inputs import measured_inputs
 
 DT = 0.012
 MORE = 3

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.sandwich import cluster_covariance
-from softsoil.estimator.shooting import Shooting
+from softsoil.windows.parameters import Free
+from softsoil.windows.sandwich import cluster_covariance
+from softsoil.windows.shooting import Shooting
 
 Array = NDArray[np.float64]
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.parameters import Free
 from softsoil.estimator.verdict import VerdictRules
 from softsoil.refinement.fit import Fit
 from softsoil.symbolic.soil import Soil
+from softsoil.windows.parameters import Free
 
 Array = NDArray[np.float64]
 

@@ -16,19 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.absent_wheels import with_log_wheels
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.window_fit import WindowFit, fit_windows, window_costs
 from softsoil.files.joint_error import JointError, joint_error_of
 from softsoil.recording.drive import Recording
 from softsoil.refinement.doubts import doubts
 from softsoil.refinement.fit import Fit
-from softsoil.refinement.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.trace import Bench, whole_model
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.model import Model
+from softsoil.windows.absent_wheels import with_log_wheels
+from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
+from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.parameters import Free
+from softsoil.windows.window_fit import WindowFit, fit_windows, window_costs
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.window_fit import WindowFit
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.joint_fit import Fits, JointFit, adds_mass, stated_error
@@ -20,6 +19,7 @@ from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, least_sigmas, size, strength
 from softsoil.refinement.trace import Bench, Candidate, everything, settled
 from softsoil.symbolic.effect import Effect
+from softsoil.windows.window_fit import WindowFit
 
 FitOf = Callable[[Sequence[str]], JointFit]
 """Makes the fit of the drives with effects by name."""

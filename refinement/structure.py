@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import measured_states, sensor_std
@@ -15,6 +14,7 @@ from softsoil.refinement.residual import WINDOW, drive_residual, rms, slope, spl
 from softsoil.refinement.rules import RULES
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.vehicle import Vehicle
+from softsoil.windows.inputs import measured_inputs
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.absent_wheels import with_log_wheels
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
-from softsoil.estimator.stiffness import needed_substeps
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import sensor_std
 from softsoil.refinement.fit import Fit, Weights, fit
@@ -25,6 +21,10 @@ from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import Effect, neutral
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import Soil
+from softsoil.windows.absent_wheels import with_log_wheels
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import Shooting, shooting_drive, shootings
+from softsoil.windows.stiffness import needed_substeps
 
 Array = NDArray[np.float64]
 

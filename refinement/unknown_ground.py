@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.hard_ground import ROAD
-from softsoil.estimator.parameters import Free
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
+from softsoil.windows.parameters import Free
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from softsoil.estimator.horizons import HORIZONS
-from softsoil.estimator.shooting import SMOOTHING
 from softsoil.refinement.rules import RULES
+from softsoil.windows.shooting import SMOOTHING
 
 SAMPLES = 7
 """Samples that smooth a recorded state on hard ground, where a vehicle answers within hundredths of a second."""

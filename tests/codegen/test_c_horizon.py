@@ -14,14 +14,14 @@ from softsoil.control.c_estimator import c_library_texts, c_parts
 from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import shooting_drive
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import sensor_std
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import shooting_drive
 
 pytestmark = pytest.mark.compiler
 START = 2.0

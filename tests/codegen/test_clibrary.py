@@ -16,11 +16,11 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_estimator import c_library_texts, c_parts
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain_filter import TerrainFilter
 from softsoil.recording.states import measured_states
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.wheel import Contact
+from softsoil.windows.inputs import measured_inputs
 
 SAME = 1e-9
 """What the library promises; rounding alone is about 1e-12."""

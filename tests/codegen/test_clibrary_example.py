@@ -13,10 +13,10 @@ from drives import CLAY_LOG
 from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.control.c_horizon import SENTENCES
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import measured_states
 from softsoil.symbolic.bicycle import INPUTS
+from softsoil.windows.inputs import measured_inputs
 
 pytestmark = pytest.mark.compiler
 SKIP = 2.0

@@ -12,13 +12,13 @@ from drives import CLAY_LOG, clay_drive
 from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.statuses import STATUSES
 from softsoil.codegen.sampling import STEP
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import measured_states, sensor_std
 from softsoil.symbolic.bicycle import INPUTS
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
+from softsoil.windows.inputs import measured_inputs
 
 pytestmark = pytest.mark.compiler
 S = {name: value for value, (name, _) in enumerate(STATUSES)}

@@ -10,7 +10,6 @@ from drives import MULTI_LOG, reference_vehicle
 from softsoil.codegen.discretize import advance_memory, read_memory, start_memory, step_with_memory
 from softsoil.declaration.driveline import with_driveline
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
-from softsoil.estimator.shooting import shooting_drive
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.geometry import corners
 from softsoil.recording.read import read_drive
@@ -19,6 +18,7 @@ from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model, Quantities
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import NUMBERS, vehicle_from_table
+from softsoil.windows.shooting import shooting_drive
 
 DT = 0.01
 STATE = np.array([0.0, 0.0, 0.1, 5.0, 0.05, 0.2])

@@ -6,11 +6,11 @@ from filterpy.kalman import UnscentedKalmanFilter as FilterPy
 
 from drives import clay_bicycle, clay_drive
 from softsoil.codegen.discretize import discretize
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain import terrain_model
 from softsoil.estimator.ukf import UnscentedKalmanFilter
 from softsoil.recording.noise import add_noise
 from softsoil.recording.states import measured_states
+from softsoil.windows.inputs import measured_inputs
 
 TOLERANCE = 1e-10
 """Rounding of two orders of summation over some hundred steps."""

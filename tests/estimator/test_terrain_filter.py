@@ -14,7 +14,6 @@ from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_estimator import c_parts
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning
 from softsoil.files.package_data import PLANT_VEHICLE
@@ -28,6 +27,7 @@ from softsoil.recording.read import read_drive
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.inputs import measured_inputs
 
 SAME = 1e-9
 STANDING, GATED, JUMPED, SOIL_CHANGED, DRIFTING, SOIL_KEPT = BITS = 1, 2, 4, 8, 16, 32

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from drives import clay_drive, reference_vehicle
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.window_fit import WindowFit
 from softsoil.identification.asks import asks, excitation
 from softsoil.identification.errors import Errors, departures, errors_of, n_costs
 from softsoil.identification.identify import by_rolling
@@ -18,6 +16,8 @@ from softsoil.recording.geometry_check import beyond_doubt, front_axle, rolling_
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.known_vehicle import Known, known_from_table, load_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, declared_vehicle, expected, free_layout, vehicle_of
+from softsoil.windows.parameters import Free
+from softsoil.windows.window_fit import WindowFit
 
 NUMBERS_GIVEN = {"mass": 1400.0, "l_f": 1.5, "l_r": 1.2, "track": 1.25, "radius": 0.33, "width": 0.21}
 KNOWN = Known("car", NUMBERS_GIVEN)

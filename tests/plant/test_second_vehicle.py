@@ -5,7 +5,6 @@ import pytest
 from scipy.signal import savgol_filter
 
 from softsoil.codegen.predictor import Predictor
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.files.package_data import VEHICLES, plant_file
 from softsoil.mpc_demo.scenarios import scenarios, size_of
 from softsoil.plant.machine import load_plant_vehicle
@@ -17,6 +16,7 @@ from softsoil.recording.states import measured_states
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.inputs import measured_inputs
 
 SETTLED, ROWS = 250, 1000
 SOIL = CLAY.with_(n=0.6)

@@ -14,9 +14,6 @@ from softsoil.commands.cli import app
 from softsoil.declaration.ground import HARD_GROUND, idle, load_ground, sinks
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
 from softsoil.estimator.estimate import estimate
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.stiffness import needed_substeps
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
@@ -29,6 +26,9 @@ from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import shooting_drive
+from softsoil.windows.stiffness import needed_substeps
 
 CANDIDATES = ("steering_offset", "bank", "yaw_moment", "gyro_bias", "soil_change")
 FRICTION, TREAD, OFFSET, SECONDS = 0.55, 0.003, 0.03, 26.0

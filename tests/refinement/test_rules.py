@@ -9,10 +9,10 @@ import pytest
 from drives import MULTI_LOG, PROJECT, reference_vehicle
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator import shooting
-from softsoil.estimator.shooting import Shooting, shooting_drive, shootings
 from softsoil.recording.read import read_drive
 from softsoil.refinement.rules import EVIDENCE, RULES
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.shooting import Shooting, shooting_drive, shootings
 
 
 def test_every_rule_says_what_it_is_and_where_its_evidence_is():

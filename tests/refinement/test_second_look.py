@@ -11,7 +11,6 @@ from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.free_starts import joint_prior
 from softsoil.refinement.refine import refine
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.second_look import Look, look_twice, still_there, worth_it
@@ -19,6 +18,7 @@ from softsoil.refinement.selection import accept
 from softsoil.refinement.trace import make_bench, whole_model
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.free_starts import joint_prior
 
 N, LOAD, PLACE, SECONDS = 0.6, 400.0, 2.3, 26.0
 NUMBERS = ("yaw_inertia", "radius")

@@ -7,7 +7,6 @@ import pytest
 from scipy.signal import savgol_filter
 
 from softsoil.codegen.predictor import Predictor
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from softsoil.plant.simulate import recording_of
@@ -20,6 +19,7 @@ from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.inputs import measured_inputs
 
 SETTLED = 250
 """Rows left out, the plant's start."""

@@ -7,13 +7,13 @@ import pytest
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.refinement.fit import Free, Weights, _Problem
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.shooting import Shooting, shooting_drive
 
 AGREE = 2e-5
 """Relative rms difference: what one-sided steps of 5e-6 of a parameter's scale leave of the curvature (1.2e-5 for n)."""

@@ -7,7 +7,6 @@ import pytest
 
 from axles import axle_of
 from softsoil.codegen.predictor import Predictor, substeps_for
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.machine import load_plant_vehicle
 from softsoil.plant.manoeuvres import Manoeuvre, Sine, SineThrottle
@@ -20,6 +19,7 @@ from softsoil.symbolic.body_roll import roll_angle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.inputs import measured_inputs
 
 SETTLED = 250
 """Rows left out, the plant's start."""

@@ -5,7 +5,6 @@ import pytest
 from scipy.signal import savgol_filter
 
 from softsoil.codegen.predictor import Predictor
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.machine import load_plant_vehicle
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
@@ -19,6 +18,7 @@ from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.inputs import measured_inputs
 
 START = 200
 """Rows left out at the beginning."""

@@ -6,7 +6,6 @@ import pytest
 from scipy.signal import savgol_filter
 
 from softsoil.codegen.predictor import Predictor
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.bed import SoilBed
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
@@ -19,6 +18,7 @@ from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 from softsoil.symbolic.track import interpolate, push
 from softsoil.symbolic.vehicle import load_vehicle
 from softsoil.symbolic.wheel import Contact, Wheel
+from softsoil.windows.inputs import measured_inputs
 
 REAR = ("rl", "rr")
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from drives import reference_vehicle
-from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.mpc_demo.synthetic import STEP, synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.shooting import Shooting, shooting_drive
 
 ROWS = 15
 LATE = ROWS * STEP

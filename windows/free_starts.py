@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.codegen.predictor import substeps_for
-from softsoil.estimator.free_windows import FreeWindows, Linear, WindowModel
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import Drive
 from softsoil.files.joint_error import JointError
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import sensor_std
 from softsoil.symbolic.model import Model
+from softsoil.windows.free_windows import FreeWindows, Linear, WindowModel
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import Drive
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.free_windows import FreeWindows, Linear
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.sandwich import cluster_covariance
+from softsoil.windows.free_windows import FreeWindows, Linear
+from softsoil.windows.parameters import Free
+from softsoil.windows.sandwich import cluster_covariance
 
 Array = NDArray[np.float64]
 

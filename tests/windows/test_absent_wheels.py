@@ -3,9 +3,9 @@
 import pytest
 
 from drives import MULTI_LOG
-from softsoil.estimator.absent_wheels import absent_wheels
 from softsoil.recording.derive import mark
 from softsoil.recording.read import read_drive
+from softsoil.windows.absent_wheels import absent_wheels
 
 
 @pytest.mark.parametrize(

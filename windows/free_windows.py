@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import StepLoop
-from softsoil.estimator.parameters import Free
-from softsoil.estimator.shooting import BROKEN, Drive
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.model import Model
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import BROKEN, Drive
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.shooting import Drive
 from softsoil.symbolic.model import Model
+from softsoil.windows.shooting import Drive
 
 LONGEST_PART, MOST_PARTS = 1.0, 12
 """Euler step times the fastest rate of v and omega_z, of which 2 is the limit of stability; most steps in a sample."""

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from drives import clay_bicycle, clay_drive
-from softsoil.estimator.free_windows import FreeWindows, WindowModel
-from softsoil.estimator.parameters import Free
 from softsoil.estimator.promote import tie_parameters
-from softsoil.estimator.shooting import shooting_drive
-from softsoil.estimator.window_fit import fit_windows, reduce_windows
 from softsoil.recording.noise import TABLE5, add_noise
 from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.parameters import Free
+from softsoil.windows.shooting import shooting_drive
+from softsoil.windows.window_fit import fit_windows, reduce_windows
 
 SIGMA = np.array([TABLE5[name] for name in ("x", "y", "psi", "u", "v", "omega_z")])
 TRUE_N = 0.5

@@ -18,11 +18,11 @@ from scipy.signal import savgol_filter
 from softsoil.codegen.compiled import CompiledFunction
 from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import StepLoop
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.states import known_states, measured_states
 from softsoil.symbolic.model import Model
+from softsoil.windows.inputs import measured_inputs
 
 Array = NDArray[np.float64]
 

@@ -5,12 +5,12 @@ import pytest
 
 from drives import CLAY_LOG, clay_bicycle, clay_drive
 from softsoil.estimator.consistency import inside_band, whiteness_p
-from softsoil.estimator.inputs import measured_inputs
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import GOOD, NOISES, TABLE5, add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import measured_states, sensor_std
 from softsoil.symbolic.signals import Layout, Signal
+from softsoil.windows.inputs import measured_inputs
 
 
 def test_inputs_are_those_that_made_the_drive():

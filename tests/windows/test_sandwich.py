@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsoil.estimator.sandwich import cluster_covariance
+from softsoil.windows.sandwich import cluster_covariance
 
 TRUE = np.array([2.0, -1.0])
 

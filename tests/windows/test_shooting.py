@@ -6,11 +6,11 @@ import pytest
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.shooting import Shooting, shooting_drive
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.shooting import Shooting, shooting_drive
 
 
 @pytest.fixture(scope="module")
