@@ -8,10 +8,10 @@ import pytest
 
 from drives import MULTI_LOG, PROJECT, reference_vehicle
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator import shooting
 from softsoil.recording.read import read_drive
 from softsoil.refinement.rules import EVIDENCE, RULES
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows import shooting
 from softsoil.windows.shooting import Shooting, shooting_drive, shootings
 
 
@@ -41,7 +41,7 @@ def mutable(path: Path) -> list[str]:
     return found
 
 
-KEEPERS = ("symbolic", "codegen", "estimator", "refinement", "recording", "importing", "calibration", "cases")
+KEEPERS = ("symbolic", "codegen", "windows", "estimator", "refinement", "recording", "importing", "calibration", "cases")
 
 
 @pytest.mark.parametrize("room", KEEPERS)
