@@ -8,9 +8,10 @@ beside one that the identification leaves out. Judged, on three other drives on 
 by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the plant's bodies; with
 --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on drives without one,
 and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of --logs, traced in one
-call, each on a soil of its own. True values are read to judge only. Looked at were seeds 0 to 2 while this command was made;
-100, 101 and 104 while the rules of contradiction were; 100 to 102 while loads were looked at a second time; 200 to 202 while
-their sizes were; all of these, 105, 106, 110 to 112 and the load of 113 while the strain of the numbers was; the others were not.
+call, each on a soil of its own; and what `estimate` says of n on each of these drives alone. True values are read to judge only.
+Looked at were seeds 0 to 2 while this command was made; 100, 101 and 104 while the rules of contradiction were; 100 to 102
+while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 114 while the strain
+of the numbers was; the others were not.
 """
 
 from __future__ import annotations
@@ -23,12 +24,14 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.judges.plant_vehicles import FIT, JUDGE, Case, case_of, effects_of, log_of
+from benchmarks.judges.plant_vehicles import FIT, JUDGE, Case, Log, case_of, effects_of, log_of
 from benchmarks.judges.vehicle_judge import Judgement, joined, judge_drive, lines, words
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.estimate import METHODS, estimate
 from softsoil.identification.identify import identify
 from softsoil.identification.vehicle_toml import vehicle_toml
 from softsoil.mpc_demo.blind_test import as_the_catalogue_says, relative_error, score
+from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.refine import refine
 from softsoil.refinement.trace import Candidate
@@ -50,13 +53,15 @@ N_WRONG = 0.1
 
 @dataclass(frozen=True)
 class Traced:
-    """What became of an effect: its switch or "nothing", whether it was named with its size, how many n were wrongly called
-    identified, and of how many."""
+    """What became of an effect: its switch or "nothing", whether it was named with its size; of the n of its drives, by `refine`
+    and by `estimate` alone, how many were wrongly called identified, and of how many."""
 
     switch: str
     right: bool
     wrong: int
     drives: int
+    wrong_alone: int
+    alone: int
 
 
 def main() -> None:
@@ -100,9 +105,10 @@ def main() -> None:
     if judged:
         print(*lines(joined(judged)), sep="\n")
     if named:
-        wrong, drives = sum(one.wrong for one in named), sum(one.drives for one in named)
+        counts = ("wrong", "drives", "wrong_alone", "alone")
+        wrong, drives, wrong_alone, alone = (sum(getattr(one, count) for one in named) for count in counts)
         print(f"{sum(one.right for one in named)} of {len(named)} pairs of drives traced rightly; "
-              f"{wrong} of {drives} n called identified and more than 10 % off")
+              f"{wrong} of {drives} n called identified and more than 10 % off; by `estimate` alone {wrong_alone} of {alone}")
         kinds = {kind: [one.right for one in named if one.switch == kind] for kind in sorted({one.switch for one in named})}
         print(*(f"{kind} {sum(right)} of {len(right)}" for kind, right in kinds.items()), sep="; ")
 
@@ -167,8 +173,25 @@ def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[
         word = "right" if right else "WRONG"
         print(f"  {switch or NOTHING}: {word}, {found.verdict} {why}; n {said}; best {best}", flush=True)
         wrong = sum(v.usable and abs(e) > N_WRONG for e, v in zip(off, found.judged, strict=True))
-        results.append(Traced(switch or NOTHING, right, wrong, len(off)))
+        results.append(Traced(switch or NOTHING, right, wrong, len(off), *_alone(vehicle, drives, logs)))
     return results
+
+
+def _alone(vehicle: Vehicle, drives: Sequence[Recording], logs: Sequence[Log]) -> tuple[int, int]:
+    """How many n that `estimate` calls identified on single drives are wrong, and of how many n; each is printed."""
+    wrong, count = 0, 0
+    for drive, log in zip(drives, logs, strict=True):
+        parts, strain = [], None
+        for method in METHODS:
+            found = estimate(drive, Declaration(vehicle, log.soil).build(), method=method)
+            off, said = found.n_front[-1] / log.n - 1, found.verdict
+            assert said is not None, "estimate judges what it finds"
+            wrong, count = wrong + (said.usable and abs(off) > N_WRONG), count + 1
+            parts.append(f"{method} {100 * off:+.1f} % {said.word}")
+            strain = said.evidence and said.evidence.strain
+        parts += [] if strain is None else [f"strain {strain:.1f}"]
+        print(f"    {drive.name} alone: {', '.join(parts)}", flush=True)
+    return wrong, count
 
 
 def _fitted(candidate: Candidate) -> str:

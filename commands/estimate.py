@@ -93,13 +93,13 @@ def as_json(found: TerrainEstimate) -> dict:
 
 
 def _windows(found: TerrainEstimate) -> dict | None:
-    """What the verdict rests on, from windows with free initial states: n per axle or one for both, and the yaw inertia that the
-    drive asks for as a share of the declared one; None without windows."""
+    """What the verdict rests on, from windows with free initial states: n per axle or one for both, the yaw inertia that the
+    drive asks for as a share of the declared one, and the strain of an identified vehicle's numbers; None without windows."""
     evidence = None if found.verdict is None else found.verdict.evidence
     if evidence is None:
         return None
     inertia = {"share": 1.0 + evidence.inertia, "std": evidence.inertia_std}
-    return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia}
+    return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia, "strain": evidence.strain}
 
 
 NEXT = {

@@ -38,7 +38,8 @@ class VerdictRules:
     deviations, from which they disagree;
     unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right model leaves at most;
     unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia, inertia_sigmas: share by which the
-    drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; parts, parts_sigmas:
+    drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; strain: of the numbers of
+    an identified vehicle, from which it has changed; parts, parts_sigmas:
     the same of n in the earlier and the later part of the drive, over n; least_motion: root mean square lateral specific
     force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
     fits better than soil, by `road_sigmas` standard errors, was on hard ground.
@@ -53,6 +54,7 @@ class VerdictRules:
     unexplained_sigmas: float = 2.0
     inertia: float = 0.12
     inertia_sigmas: float = 3.0
+    strain: float = 3.5
     parts: float = PARTS
     parts_sigmas: float = PARTS_SIGMAS
     least_motion: float = 0.2
@@ -127,8 +129,8 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    of_drive, of_n = (_consistent, _as_heavy_to_turn, _excited), (_inside, _same_from_all_guesses, _same_as_windows)
-    for check in (*of_drive, *of_n, _axles_agree, _one_soil):
+    of_drive = (_consistent, _as_heavy_to_turn, _as_identified, _excited)
+    for check in (*of_drive, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil):
         found = check(evidence, n, others, rules)
         if found is not None:
             return Verdict(*found, evidence)
@@ -176,6 +178,15 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
 def _as_heavy_to_turn(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
     said = _inertia(e, rules)
     return ("inconsistent", f"the drive contradicts the declared yaw inertia: {said}") if said else None
+
+
+def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    if e.motion < rules.least_motion or e.strain is None or e.strain <= rules.strain:
+        return None
+    return "inconsistent", (
+        f"the drive asks for other numbers of the vehicle than its file states, beyond their joint error (strain {e.strain:.1f}, "
+        f"1 expected, {rules.strain:g} at most): something of the vehicle has changed, as by a load; softsoil refine may name it"
+    )
 
 
 def _inertia(e: Evidence, rules: VerdictRules) -> str:

@@ -3,8 +3,8 @@
 Minimised over n of each drive, the numbers theta and the effects' parameters e: sum over windows of min over x0 of sum rho(z)
 plus k^2 (theta - theta_0)' C^-1 (theta - theta_0) plus the prior of e. As in the identification that made C, k = 2 standard
 errors of windows count as one: what the model lacks is alike in all of them. With a load the rear toe is free: springs give way
-under it, and links turn the wheels. The second term over k^2 and its K numbers, below 2 where the vehicle is the one that
-was identified, is the strain: a high one says that the vehicle has changed, though n and the numbers predict well.
+under it, and links turn the wheels. The second term over k^2 and what is expected of it is the strain
+(`softsoil.windows.strain`): a high one says that the vehicle has changed, though n and the numbers predict well.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.parameters import Free
+from softsoil.windows.strain import marginal, strain
 from softsoil.windows.window_fit import WindowFit, fit_windows, window_costs
 
 Array = NDArray[np.float64]
@@ -111,9 +112,11 @@ class JointFit:
         return joint_prior(error, self.model, self.declared)
 
     def strain(self, fit: WindowFit, effects: Sequence[Effect] = ()) -> float:
-        """Square of the numbers' distance from their file in a fit with effects, over their count: below 2 for the
-        vehicle of the file."""
-        return float(np.mean(self.prior_with(effects).residual(fit.p[0]) ** 2))
+        """Strain of the numbers in a fit with effects: about 1 for the vehicle of the file."""
+        prior, names = self.prior_with(effects), [f.name for f in fit.free]
+        kept = np.array([names.index(name) for name in prior.names])
+        windows = fit.hessians[:-1].sum(axis=0) / RULES.look_error**2  # the last cluster is the prior itself
+        return strain(prior.residual(fit.p[0])[0], marginal(windows, kept), prior.root)
 
     def fits(self, effects: Sequence[Effect], fit: WindowFit, traced: Fit | None) -> Fits:
         """The benches at a fit to the whole drives and at one to their first part, which begins there."""

@@ -54,7 +54,7 @@ class Refinement:
     horizon -> state -> mean squared error on held-out windows, declared model and refined model, both fitted on the fit windows
     alone; n_before, n_after: by windows with free initial states, with the declared and the refined model, n_std of n_after,
     judged: verdict on n_after, per drive, all empty on hard ground, which ground has: of each class its friction and tread;
-    structure: what is left at the end; strain: of the numbers whose joint error the vehicle's file states, below 2 where it
+    structure: what is left at the end; strain: of the numbers whose joint error the vehicle's file states, about 1 where it
     has not changed, None where not looked at;
     declaration: the refined one, by the whole drives, on the soil of the first; bench: the declared model's; selection, its bench
     fitted on the fit windows; recordings: what was used of the drives; soils: class of each; carried: effects that the measured

@@ -111,8 +111,8 @@ class Rules:
         "design",
     )  # fmt: skip
     strain: float = _rule(
-        2.5, "squares per number",
-        "by which drives move the vehicle's numbers in their joint error, that says the vehicle has changed",
+        7.0, "times what is expected",
+        "squares by which drives move the vehicle's numbers in their joint error, that say the vehicle has changed",
         "drawn",
     )  # fmt: skip
     unsettled_toe: float = _rule(

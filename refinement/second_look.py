@@ -82,7 +82,7 @@ def strained_words(strain: float) -> str:
     """What a strain of the vehicle's numbers says, for notes and verdicts."""
     return (
         f"the drives ask for other numbers of the vehicle than its file states, beyond their joint error (strain {strain:.1f}, "
-        f"{RULES.strain:g} at most where nothing has changed): something of the vehicle has changed, as by a load; "
+        f"1 expected, {RULES.strain:g} at most): something of the vehicle has changed, as by a load; "
         "n is not to be used before the change is declared or the vehicle identified again"
     )
 

@@ -102,7 +102,7 @@ def nominal_bicycle(
     law = vehicle_law(vehicle, law)
     stages = (
         Stage("inputs", _inputs),
-        Stage("vehicle", lambda q: _vehicle(vehicle, {name: q[name] for name in free.names})),
+        Stage("vehicle", lambda q: vehicle_quantities(vehicle, {name: q[name] for name in free.names})),
         Stage("loads", _loads),
         Stage("tracks", _tracks),
         Stage("contacts", lambda q: _contacts(q, soil.name)),
@@ -142,7 +142,7 @@ def _inputs(q: Quantities) -> Quantities:
     }
 
 
-def _vehicle(vehicle: Vehicle, free: Quantities) -> Quantities:
+def vehicle_quantities(vehicle: Vehicle, free: Quantities) -> Quantities:
     """Numbers of the vehicle as quantities; `free`: those that are parameters of the model."""
     declared = {n.name: getattr(vehicle, n.name) for n in NUMBERS if n.modelled}
     numbers = {**declared, "track_rear": vehicle.rear_track, **free}

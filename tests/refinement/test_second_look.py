@@ -164,7 +164,7 @@ def test_standard_errors_grow_with_the_root_of_the_strain(without, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "without, strain, explained", [(7.0, 1.0, True), (7.0, 4.0, False), (1.5, 1.0, False), (None, 1.0, False)]
+    "without, strain, explained", [(17.0, 1.0, True), (17.0, 9.0, False), (1.5, 1.0, False), (None, 1.0, False)]
 )
 def test_an_effect_explains_where_the_numbers_are_strained_without_it_alone(without, strain, explained):
     assert Look(None, strain=strain, without=without).explained is explained

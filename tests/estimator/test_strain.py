@@ -1,0 +1,56 @@
+"""A drive of another vehicle than the one that was identified: said where its file states the joint error of its numbers."""
+
+import numpy as np
+import pytest
+
+from drives import reference_vehicle
+from softsoil.estimator.estimate import estimate
+from softsoil.files.joint_error import joint_error_of
+from softsoil.mpc_demo.synthetic import synthetic_drive
+from softsoil.plant.manoeuvres import MultiSine
+from softsoil.recording.noise import add_noise
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY
+
+N = 0.6
+NUMBERS, STD = ("yaw_inertia", "toe_rear"), np.array([30.0, 0.004])
+ERROR = joint_error_of(NUMBERS, np.outer(STD, STD) * [[1.0, 0.3], [0.3, 1.0]])
+LOAD = {"payload": {"payload_mass": 400.0, "payload_x": 2.3}}
+
+
+def vehicle(joint=ERROR):
+    return reference_vehicle().with_(effects={}, joint_error=joint)
+
+
+def drive(effects, noise, seconds=26.0):
+    steer = MultiSine(0.35, seed=4)(0.012 * np.arange(round(seconds / 0.012) + 1))
+    model = bicycle(vehicle(), CLAY.with_(n=N), "turn_slip", effects)
+    return add_noise(synthetic_drive(model, vehicle().radius, seconds=seconds, speed=5.5, steer=steer), noise, 1)
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    return drive(LOAD, "good")
+
+
+@pytest.mark.parametrize("noise", ["good", "table5"])
+def test_the_vehicle_itself_is_not_strained(noise):
+    found = estimate(drive({}, noise), bicycle(vehicle(), CLAY), method="horizon")
+    assert found.verdict.word == "identified" and 0.0 < found.verdict.evidence.strain < 3.0
+    assert found.n_front[-1] == pytest.approx(N, rel=0.05)
+
+
+def test_a_load_strains_its_numbers(loaded):
+    found = estimate(loaded, bicycle(vehicle(), CLAY), method="horizon")
+    assert found.verdict.word == "inconsistent" and "strain" in found.verdict.reason
+    assert found.verdict.evidence.strain > 3.5
+
+
+def test_a_declared_load_does_not(loaded):
+    found = estimate(loaded, bicycle(vehicle().with_(effects=LOAD), CLAY), method="horizon")
+    assert found.verdict.word == "identified" and found.verdict.evidence.strain < 3.0
+
+
+def test_without_a_joint_error_nothing_is_said_of_it(loaded):
+    found = estimate(loaded, bicycle(vehicle(None), CLAY), method="horizon")
+    assert found.verdict.evidence.strain is None and "strain" not in found.verdict.reason

@@ -1,0 +1,31 @@
+"""Numbers of a vehicle as parameters of its model, so that windows can move them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from softsoil.symbolic.bicycle import vehicle_quantities
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.signals import Layout, Signal
+from softsoil.symbolic.vehicle import NUMBERS
+
+MODELLED = {number.name: number for number in NUMBERS if number.modelled}
+"""Numbers that a model reads, by name."""
+
+
+def with_own_numbers(model: Model, names: Sequence[str]) -> Model:
+    """The bicycle `model` with those of the named numbers as parameters, at their declared values, that are none yet.
+
+    A name that no number of its vehicle has is left out. What the model says does not change.
+    """
+    vehicle = model.geometry
+    free = [name for name in names if name in MODELLED and name not in model.p]
+    values = {name: vehicle.rear_track if name == "track_rear" else float(getattr(vehicle, name)) for name in free}
+    layout = Layout(tuple(Signal(name, MODELLED[name].unit, MODELLED[name].doc, value) for name, value in values.items()))
+    stages = tuple(
+        replace(s, compute=lambda q: vehicle_quantities(vehicle, {name: q[name] for name in layout.names}))
+        if s.name == "vehicle" and free else s
+        for s in model.stages
+    )  # fmt: skip
+    return replace(model, p=model.p + layout, stages=stages)
