@@ -19,7 +19,7 @@ from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import doubts, loosened
-from softsoil.refinement.drive_n import drive_n, not_to_be_used
+from softsoil.refinement.drive_n import DriveN, drive_n, not_to_be_used
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
@@ -27,7 +27,7 @@ from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import look_twice, strained_words
+from softsoil.refinement.second_look import Look, look_twice, strained_words
 from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects, settled
@@ -139,9 +139,7 @@ def refine(
         for recording, one in zip(recordings, left, strict=True)
         if not one.judged
     )
-    # Where axle forces are not judged, an n on its bound is what shows that something is left.
-    lacks = any(s.left for s in left) or (on_bound(bench).any() and not all(s.judged for s in left))
-    lacks = lacks or bool(selection.unnamable) or look.strained
+    lacks = bool(selection.unnamable) or _lacks(bench, left, look, after)
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
     return Refinement(
         verdict=verdict,
@@ -172,6 +170,17 @@ def refine(
         carried=tuple(n for n, e in catalogue(vehicle).items() if carried(e, recordings, vehicle)),
         notes=lines,
     )
+
+
+def _lacks(bench: Bench, left: Sequence[Structure], look: Look, found: Sequence[DriveN]) -> bool:
+    """Whether the drives show that something is missing, whatever it is.
+
+    With a joint error of the vehicle's numbers that is their strain, and the verdicts on n: they see what changes before the axle
+    forces do. Else it is what the axle forces lack; where these are not judged, an n on its bound.
+    """
+    if look.strain is not None:
+        return look.strained or any(one.verdict.word == "inconsistent" for one in found)
+    return any(s.left for s in left) or (bool(on_bound(bench).any()) and not all(s.judged for s in left))
 
 
 def _driveline(recordings: Sequence[Recording], declaration: Declaration, soils: Sequence[Soil], start: float) -> Choice | None:

@@ -31,9 +31,11 @@ def verdict_sentence(found: Refinement) -> str:
             f"Unexplained: what is left looks like {names}, which rests on channels that these data do not measure, so that "
             "nothing is named; the declared model stands."
         )
+    left = "more is left in the axle forces than a good model leaves"
+    if found.strain is not None:
+        left = "the drives contradict the vehicle's file, as the verdicts on n say"
     return (
-        "Unexplained: more is left in the axle forces than a good model leaves, but no entry of the catalogue explains it "
-        "on data that it was not fitted to; the declared model stands."
+        f"Unexplained: {left}, but no entry of the catalogue explains it on data that it was not fitted to; the declared model stands."
     )
 
 

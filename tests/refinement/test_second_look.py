@@ -15,7 +15,9 @@ from softsoil.refinement.refine import refine
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.second_look import Look, look_twice, still_there, worth_it
 from softsoil.refinement.selection import accept
+from softsoil.refinement.structure import Structure
 from softsoil.refinement.trace import make_bench, whole_model
+from softsoil.refinement.words import verdict_sentence
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
 from softsoil.windows.free_starts import joint_prior
@@ -130,6 +132,17 @@ def test_nothing_is_named_where_nothing_is_missing(clean):
     assert clean.verdict == "none"
     assert clean.strain < 2.0 and clean.as_json()["strain"] == clean.strain
     assert [verdict.word for verdict in clean.judged] == ["identified"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint, verdict", [(ERROR, "none"), (None, "unexplained")])
+def test_strain_speaks_before_axle_forces(joint, verdict, monkeypatch):
+    """Axle forces that lack half, on a drive without an effect: kicks and noise make such a share, which strains no number."""
+    left = Structure({"front": 0.1, "rear": 0.5}, {"front": {}, "rear": {}})
+    monkeypatch.setattr("softsoil.refinement.refine.structure", lambda *_: left)
+    found = traced(0.0, vehicle().with_(joint_error=joint))
+    assert found.verdict == verdict and found.structure == (left,)
+    assert ("axle forces" in verdict_sentence(found)) is (verdict == "unexplained")
 
 
 def test_another_vehicle_than_the_file_states_strains_its_numbers(clean):
