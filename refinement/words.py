@@ -35,7 +35,8 @@ def verdict_sentence(found: Refinement) -> str:
     if found.strain is not None:
         left = "the drives contradict the vehicle's file, as the verdicts on n say"
     return (
-        f"Unexplained: {left}, but no entry of the catalogue explains it on data that it was not fitted to; the declared model stands."
+        f"Unexplained: {left}, but no entry of the catalogue explains it on data that it was not fitted to; the declared "
+        "model stands."
     )
 
 
