@@ -22,6 +22,7 @@ from softsoil.refinement.doubts import doubts
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.trace import Bench, whole_model
+from softsoil.refinement.unknown_ground import N_NAMES
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
@@ -33,6 +34,8 @@ from softsoil.windows.window_fit import WindowFit, fit_windows, window_costs
 
 Array = NDArray[np.float64]
 
+MIDDLE_N = 0.7
+"""n from where drives are fitted, too: noise at recorded starts may have put a first n beyond a ridge."""
 TOE = "toe_rear"
 """The number of the vehicle that a load on its springs changes most."""
 
@@ -101,6 +104,17 @@ class JointFit:
         residuals.append(heavy.residual(found.p[0]))
         squares = float(sum(window_costs(z).sum() * z.shape[1] for z in residuals)) / RULES.look_error**2
         return replace(found, std=RULES.look_error * found.std), squares
+
+    def plain(self) -> tuple[WindowFit, float]:
+        """The fit without effects, and its squares: the better one of those from the bench's n and from MIDDLE_N."""
+        p = self.p.copy()
+        p[:, [self.model.p.index(name) for name in N_NAMES]] = MIDDLE_N
+        return min((self.fitted(), replace(self, p=p).fitted()), key=lambda found: found[1])
+
+    def best(self, effects: Sequence[Effect], traced: Fit, plain: WindowFit) -> tuple[WindowFit, float]:
+        """The fit with effects from the traced n and declared numbers, or from where both are in the effects' place (`plain`):
+        each alone may end in a lesser minimum."""
+        return min((self.fitted(effects, traced, at) for at in (None, plain)), key=lambda found: found[1])
 
     def prior_with(self, effects: Sequence[Effect]) -> JointPrior:
         """The joint prior of the vehicle's numbers; with a load the rear toe may be another one."""

@@ -92,7 +92,7 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name], strained=True)]
     try:
         problem = fit_of([c.name for c in few])
-        none, before = problem.fitted()
+        none, before = problem.plain()
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return Look(selection)
     strain = problem.strain(none)
@@ -100,11 +100,7 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
     few = [c for c in few if worth_it(c, effects[c.name], look.strained)]
     if not few:
         return look
-    # From the numbers as declared, and from where they are in the effect's place: each alone may end in a lesser minimum.
-    fits = {
-        c.name: min((problem.fitted((effects[c.name],), traced_of(c), at) for at in (None, none)), key=lambda found: found[1])
-        for c in few
-    }
+    fits = {c.name: problem.best((effects[c.name],), traced_of(c), none) for c in few}
     removed = {name: before - squares for name, (_, squares) in fits.items()}
     best = max(few, key=lambda c: removed[c.name])
     effect, (fit, _) = effects[best.name], fits[best.name]
@@ -136,8 +132,8 @@ def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Map
     kept, notes = [effects[name] for name in names], []
     try:
         problem = fit_of(names)
-        none, _ = problem.fitted()
-        fit, _ = problem.fitted(kept, traced)
+        none, _ = problem.plain()
+        fit, _ = problem.best(kept, traced, none)
         while kept and (doubtful := [effect for effect in kept if not still_there(fit, traced, effect)]):
             left_out = min(doubtful, key=lambda effect: _certainty(fit, effect)[1])
             notes.append(_not_there(fit, left_out))
