@@ -46,10 +46,12 @@ class Estimated:
 @dataclass(frozen=True)
 class Judgement:
     """estimates; ratios: of mean squared errors at HORIZON, per log: of the known file as it stands, and of the numbers expected
-    of any such vehicle, over the judged file's, geometric mean over states."""
+    of any such vehicle, over the judged file's, geometric mean over states; strains: of the file's numbers, per log, where it
+    states their joint error."""
 
     estimates: tuple[Estimated, ...]
     ratios: tuple[tuple[float, float], ...]
+    strains: tuple[float, ...]
 
     def errors(self, method: str) -> np.ndarray:
         """Errors of n (%) by a method, without sign."""
@@ -110,7 +112,8 @@ def judge_drive(
         built = Declaration(numbers, soil.with_(n=best)).build()
         mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
     before, expected = (float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2])
-    return Judgement(tuple(estimates), ((before, expected),))
+    strain = evidence[horizon_guesses[-1]].strain
+    return Judgement(tuple(estimates), ((before, expected),), () if strain is None else (strain,))
 
 
 def words(part: Judgement) -> str:
@@ -119,12 +122,13 @@ def words(part: Judgement) -> str:
         f"{e.method} from {e.guess:g} {100 * e.error:+.1f} ± {100 * e.std:.1f} % {e.verdict}" for e in part.estimates
     )
     before, expected = part.ratios[0]
-    return f"{estimates}; mse {before:.0f} ({expected:.1f}) times smaller"
+    strain = "".join(f", strain {one:.1f}" for one in part.strains)
+    return f"{estimates}{strain}; mse {before:.0f} ({expected:.1f}) times smaller"
 
 
 def joined(parts: Sequence[Judgement]) -> Judgement:
     """Judgements of several drives as one."""
-    return Judgement(sum((p.estimates for p in parts), ()), sum((p.ratios for p in parts), ()))
+    return Judgement(*(sum((getattr(p, name) for p in parts), ()) for name in ("estimates", "ratios", "strains")))
 
 
 def lines(judgement: Judgement) -> list[str]:
