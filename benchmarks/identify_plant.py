@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,6 +34,7 @@ from softsoil.mpc_demo.blind_test import as_the_catalogue_says, relative_error, 
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.refine import refine
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.trace import Candidate
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
@@ -171,10 +172,18 @@ def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[
         said = ", ".join(f"{100 * e:+.1f} % {v.word}" for e, v in zip(off, found.judged, strict=True))
         said += "" if found.strain is None else f", strain {found.strain:.1f}"
         word = "right" if right else "WRONG"
+        why += _in_errors(found, called["truth"])
         print(f"  {switch or NOTHING}: {word}, {found.verdict} {why}; n {said}; best {best}", flush=True)
         wrong = sum(v.usable and abs(e) > N_WRONG for e, v in zip(off, found.judged, strict=True))
         results.append(Traced(switch or NOTHING, right, wrong, len(off), *_alone(vehicle, drives, logs)))
     return results
+
+
+def _in_errors(found: Refinement, truth: Mapping[str, float]) -> str:
+    """By how many of their standard errors named effects' parameters are off."""
+    named = {name: entry for effect in found.effects for name, entry in effect.parameters.items()}
+    off = (f"{abs(named[name][0] - true) / named[name][1]:.1f}" for name, true in truth.items() if name in named)
+    return "".join(f" ({one} standard errors)" for one in off)
 
 
 def _alone(vehicle: Vehicle, drives: Sequence[Recording], logs: Sequence[Log]) -> tuple[int, int]:
