@@ -185,7 +185,8 @@ def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: Verdic
         return None
     return "inconsistent", (
         f"the drive asks for other numbers of the vehicle than its file states, beyond their joint error (strain {e.strain:.1f}, "
-        f"1 expected, {rules.strain:g} at most): something of the vehicle has changed, as by a load; softsoil refine may name it"
+        f"1 expected, {rules.strain:g} at most): something of the vehicle has changed, as by a load, which two drives of different "
+        "manoeuvres show best"
     )
 
 
