@@ -184,9 +184,9 @@ def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: Verdic
     if e.motion < rules.least_motion or e.strain is None or e.strain <= rules.strain:
         return None
     return "inconsistent", (
-        f"the drive asks for other numbers of the vehicle than its file states, beyond their joint error (strain {e.strain:.1f}, 1 "
-        f"expected, {rules.strain:g} at most): something of the vehicle has changed, as by a load, which two drives of different "
-        "manoeuvres show best"
+        "the drive asks for other numbers of the vehicle than its file states, beyond their joint error (strain "
+        f"{e.strain:.1f}, 1 expected, {rules.strain:g} at most): something of the vehicle has changed, as by a load, which two "
+        "drives of different manoeuvres show best"
     )
 
 
