@@ -7,13 +7,16 @@ horizon over the drive has it, as in `softsoil estimate --method horizon`.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.verdict import Verdict, judge
+from softsoil.estimator.modes import run_guess, standing
+from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.estimator.verdict import Verdict, initial_guesses, judge
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.trace import Bench
@@ -55,6 +58,31 @@ def drive_n(
             n, std = float(verdict.evidence.n[0]), float(verdict.evidence.std[0])
         found.append(DriveN(n, std, verdict))
     return tuple(found)
+
+
+def plain_n(
+    recordings: Sequence[Recording],
+    declaration: Declaration,
+    soils: Sequence[Soil],
+    start: float,
+    fitted: tuple[Bench, Fit],
+    joint: bool,
+) -> tuple[float, ...]:
+    """n of each drive as of `drive_n`, without a verdict on it, for comparison."""
+    bench, last = fitted
+    if not bench.sinks:
+        return ()
+    values = [last.named()[free.name][0] for free in bench.ground]
+    if joint:
+        return tuple(values)
+    rules = HorizonRules()
+    for i, (recording, soil) in enumerate(zip(recordings, soils, strict=True)):
+        model = Declaration(declaration.vehicle, soil, declaration.law).build()
+        with contextlib.suppress(ValueError):  # a drive that holds no two windows
+            windows = drive_windows(recording, model, start, rules)
+            runs, _ = standing([run_guess(windows, guess, True, rules) for guess in initial_guesses(float(soil.n))])
+            values[i] = float(runs[0].horizon.n[0])
+    return tuple(values)
 
 
 def not_to_be_used(found: Sequence[DriveN], reason: str) -> tuple[DriveN, ...]:

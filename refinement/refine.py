@@ -19,7 +19,7 @@ from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import doubts, loosened
-from softsoil.refinement.drive_n import DriveN, drive_n, not_to_be_used
+from softsoil.refinement.drive_n import DriveN, drive_n, not_to_be_used, plain_n
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
@@ -115,8 +115,13 @@ def refine(
     contradicted = tuple(number for number in free if number.name in accepted)
     refined = _refined(declaration, effects, contradicted, whole)
     as_declared = replace(declaration, vehicle=_moved(vehicle, declared[0]))
-    before = drive_n(recordings, as_declared, soils, start, declared, look.declared is not None)
-    after = drive_n(recordings, refined, soils, start, (whole, last), fits is not None) if selection.accepted else before
+    of_declared = (recordings, as_declared, soils, start, declared, look.declared is not None)
+    if selection.accepted:
+        before = plain_n(*of_declared)
+        after = drive_n(recordings, refined, soils, start, (whole, last), fits is not None)
+    else:
+        after = drive_n(*of_declared)
+        before = tuple(one.n for one in after)
     if look.strain is not None and look.strained:
         after = not_to_be_used(after, strained_words(look.strain))
     if after:
@@ -152,7 +157,7 @@ def refine(
         holdout=_holdout(bench),
         before=held_mse(bench, bench.absent, windowing.horizons),
         after=held_mse(final, final.absent, windowing.horizons),
-        n_before=tuple(one.n for one in before),
+        n_before=before,
         n_after=tuple(one.n for one in after),
         n_std=tuple(one.std for one in after),
         judged=tuple(one.verdict for one in after),

@@ -10,7 +10,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.drive_n import drive_n, not_to_be_used
+from softsoil.refinement.drive_n import drive_n, not_to_be_used, plain_n
 from softsoil.refinement.trace import fit_base, make_bench
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
@@ -45,6 +45,7 @@ def test_noise_at_recorded_starts_biases_n_and_free_starts_do_not(noisy):
     off = np.array([one.n for one in found]) / N - 1
     assert np.sqrt(np.mean(off**2)) < 0.5 * np.sqrt(np.mean((recorded / N - 1) ** 2))
     assert all(abs(one.n - N) < 3 * one.std for one in found)
+    assert plain_n(noisy, DECLARED, [CLAY] * len(noisy), START, (bench, last), joint=False) == tuple(one.n for one in found)
 
 
 def test_n_of_a_joint_fit_stands_and_takes_the_error_of_numbers_in(noisy):
@@ -54,6 +55,7 @@ def test_n_of_a_joint_fit_stands_and_takes_the_error_of_numbers_in(noisy):
         (found,) = drive_n(noisy[:1], declared, [CLAY], START, (bench, last), joint=True)
         n, std = last.named()[bench.ground[0].name]
         assert found.n == n and found.std == pytest.approx(np.hypot(std, share * n))
+        assert plain_n(noisy[:1], declared, [CLAY], START, (bench, last), joint=True) == (n,)
 
 
 def test_a_drive_without_windows_keeps_the_n_of_its_fit(noisy, monkeypatch):
@@ -62,13 +64,16 @@ def test_a_drive_without_windows_keeps_the_n_of_its_fit(noisy, monkeypatch):
 
     bench, last = fitted(noisy[:1])
     monkeypatch.setattr("softsoil.estimator.verdict.drive_windows", none)
+    monkeypatch.setattr("softsoil.refinement.drive_n.drive_windows", none)
     (found,) = drive_n(noisy[:1], DECLARED, [CLAY], START, (bench, last), joint=False)
     assert (found.n, found.verdict.word) == (last.named()[bench.ground[0].name][0], "not_excited")
+    assert plain_n(noisy[:1], DECLARED, [CLAY], START, (bench, last), joint=False) == (found.n,)
 
 
 def test_there_is_no_n_on_hard_ground(noisy):
     road = Declaration(DECLARED.vehicle, CLAY, "hard_ground")
-    assert drive_n(noisy[:1], road, [CLAY], START, fitted(noisy[:1], road), joint=False) == ()
+    for of_drives in (drive_n, plain_n):
+        assert of_drives(noisy[:1], road, [CLAY], START, fitted(noisy[:1], road), joint=False) == ()
 
 
 def test_a_reason_in_the_vehicle_replaces_identified_alone(noisy):
