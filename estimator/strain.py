@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.moving_horizon import MovingHorizon
-from softsoil.windows.free_starts import JointPrior, joint_prior
+from softsoil.windows.free_starts import GOOD_SENSORS, JointPrior, joint_prior
 from softsoil.windows.free_windows import FreeWindows, Linear
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import marginal, strain
@@ -34,7 +34,9 @@ def vehicle_strain(windows: FreeWindows, horizon: MovingHorizon) -> float | None
     numbers = [Free(name, (name,), std / 2, -np.inf, np.inf) for name, std in zip(prior.names, scale, strict=True)]
     linear = windows.linearise(p, x0, [*horizon.free, *numbers], which)
     sound = np.isfinite(linear.by_free).all(axis=(1, 2))
-    reduced = reduce_windows(Linear(linear.residual[sound], linear.by_state[sound], linear.by_free[sound]))
+    lighter = np.tile(_of_good_sensors(windows.sigma, np.array(horizon.rules.model_error)), windows.steps + 1)
+    parts = (linear.residual * lighter, linear.by_state * lighter[:, None], linear.by_free * lighter[:, None])
+    reduced = reduce_windows(Linear(*(part[sound] for part in parts)))
     weight = horizon.weight(last)[which][sound]
     hessian, gradient = np.einsum("w,wkl->kl", weight, reduced.hessian), np.einsum("w,wk->k", weight, reduced.gradient)
     kept = np.arange(len(horizon.free), len(hessian))
@@ -42,6 +44,12 @@ def vehicle_strain(windows: FreeWindows, horizon: MovingHorizon) -> float | None
     whole[np.ix_(kept, kept)] += prior.root.T @ prior.root
     step = -np.linalg.lstsq(whole, gradient, rcond=None)[0]
     return strain(prior.root @ step[kept], marginal(hessian, kept), prior.root)
+
+
+def _of_good_sensors(sigma: Array, model_error: Array) -> Array:
+    """(6,) weights of residuals in sigma (6,) that make those of sensors better than GOOD_SENSORS theirs."""
+    noise = np.maximum(sigma**2 - model_error**2, GOOD_SENSORS**2)
+    return np.where(np.isfinite(sigma), sigma / np.sqrt(model_error**2 + noise), 1.0)
 
 
 def known_numbers(windows: FreeWindows) -> JointPrior | None:

@@ -26,7 +26,7 @@ from softsoil.refinement.unknown_ground import N_NAMES
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
-from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
+from softsoil.windows.free_starts import GOOD_SENSORS, JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import marginal, strain
@@ -81,7 +81,8 @@ class JointFit:
         """The windows in the first `share` of each drive; ValueError where one holds no two."""
         drives = [s.drive for s in self.bench.shootings]
         parts = [until(d, d.first + round(share * (len(d.t) - d.first))) for d in drives]
-        return [free_windows(self.compiled[d.dt], d, r) for d, r in zip(parts, self.recordings, strict=True)]
+        pairs = zip(parts, self.recordings, strict=True)
+        return [free_windows(self.compiled[d.dt], d, r, GOOD_SENSORS) for d, r in pairs]
 
     def fitted(
         self, effects: Sequence[Effect] = (), traced: Fit | None = None, start: WindowFit | None = None, share: float = 1.0

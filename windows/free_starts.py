@@ -26,6 +26,9 @@ MODEL_STD = np.array([0.03, 0.03, 0.004, 0.02, 0.015, 0.008])
 SUBSTEPS = 2
 """Steps of the model inside one of `substeps_for`: what Euler's method misses in one counts as one per cent of yaw inertia."""
 NOISE_FLOOR = np.full(6, 1e-4)
+GOOD_SENSORS = np.array([0.05, 0.05, 0.003, 0.05, 0.05, 0.005])
+"""Least noise of a drive that is held against a joint error (units of the states): of better ones, what the equations miss is not
+white, and would strain numbers that are right."""
 FASTEST = 1.5
 """rad/s: no window runs across a faster steering, which no actuator follows."""
 
@@ -35,9 +38,9 @@ def steps_of(dt: float) -> int:
     return SUBSTEPS * substeps_for(dt)
 
 
-def free_windows(compiled: WindowModel, drive: Drive, recording: Recording) -> FreeWindows:
-    """The windows of one drive, weighted by the noise of the recording's sensors and by MODEL_STD."""
-    return FreeWindows(compiled, drive, HORIZON, np.hypot(MODEL_STD, sensor_std(recording, NOISE_FLOOR)), FASTEST)
+def free_windows(compiled: WindowModel, drive: Drive, recording: Recording, floor: Array = NOISE_FLOOR) -> FreeWindows:
+    """The windows of one drive, weighted by the noise of the recording's sensors, at least `floor` (6,), and by MODEL_STD."""
+    return FreeWindows(compiled, drive, HORIZON, np.hypot(MODEL_STD, sensor_std(recording, floor)), FASTEST)
 
 
 def until(drive: Drive, row: int) -> Drive:

@@ -5,6 +5,9 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.estimator.estimate import estimate
+from softsoil.estimator.modes import run_horizon
+from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.estimator.strain import vehicle_strain
 from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
@@ -44,6 +47,17 @@ def test_a_load_strains_its_numbers(loaded):
     found = estimate(loaded, bicycle(vehicle(), CLAY), method="horizon")
     assert found.verdict.word == "inconsistent" and "strain" in found.verdict.reason
     assert found.verdict.evidence.strain > 3.5
+
+
+def test_a_log_without_noise_weighs_no_more_than_one_of_good_sensors(monkeypatch):
+    """What the equations miss is not white: as exact as its sensors, a log would strain numbers that are right."""
+    heavier = vehicle().with_(yaw_inertia=vehicle().yaw_inertia + 2.0 * STD[0])
+    windows = drive_windows(drive({}, "none"), bicycle(heavier, CLAY), 1.0, HorizonRules())
+    horizon = run_horizon(windows, N, True, HorizonRules())
+    weighed = vehicle_strain(windows, horizon)
+    assert 0.0 < weighed < 3.5
+    monkeypatch.setattr("softsoil.estimator.strain.GOOD_SENSORS", np.full(6, 1e-4))
+    assert vehicle_strain(windows, horizon) > 1.1 * weighed
 
 
 def test_a_declared_load_does_not(loaded):
