@@ -1,7 +1,7 @@
 """`softsoil identify` judged blindly on vehicles of the plant drawn by seed, from what an owner with scale and tape says of them.
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
-    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing]
+    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
 measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good", on soils and n drawn by the seed,
 beside one that the identification leaves out. Judged, on three other drives on other n with Table-5 noise: n by windows and
@@ -10,7 +10,7 @@ by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inert
 and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of --logs, traced in one
 call, each on a soil of its own; and what `estimate` says of n on each of these drives alone. True values are read to judge only.
 Looked at were seeds 0 to 2 while this command was made; 100, 101 and 104 while the rules of contradiction were; 100 to 102
-while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 114 while the strain
+while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 118 while the strain
 of the numbers was; the others were not.
 """
 
@@ -73,6 +73,7 @@ def main() -> None:
     parser.add_argument("--effects", action="store_true", help="trace drives with an effect, too")
     parser.add_argument("--logs", default="multi,lock", help="manoeuvres of the drives traced together")
     parser.add_argument("--switches", default="", help="effects that are met, or \"nothing\"; default all")
+    parser.add_argument("--noise", default="good", help="of the drives with an effect and of those without one")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
@@ -98,7 +99,8 @@ def main() -> None:
         if not (asked.only_effects or asked.only_numbers):
             judged.append(_judged(case, vehicle))
         if asked.effects or asked.only_effects:
-            named += _traced(case, vehicle, asked.logs.split(","), asked.switches.split(",") if asked.switches else [])
+            switches = asked.switches.split(",") if asked.switches else []
+            named += _traced(case, vehicle, asked.logs.split(","), switches, asked.noise)
     print(f"{asked.seeds} vehicles, seeds {asked.first} to {asked.first + asked.seeds - 1}")
     size = np.abs(inertias)
     print(f"yaw inertia: median {np.median(size):.1f} %, worst {size.max():.1f} % off the plant's own; in standard "
@@ -145,8 +147,8 @@ def _judged(case: Case, vehicle: Vehicle) -> Judgement:
     return joined(parts)
 
 
-def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[str]) -> list[Traced]:
-    """What is traced with each effect, and without one, or with those that are `asked` for."""
+def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[str], noise: str) -> list[Traced]:
+    """What is traced with each effect, and without one, or with those that are `asked` for, by sensors with a `noise`."""
     results: list[Traced] = []
     known = {*effects_of(case), NOTHING}
     if not {*asked} <= known:
@@ -156,7 +158,7 @@ def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[
             continue
         numbers = [number + BETWEEN * i for i in range(len(kinds))]
         logs = [log_of(case, kind, one, settings) for kind, one in zip(kinds, numbers, strict=True)]
-        drives = [add_noise(log.drive, "good", 2000 * case.seed + one) for log, one in zip(logs, numbers, strict=True)]
+        drives = [add_noise(log.drive, noise, 2000 * case.seed + one) for log, one in zip(logs, numbers, strict=True)]
         declared = Declaration(vehicle, logs[0].soil)
         found = refine(drives, declared, soils=[log.soil for log in logs], workers=1)
         wanted = {"kind": "effect" if switch else "clean", "name": switch, "truth": truth.get("size")}

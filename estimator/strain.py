@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.moving_horizon import MovingHorizon
-from softsoil.windows.free_starts import GOOD_SENSORS, JointPrior, joint_prior
+from softsoil.estimator.tuning import Tuning
+from softsoil.windows.free_starts import JointPrior, joint_prior
 from softsoil.windows.free_windows import FreeWindows, Linear
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import marginal, strain
@@ -47,8 +48,9 @@ def vehicle_strain(windows: FreeWindows, horizon: MovingHorizon) -> float | None
 
 
 def _of_good_sensors(sigma: Array, model_error: Array) -> Array:
-    """(6,) weights of residuals in sigma (6,) that make those of sensors better than GOOD_SENSORS theirs."""
-    noise = np.maximum(sigma**2 - model_error**2, GOOD_SENSORS**2)
+    """(6,) weights of residuals in sigma (6,), by which no sensor is better than the filter believes one to be: what the
+    equations miss is not white, and would strain numbers that are right."""
+    noise = np.maximum(sigma**2 - model_error**2, np.square(Tuning().sensor_floor))
     return np.where(np.isfinite(sigma), sigma / np.sqrt(model_error**2 + noise), 1.0)
 
 

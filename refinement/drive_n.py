@@ -20,6 +20,7 @@ from softsoil.estimator.verdict import Verdict, initial_guesses, judge
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.trace import Bench
+from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import Soil
 
 
@@ -32,60 +33,58 @@ class DriveN:
     verdict: Verdict
 
 
-def drive_n(
-    recordings: Sequence[Recording],
-    declaration: Declaration,
-    soils: Sequence[Soil],
-    start: float,
-    fitted: tuple[Bench, Fit],
-    joint: bool,
-) -> tuple[DriveN, ...]:
-    """n of each drive with the vehicle and law of a declaration, each on its own soil; empty on hard ground.
+@dataclass(frozen=True)
+class FittedDrives:
+    """Drives with a fit of one vehicle: declaration: of vehicle and law; soils: class of each drive; start: seconds left out at
+    the beginning; bench, fit: of that vehicle, whose n stands where `joint`, a fit with free starts, or where a drive holds no
+    window."""
 
-    start: seconds left out at the beginning; fitted: bench and fit of the same vehicle, whose n stands where `joint`, a fit with
-    free starts, or where a drive holds no window.
-    """
-    bench, last = fitted
-    if not bench.sinks:
-        return ()
-    found = []
-    for recording, soil, free in zip(recordings, soils, bench.ground, strict=True):
-        n, std = last.named()[free.name]
-        std = float(np.hypot(std, declaration.vehicle.n_error * n))
-        model = Declaration(declaration.vehicle, soil, declaration.law).build()
-        verdict = judge(recording, model, float(soil.n), (n,) if joint else None, tied=True, start=start)
-        if verdict.evidence is not None and not joint:
-            n, std = float(verdict.evidence.n[0]), float(verdict.evidence.std[0])
-        found.append(DriveN(n, std, verdict))
-    return tuple(found)
+    recordings: Sequence[Recording]
+    declaration: Declaration
+    soils: Sequence[Soil]
+    start: float
+    bench: Bench
+    fit: Fit
+    joint: bool
 
+    def judged(self) -> tuple[DriveN, ...]:
+        """n of each drive with its verdict; empty on hard ground."""
+        found = []
+        for (n, std), (recording, model, guess) in zip(self._by_fit(), self._models(), strict=True):
+            verdict = judge(recording, model, guess, (n,) if self.joint else None, tied=True, start=self.start)
+            if verdict.evidence is not None and not self.joint:
+                n, std = float(verdict.evidence.n[0]), float(verdict.evidence.std[0])
+            found.append(DriveN(n, std, verdict))
+        return tuple(found)
 
-def plain_n(
-    recordings: Sequence[Recording],
-    declaration: Declaration,
-    soils: Sequence[Soil],
-    start: float,
-    fitted: tuple[Bench, Fit],
-    joint: bool,
-) -> tuple[float, ...]:
-    """n of each drive as of `drive_n`, without a verdict on it, for comparison."""
-    bench, last = fitted
-    if not bench.sinks:
-        return ()
-    values = [last.named()[free.name][0] for free in bench.ground]
-    if joint:
+    def plain(self) -> tuple[float, ...]:
+        """The same n without a verdict, for comparison."""
+        values = [n for n, _ in self._by_fit()]
+        if self.joint:
+            return tuple(values)
+        rules = HorizonRules()
+        for i, (recording, model, guess) in enumerate(self._models()):
+            with contextlib.suppress(ValueError):  # a drive that holds no two windows
+                windows = drive_windows(recording, model, self.start, rules)
+                runs, _ = standing([run_guess(windows, one, True, rules) for one in initial_guesses(guess)])
+                values[i] = float(runs[0].horizon.n[0])
         return tuple(values)
-    rules = HorizonRules()
-    for i, (recording, soil) in enumerate(zip(recordings, soils, strict=True)):
-        model = Declaration(declaration.vehicle, soil, declaration.law).build()
-        with contextlib.suppress(ValueError):  # a drive that holds no two windows
-            windows = drive_windows(recording, model, start, rules)
-            runs, _ = standing([run_guess(windows, guess, True, rules) for guess in initial_guesses(float(soil.n))])
-            values[i] = float(runs[0].horizon.n[0])
-    return tuple(values)
+
+    def _by_fit(self) -> list[tuple[float, float]]:
+        """n and standard deviation of each drive by the fit, with the share by numbers that it did not free."""
+        values = [self.fit.named()[free.name] for free in self.bench.ground] if self.bench.sinks else []
+        return [(n, float(np.hypot(std, self.declaration.vehicle.n_error * n))) for n, std in values]
+
+    def _models(self) -> list[tuple[Recording, Model, float]]:
+        """Each drive with its model and a first guess of n; none on hard ground."""
+        vehicle, law = self.declaration.vehicle, self.declaration.law
+        pairs = zip(self.recordings, self.soils, strict=True) if self.bench.sinks else ()
+        return [(recording, Declaration(vehicle, soil, law).build(), float(soil.n)) for recording, soil in pairs]
 
 
 def not_to_be_used(found: Sequence[DriveN], reason: str) -> tuple[DriveN, ...]:
     """The same n, none of them identified, for a reason that lies in the vehicle."""
-    word = "inconsistent"
-    return tuple(replace(d, verdict=replace(d.verdict, word=word, reason=reason)) if d.verdict.usable else d for d in found)
+    return tuple(
+        replace(one, verdict=replace(one.verdict, word="inconsistent", reason=reason)) if one.verdict.usable else one
+        for one in found
+    )

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.tuning import Tuning
 from softsoil.files.joint_error import JointError, joint_error_of
 from softsoil.recording.drive import Recording
 from softsoil.refinement.doubts import doubts
@@ -26,7 +27,7 @@ from softsoil.refinement.unknown_ground import N_NAMES
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
-from softsoil.windows.free_starts import GOOD_SENSORS, JointPrior, free_windows, joint_prior, steps_of, until
+from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import marginal, strain
@@ -78,11 +79,13 @@ class JointFit:
         return cls(tuple(recordings), bench, model, compiled, error, declared, numbers, p)
 
     def windows(self, share: float) -> list[FreeWindows]:
-        """The windows in the first `share` of each drive; ValueError where one holds no two."""
+        """The windows in the first `share` of each drive, no sensor better than the filter believes one to be: what the
+        equations miss is not white, and would strain numbers that are right; ValueError where a drive holds no two."""
         drives = [s.drive for s in self.bench.shootings]
         parts = [until(d, d.first + round(share * (len(d.t) - d.first))) for d in drives]
         pairs = zip(parts, self.recordings, strict=True)
-        return [free_windows(self.compiled[d.dt], d, r, GOOD_SENSORS) for d, r in pairs]
+        floor = np.array(Tuning().sensor_floor)
+        return [free_windows(self.compiled[d.dt], d, r, floor) for d, r in pairs]
 
     def fitted(
         self, effects: Sequence[Effect] = (), traced: Fit | None = None, start: WindowFit | None = None, share: float = 1.0

@@ -19,7 +19,7 @@ from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import doubts, loosened
-from softsoil.refinement.drive_n import DriveN, drive_n, not_to_be_used, plain_n
+from softsoil.refinement.drive_n import DriveN, FittedDrives, not_to_be_used
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
@@ -115,12 +115,12 @@ def refine(
     contradicted = tuple(number for number in free if number.name in accepted)
     refined = _refined(declaration, effects, contradicted, whole)
     as_declared = replace(declaration, vehicle=_moved(vehicle, declared[0]))
-    of_declared = (recordings, as_declared, soils, start, declared, look.declared is not None)
+    of_declared = FittedDrives(recordings, as_declared, soils, start, *declared, joint=look.declared is not None)
     if selection.accepted:
-        before = plain_n(*of_declared)
-        after = drive_n(recordings, refined, soils, start, (whole, last), fits is not None)
+        before = of_declared.plain()
+        after = FittedDrives(recordings, refined, soils, start, whole, last, joint=fits is not None).judged()
     else:
-        after = drive_n(*of_declared)
+        after = of_declared.judged()
         before = tuple(one.n for one in after)
     if look.strain is not None and look.strained:
         after = not_to_be_used(after, strained_words(look.strain))

@@ -51,7 +51,7 @@ def number_words(number: FittedNumber) -> str:
 
 
 def n_sentences(found: Refinement) -> list[str]:
-    """Per drive, the verdict on n and then n, and n with the declared model where that is not refined; none on hard ground."""
+    """Per drive the verdict on n, then n, and n with the declared model where that was refined; none on hard ground."""
     if found.ground:
         return []
     names = [shooting.drive.name for shooting in found.bench.shootings]

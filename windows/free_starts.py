@@ -26,9 +26,6 @@ MODEL_STD = np.array([0.03, 0.03, 0.004, 0.02, 0.015, 0.008])
 SUBSTEPS = 2
 """Steps of the model inside one of `substeps_for`: what Euler's method misses in one counts as one per cent of yaw inertia."""
 NOISE_FLOOR = np.full(6, 1e-4)
-GOOD_SENSORS = np.array([0.05, 0.05, 0.003, 0.05, 0.05, 0.005])
-"""Least noise of a drive that is held against a joint error (units of the states): of better ones, what the equations miss is not
-white, and would strain numbers that are right."""
 FASTEST = 1.5
 """rad/s: no window runs across a faster steering, which no actuator follows."""
 

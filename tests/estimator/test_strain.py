@@ -8,6 +8,7 @@ from softsoil.estimator.estimate import estimate
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.strain import vehicle_strain
+from softsoil.estimator.tuning import Tuning
 from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
@@ -56,7 +57,7 @@ def test_a_log_without_noise_weighs_no_more_than_one_of_good_sensors(monkeypatch
     horizon = run_horizon(windows, N, True, HorizonRules())
     weighed = vehicle_strain(windows, horizon)
     assert 0.0 < weighed < 3.5
-    monkeypatch.setattr("softsoil.estimator.strain.GOOD_SENSORS", np.full(6, 1e-4))
+    monkeypatch.setattr("softsoil.estimator.strain.Tuning", lambda: Tuning(sensor_floor=(1e-4,) * 6))
     assert vehicle_strain(windows, horizon) > 1.1 * weighed
 
 

@@ -10,7 +10,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.drive_n import drive_n, not_to_be_used, plain_n
+from softsoil.refinement.drive_n import FittedDrives, not_to_be_used
 from softsoil.refinement.trace import fit_base, make_bench
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
@@ -40,22 +40,24 @@ def fitted(recordings, declared=DECLARED):
 def test_noise_at_recorded_starts_biases_n_and_free_starts_do_not(noisy):
     bench, last = fitted(noisy)
     recorded = np.array([last.named()[free.name][0] for free in bench.ground])
-    found = drive_n(noisy, DECLARED, [CLAY] * len(noisy), START, (bench, last), joint=False)
+    drives = FittedDrives(noisy, DECLARED, [CLAY] * len(noisy), START, bench, last, joint=False)
+    found = drives.judged()
     assert [one.verdict.word for one in found] == ["identified"] * len(noisy)
     off = np.array([one.n for one in found]) / N - 1
     assert np.sqrt(np.mean(off**2)) < 0.5 * np.sqrt(np.mean((recorded / N - 1) ** 2))
     assert all(abs(one.n - N) < 3 * one.std for one in found)
-    assert plain_n(noisy, DECLARED, [CLAY] * len(noisy), START, (bench, last), joint=False) == tuple(one.n for one in found)
+    assert drives.plain() == tuple(one.n for one in found)
 
 
 def test_n_of_a_joint_fit_stands_and_takes_the_error_of_numbers_in(noisy):
     bench, last = fitted(noisy[:1])
     wider = replace(DECLARED, vehicle=DECLARED.vehicle.with_(n_error=0.04))
     for declared, share in ((DECLARED, 0.0), (wider, 0.04)):
-        (found,) = drive_n(noisy[:1], declared, [CLAY], START, (bench, last), joint=True)
+        drives = FittedDrives(noisy[:1], declared, [CLAY], START, bench, last, joint=True)
+        (found,) = drives.judged()
         n, std = last.named()[bench.ground[0].name]
         assert found.n == n and found.std == pytest.approx(np.hypot(std, share * n))
-        assert plain_n(noisy[:1], declared, [CLAY], START, (bench, last), joint=True) == (n,)
+        assert drives.plain() == (n,)
 
 
 def test_a_drive_without_windows_keeps_the_n_of_its_fit(noisy, monkeypatch):
@@ -65,20 +67,21 @@ def test_a_drive_without_windows_keeps_the_n_of_its_fit(noisy, monkeypatch):
     bench, last = fitted(noisy[:1])
     monkeypatch.setattr("softsoil.estimator.verdict.drive_windows", none)
     monkeypatch.setattr("softsoil.refinement.drive_n.drive_windows", none)
-    (found,) = drive_n(noisy[:1], DECLARED, [CLAY], START, (bench, last), joint=False)
+    drives = FittedDrives(noisy[:1], DECLARED, [CLAY], START, bench, last, joint=False)
+    (found,) = drives.judged()
     assert (found.n, found.verdict.word) == (last.named()[bench.ground[0].name][0], "not_excited")
-    assert plain_n(noisy[:1], DECLARED, [CLAY], START, (bench, last), joint=False) == (found.n,)
+    assert drives.plain() == (found.n,)
 
 
 def test_there_is_no_n_on_hard_ground(noisy):
     road = Declaration(DECLARED.vehicle, CLAY, "hard_ground")
-    for of_drives in (drive_n, plain_n):
-        assert of_drives(noisy[:1], road, [CLAY], START, fitted(noisy[:1], road), joint=False) == ()
+    drives = FittedDrives(noisy[:1], road, [CLAY], START, *fitted(noisy[:1], road), joint=False)
+    assert drives.judged() == drives.plain() == ()
 
 
 def test_a_reason_in_the_vehicle_replaces_identified_alone(noisy):
     bench, last = fitted(noisy[:1])
-    (found,) = drive_n(noisy[:1], DECLARED, [CLAY], START, (bench, last), joint=False)
+    (found,) = FittedDrives(noisy[:1], DECLARED, [CLAY], START, bench, last, joint=False).judged()
     (strained,) = not_to_be_used([found], "it carries a load")
     assert (strained.verdict.word, strained.verdict.reason, strained.n) == ("inconsistent", "it carries a load", found.n)
     other = replace(found, verdict=replace(found.verdict, word="not_excited", reason="straight"))
