@@ -192,15 +192,16 @@ def _alone(vehicle: Vehicle, drives: Sequence[Recording], logs: Sequence[Log]) -
     """How many n that `estimate` calls identified on single drives are wrong, and of how many n; each is printed."""
     wrong, count = 0, 0
     for drive, log in zip(drives, logs, strict=True):
-        parts, strain = [], None
+        parts, change = [], None
         for method in METHODS:
             found = estimate(drive, Declaration(vehicle, log.soil).build(), method=method)
             off, said = found.n_front[-1] / log.n - 1, found.verdict
             assert said is not None, "estimate judges what it finds"
             wrong, count = wrong + (said.usable and abs(off) > N_WRONG), count + 1
             parts.append(f"{method} {100 * off:+.1f} % {said.word}")
-            strain = said.evidence and said.evidence.strain
-        parts += [] if strain is None else [f"strain {strain:.1f}"]
+            change = said.evidence.change if said.evidence else None
+        if change is not None:
+            parts.append(f"strain {change.strain:.1f}, load {100 * change.load:+.0f} ± {100 * change.load_std:.0f} % of its mass")
         print(f"    {drive.name} alone: {', '.join(parts)}", flush=True)
     return wrong, count
 

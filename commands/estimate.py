@@ -99,7 +99,9 @@ def _windows(found: TerrainEstimate) -> dict | None:
     if evidence is None:
         return None
     inertia = {"share": 1.0 + evidence.inertia, "std": evidence.inertia_std}
-    return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia, "strain": evidence.strain}
+    change = evidence.change
+    load = change and {"share": change.load, "std": change.load_std}
+    return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia, "strain": change and change.strain, "load": load}
 
 
 NEXT = {

@@ -16,7 +16,7 @@ from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_guess, standing
 from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, exponents
-from softsoil.estimator.strain import vehicle_strain
+from softsoil.estimator.strain import VehicleChange, vehicle_change
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.windows.free_windows import FreeWindows
 from softsoil.windows.window_fit import reduce_windows
@@ -40,8 +40,8 @@ class Evidence:
     cost more, of each run that does not stand; n_axles, axles_std (2,): n of the front and of the rear axle, fitted separately;
     unexplained, unexplained_std: mean square that the model leaves of each lateral channel beyond sensor noise, as a share of
     the channel's own variance, and its standard error; inertia, inertia_std: share by which the drive would have the yaw inertia
-    larger than declared, and its standard deviation; strain: of the vehicle's numbers, 1 expected, None where its file states no
-    joint error; parts (2,), parts_sigmas: n of an earlier and of the later part of the
+    larger than declared, and its standard deviation; change: of the vehicle against its file, None where that states no joint
+    error; parts (2,), parts_sigmas: n of an earlier and of the later part of the
     present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific force
     u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s).
     """
@@ -56,7 +56,7 @@ class Evidence:
     unexplained_std: dict[str, float]
     inertia: float
     inertia_std: float
-    strain: float | None
+    change: VehicleChange | None
     parts: Array
     parts_sigmas: float
     motion: float
@@ -83,7 +83,7 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
     return Evidence(
         n, std, information, np.array([run.horizon.n for run in runs]), axles, axles_std, unexplained, unexplained_std,
-        *inertia_error(windows, first), vehicle_strain(windows, first),
+        *inertia_error(windows, first), vehicle_change(windows, first),
         *parts_of(first.summary, first.since, first.share, last),
         float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows), runs[0].guess,
         tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),

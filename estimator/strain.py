@@ -1,50 +1,82 @@
 """Whether a drive is one of the vehicle that was identified: one Gauss-Newton step of n and its numbers from its windows.
 
 Only where the vehicle's file states the joint error of its numbers. A load, lower tyres or a bent link move them together; n
-takes that up, and neither the windows' residual nor a filter's innovations need to show it.
+takes that up, and neither the windows' residual nor a filter's innovations need to show it. A load is what changes from one
+drive to the next and what n takes up most, while the numbers hardly move where sensors are noisy: it is looked for by itself.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.moving_horizon import MovingHorizon
+from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.tuning import Tuning
 from softsoil.windows.free_starts import JointPrior, joint_prior
 from softsoil.windows.free_windows import FreeWindows, Linear
+from softsoil.windows.own_numbers import load_of
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import marginal, strain
 from softsoil.windows.window_fit import reduce_windows
 
 Array = NDArray[np.float64]
 
+MOST = 1.0
+"""Share of its mass by which a vehicle is heavier or lighter at most, as a standard deviation."""
 
-def vehicle_strain(windows: FreeWindows, horizon: MovingHorizon) -> float | None:
-    """Strain of the vehicle's numbers (`softsoil.windows.strain`) by the windows of one drive; None without a joint error.
 
-    windows: of the drive; horizon: run to its end.
+@dataclass(frozen=True)
+class VehicleChange:
+    """How a drive would have the vehicle other than its file: strain of its numbers (`softsoil.windows.strain`); load, load_std:
+    share of its mass by which it is heavier than declared, the numbers free within their joint error, and the standard deviation.
+    """
+
+    strain: float
+    load: float
+    load_std: float
+
+
+def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChange | None:
+    """What the windows of one drive say of the vehicle; None where its file states no joint error.
+
+    windows: of the drive (`drive_windows`); horizon: run to its end.
     """
     prior = known_numbers(windows)
     if prior is None:
         return None
+    vehicle = windows.compiled.model.geometry
+    mass, name = vehicle.mass, load_of(vehicle).parameters[0].name
+    scale = np.linalg.norm(np.linalg.pinv(prior.root), axis=1)  # standard deviation of each number
+    numbers = [Free(name, (name,), std / 2, -np.inf, np.inf) for name, std in zip(prior.names, scale, strict=True)]
+    load = Free(name, (name,), 0.1 * mass, -np.inf, np.inf)
+    hessian, gradient = _normal_equations(windows, horizon, [*horizon.free, *numbers, load])
+    kept = np.arange(len(horizon.free), len(hessian) - 1)
+    whole = hessian.copy()
+    whole[np.ix_(kept, kept)] += prior.root.T @ prior.root
+    whole[-1, -1] += (MOST * mass) ** -2
+    step = -np.linalg.lstsq(whole[:-1, :-1], gradient[:-1], rcond=None)[0]
+    strained = strain(prior.root @ step[kept], marginal(hessian[:-1, :-1], kept), prior.root)
+    unit = np.sqrt(np.maximum(np.diag(whole), LEAST_CURVATURE))
+    inverse = np.linalg.pinv(whole / np.outer(unit, unit), hermitian=True)[-1] / (unit * unit[-1])
+    return VehicleChange(strained, float(-inverse @ gradient) / mass, float(np.sqrt(inverse[-1])) / mass)
+
+
+def _normal_equations(windows: FreeWindows, horizon: MovingHorizon, free: Sequence[Free]) -> tuple[Array, Array]:
+    """Hessian (K, K) and gradient (K,) of what is `free` at the horizon's estimate, by the windows of the present soil."""
     last = len(windows.rows) - 1
     which = np.arange(horizon.since, last + 1)
     x0, p = np.array(horizon.summary.states)[which], horizon.parameters(horizon.n)
-    scale = np.linalg.norm(np.linalg.pinv(prior.root), axis=1)  # standard deviation of each number
-    numbers = [Free(name, (name,), std / 2, -np.inf, np.inf) for name, std in zip(prior.names, scale, strict=True)]
-    linear = windows.linearise(p, x0, [*horizon.free, *numbers], which)
+    linear = windows.linearise(p, x0, free, which)
     sound = np.isfinite(linear.by_free).all(axis=(1, 2))
     lighter = np.tile(_of_good_sensors(windows.sigma, np.array(horizon.rules.model_error)), windows.steps + 1)
     parts = (linear.residual * lighter, linear.by_state * lighter[:, None], linear.by_free * lighter[:, None])
     reduced = reduce_windows(Linear(*(part[sound] for part in parts)))
     weight = horizon.weight(last)[which][sound]
-    hessian, gradient = np.einsum("w,wkl->kl", weight, reduced.hessian), np.einsum("w,wk->k", weight, reduced.gradient)
-    kept = np.arange(len(horizon.free), len(hessian))
-    whole = hessian.copy()
-    whole[np.ix_(kept, kept)] += prior.root.T @ prior.root
-    step = -np.linalg.lstsq(whole, gradient, rcond=None)[0]
-    return strain(prior.root @ step[kept], marginal(hessian, kept), prior.root)
+    return np.einsum("w,wkl->kl", weight, reduced.hessian), np.einsum("w,wk->k", weight, reduced.gradient)
 
 
 def _of_good_sensors(sigma: Array, model_error: Array) -> Array:

@@ -39,7 +39,8 @@ class VerdictRules:
     unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right model leaves at most;
     unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia, inertia_sigmas: share by which the
     drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; strain: of the numbers of
-    an identified vehicle, from which it has changed; parts, parts_sigmas:
+    an identified vehicle, from which it has changed; load, load_sigmas: share of its mass by which it is heavier or lighter than
+    declared, and in standard deviations, from which it has; parts, parts_sigmas:
     the same of n in the earlier and the later part of the drive, over n; least_motion: root mean square lateral specific
     force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
     fits better than soil, by `road_sigmas` standard errors, was on hard ground.
@@ -55,6 +56,8 @@ class VerdictRules:
     inertia: float = 0.12
     inertia_sigmas: float = 3.0
     strain: float = 3.5
+    load: float = 0.08
+    load_sigmas: float = 2.5
     parts: float = PARTS
     parts_sigmas: float = PARTS_SIGMAS
     least_motion: float = 0.2
@@ -181,12 +184,22 @@ def _as_heavy_to_turn(e: Evidence, n: Array, others: Sequence[float], rules: Ver
 
 
 def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
-    if e.motion < rules.least_motion or e.strain is None or e.strain <= rules.strain:
+    change = e.change
+    if e.motion < rules.least_motion or change is None:
+        return None
+    strained = change.strain > rules.strain
+    said = (
+        "the drive asks for other numbers of the vehicle than its file states, beyond their joint error (strain "
+        f"{change.strain:.1f}, 1 expected, {rules.strain:g} at most)"
+    )
+    if abs(change.load) > max(rules.load, rules.load_sigmas * change.load_std):
+        size, std = 100 * abs(change.load), max(100 * change.load_std, 1.0)
+        heavier = f"a vehicle {size:.0f} ± {std:.0f} % {'heavier' if change.load > 0 else 'lighter'} than declared"
+        said = f"{said}, or is that of {heavier}" if strained else f"the drive is that of {heavier}"
+    elif not strained:
         return None
     return "inconsistent", (
-        "the drive asks for other numbers of the vehicle than its file states, beyond their joint error (strain "
-        f"{e.strain:.1f}, 1 expected, {rules.strain:g} at most): something of the vehicle has changed, as by a load, which two "
-        "drives of different manoeuvres show best"
+        f"{said}: something of the vehicle has changed, as by a load, which two drives of different manoeuvres show best"
     )
 
 

@@ -29,6 +29,7 @@ from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.own_numbers import adds_mass
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import marginal, strain
 from softsoil.windows.window_fit import WindowFit, fit_windows, window_costs
@@ -153,11 +154,6 @@ class JointFit:
         absent[:, [bench.model.p.index(name) for name in self.model.p.names]] = fit.p
         last = Fit(fit.free, fit.value, wider * fit.std, absent, fit.cost, fit.at_bound)
         return replace(bench, absent=absent, accepted=_own(fit.free, effects), loose=self.numbers), last
-
-
-def adds_mass(effect: Effect) -> bool:
-    """Whether an effect makes the vehicle heavier."""
-    return "vehicle" in effect.corrections and "mass" in effect.corrections["vehicle"].adds
 
 
 def stated_error(declaration: Declaration, bench: Bench) -> JointError | None:

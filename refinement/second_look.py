@@ -14,11 +14,12 @@ from dataclasses import dataclass, replace
 from softsoil.declaration.model_file import Declaration
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
-from softsoil.refinement.joint_fit import Fits, JointFit, adds_mass, stated_error
+from softsoil.refinement.joint_fit import Fits, JointFit, stated_error
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, least_sigmas, size, strength
 from softsoil.refinement.trace import Bench, Candidate, everything, settled
 from softsoil.symbolic.effect import Effect
+from softsoil.windows.own_numbers import adds_mass
 from softsoil.windows.window_fit import WindowFit
 
 FitOf = Callable[[Sequence[str]], JointFit]

@@ -1,4 +1,4 @@
-"""Numbers of a vehicle as parameters of its model, so that windows can move them."""
+"""Numbers of a vehicle, and a load, as parameters of its model, so that windows can move them."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from softsoil.symbolic.bicycle import vehicle_quantities
+from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.effect import Effect, add_effect
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout, Signal
-from softsoil.symbolic.vehicle import NUMBERS
+from softsoil.symbolic.vehicle import NUMBERS, Vehicle
 
 MODELLED = {number.name: number for number in NUMBERS if number.modelled}
 """Numbers that a model reads, by name."""
@@ -29,3 +31,25 @@ def with_own_numbers(model: Model, names: Sequence[str]) -> Model:
         for s in model.stages
     )  # fmt: skip
     return replace(model, p=model.p + layout, stages=stages)
+
+
+def with_load(model: Model) -> Model:
+    """The bicycle `model` with the mass of a load as a parameter: of the declared one, or of none at its typical place.
+
+    What the model says does not change.
+    """
+    effect = load_of(model.geometry)
+    if effect.name in model.effects:
+        return model
+    mass = effect.parameters[0]
+    return add_effect(model, effect, {**effect.typical, mass.name: mass.nominal})
+
+
+def load_of(vehicle: Vehicle) -> Effect:
+    """The effect of a load on a vehicle, which leads with its mass (kg)."""
+    return next(effect for effect in catalogue(vehicle).values() if adds_mass(effect))
+
+
+def adds_mass(effect: Effect) -> bool:
+    """Whether an effect makes the vehicle heavier."""
+    return "vehicle" in effect.corrections and "mass" in effect.corrections["vehicle"].adds

@@ -112,8 +112,8 @@ def judge_drive(
         built = Declaration(numbers, soil.with_(n=best)).build()
         mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
     before, expected = (float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2])
-    strain = evidence[horizon_guesses[-1]].strain
-    return Judgement(tuple(estimates), ((before, expected),), () if strain is None else (strain,))
+    change = evidence[horizon_guesses[-1]].change
+    return Judgement(tuple(estimates), ((before, expected),), () if change is None else (change.strain,))
 
 
 def words(part: Judgement) -> str:

@@ -15,7 +15,7 @@
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
 #define LONGEST_WINDOW 105 /* samples */
-#define MAGIC 0x7dac90b6u
+#define MAGIC 0xc9eb0a07u
 
 typedef softsoil_horizon_window_t window_t;
 

@@ -7,7 +7,7 @@ from drives import reference_vehicle
 from softsoil.estimator.estimate import estimate
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
-from softsoil.estimator.strain import vehicle_strain
+from softsoil.estimator.strain import vehicle_change
 from softsoil.estimator.tuning import Tuning
 from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
@@ -19,6 +19,7 @@ from softsoil.symbolic.soil import CLAY
 N = 0.6
 NUMBERS, STD = ("yaw_inertia", "toe_rear"), np.array([30.0, 0.004])
 ERROR = joint_error_of(NUMBERS, np.outer(STD, STD) * [[1.0, 0.3], [0.3, 1.0]])
+WIDE = joint_error_of(NUMBERS, np.diag([100.0, 0.004]) ** 2)
 LOAD = {"payload": {"payload_mass": 400.0, "payload_x": 2.3}}
 
 
@@ -40,14 +41,37 @@ def loaded():
 @pytest.mark.parametrize("noise", ["good", "table5"])
 def test_the_vehicle_itself_is_not_strained(noise):
     found = estimate(drive({}, noise), bicycle(vehicle(), CLAY), method="horizon")
-    assert found.verdict.word == "identified" and 0.0 < found.verdict.evidence.strain < 3.0
+    change = found.verdict.evidence.change
+    assert found.verdict.word == "identified" and 0.0 < change.strain < 3.0
+    assert abs(change.load) < 3.0 * change.load_std < 0.2
     assert found.n_front[-1] == pytest.approx(N, rel=0.05)
 
 
 def test_a_load_strains_its_numbers(loaded):
     found = estimate(loaded, bicycle(vehicle(), CLAY), method="horizon")
-    assert found.verdict.word == "inconsistent" and "strain" in found.verdict.reason
-    assert found.verdict.evidence.strain > 3.5
+    assert found.verdict.word == "inconsistent" and "strain" in found.verdict.reason and "heavier" in found.verdict.reason
+    change = found.verdict.evidence.change
+    assert change.strain > 3.5
+    assert change.load == pytest.approx(LOAD["payload"]["payload_mass"] / vehicle().mass, abs=3.0 * change.load_std)
+
+
+def test_noisy_sensors_show_a_load_where_the_numbers_hardly_move():
+    found = estimate(drive(LOAD, "table5"), bicycle(vehicle(WIDE), CLAY), method="horizon")
+    change = found.verdict.evidence.change
+    assert found.verdict.word == "inconsistent" and "the drive is that of a vehicle" in found.verdict.reason
+    assert change.strain < 3.5 and change.load > 2.5 * change.load_std
+
+
+def test_what_was_identified_with_a_load_is_lighter_without():
+    found = estimate(drive({}, "good"), bicycle(vehicle().with_(effects=LOAD), CLAY), method="horizon")
+    assert found.verdict.word == "inconsistent" and "lighter than declared" in found.verdict.reason
+
+
+def test_a_drive_that_does_not_turn_says_nothing_of_a_load():
+    model = bicycle(vehicle(), CLAY.with_(n=N))
+    straight = synthetic_drive(model, vehicle().radius, seconds=12.0, speed=4.0, steer=np.zeros(1001))
+    change = estimate(add_noise(straight, "good", 2), bicycle(vehicle(), CLAY), method="horizon").verdict.evidence.change
+    assert change.load_std > 0.3 and abs(change.load) < change.load_std
 
 
 def test_a_log_without_noise_weighs_no_more_than_one_of_good_sensors(monkeypatch):
@@ -55,17 +79,18 @@ def test_a_log_without_noise_weighs_no_more_than_one_of_good_sensors(monkeypatch
     heavier = vehicle().with_(yaw_inertia=vehicle().yaw_inertia + 2.0 * STD[0])
     windows = drive_windows(drive({}, "none"), bicycle(heavier, CLAY), 1.0, HorizonRules())
     horizon = run_horizon(windows, N, True, HorizonRules())
-    weighed = vehicle_strain(windows, horizon)
+    weighed = vehicle_change(windows, horizon).strain
     assert 0.0 < weighed < 3.5
     monkeypatch.setattr("softsoil.estimator.strain.Tuning", lambda: Tuning(sensor_floor=(1e-4,) * 6))
-    assert vehicle_strain(windows, horizon) > 1.1 * weighed
+    assert vehicle_change(windows, horizon).strain > 1.1 * weighed
 
 
 def test_a_declared_load_does_not(loaded):
     found = estimate(loaded, bicycle(vehicle().with_(effects=LOAD), CLAY), method="horizon")
-    assert found.verdict.word == "identified" and found.verdict.evidence.strain < 3.0
+    change = found.verdict.evidence.change
+    assert found.verdict.word == "identified" and change.strain < 3.0 and abs(change.load) < 3.0 * change.load_std
 
 
 def test_without_a_joint_error_nothing_is_said_of_it(loaded):
     found = estimate(loaded, bicycle(vehicle(None), CLAY), method="horizon")
-    assert found.verdict.evidence.strain is None and "strain" not in found.verdict.reason
+    assert found.verdict.evidence.change is None and "strain" not in found.verdict.reason

@@ -14,6 +14,7 @@ from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, estimate_horizon
 from softsoil.estimator.soil_map import ON_THE_WAY
+from softsoil.estimator.strain import VehicleChange
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
 from softsoil.estimator.verdict import WORDS, Verdict, decide
 from softsoil.mpc_demo.synthetic import synthetic_drive
@@ -149,7 +150,7 @@ def test_an_unknown_method_is_refused(noisy):
 EVIDENCE = Evidence(
     n=np.array([0.5]), std=np.array([0.02]), information_std=np.array([0.01]), by_guess=np.array([[0.5], [0.49], [0.51]]),
     n_axles=np.array([0.5, 0.5]), axles_std=np.array([0.01, 0.01]), unexplained={"v": 0.0, "omega_z": 1e-4},
-    unexplained_std={"v": 0.01, "omega_z": 1e-5}, inertia=0.05, inertia_std=0.01, strain=None,
+    unexplained_std={"v": 0.01, "omega_z": 1e-5}, inertia=0.05, inertia_std=0.01, change=None,
     parts=np.array([0.48, 0.51]), parts_sigmas=1.0, motion=2.0, windows=30, guess=0.7,
 )  # fmt: skip
 
@@ -169,9 +170,13 @@ EVIDENCE = Evidence(
         ({"n_axles": np.array([0.4, 0.6])}, 0.5, (), "axles_disagree"),
         ({"inertia": -0.2}, 0.5, (), "inconsistent"),
         ({"inertia": -0.2, "inertia_std": 0.1}, 0.5, (), "identified"),
-        ({"strain": 4.0}, 0.5, (), "inconsistent"),
-        ({"strain": 3.0}, 0.5, (), "identified"),
-        ({"strain": 4.0, "motion": 0.1}, 0.5, (), "not_excited"),
+        ({"change": VehicleChange(4.0, 0.0, 0.05)}, 0.5, (), "inconsistent"),
+        ({"change": VehicleChange(3.0, 0.0, 0.05)}, 0.5, (), "identified"),
+        ({"change": VehicleChange(4.0, 0.3, 0.05), "motion": 0.1}, 0.5, (), "not_excited"),
+        ({"change": VehicleChange(1.0, 0.2, 0.05)}, 0.5, (), "inconsistent"),
+        ({"change": VehicleChange(1.0, -0.2, 0.05)}, 0.5, (), "inconsistent"),
+        ({"change": VehicleChange(1.0, 0.2, 0.08)}, 0.5, (), "identified"),
+        ({"change": VehicleChange(1.0, 0.07, 0.01)}, 0.5, (), "identified"),
         ({"parts": np.array([0.42, 0.52]), "parts_sigmas": 3.2}, 0.5, (), "inconsistent"),
         ({"parts": np.array([0.42, 0.52]), "parts_sigmas": 1.5}, 0.5, (), "identified"),
     ],

@@ -1,4 +1,4 @@
-"""Numbers of a vehicle as parameters: the same model at their declared values, another vehicle's at others."""
+"""Numbers of a vehicle, and a load, as parameters: the same model at their declared values, another vehicle's at others."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from drives import reference_vehicle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
-from softsoil.windows.own_numbers import with_own_numbers
+from softsoil.windows.own_numbers import load_of, with_load, with_own_numbers
 
 NAMES = ("yaw_inertia", "track_rear", "kappa", "n_f", "no_such_number")
 
@@ -32,3 +32,16 @@ def test_another_value_is_another_vehicle(name, value):
     free = rates(with_own_numbers(bicycle(vehicle, CLAY), NAMES), **{name: value})
     assert free == pytest.approx(rates(bicycle(vehicle.with_(**{name: value}), CLAY)), rel=1e-12)
     assert not np.allclose(free, rates(bicycle(vehicle, CLAY)))
+
+
+def test_no_load_changes_nothing_and_another_is_the_declared_effect():
+    vehicle = reference_vehicle()
+    load = load_of(vehicle)
+    mass, place = load.parameters.names
+    free = with_load(with_own_numbers(bicycle(vehicle, CLAY), NAMES))
+    assert rates(free) == pytest.approx(rates(bicycle(vehicle, CLAY)), rel=1e-12)
+    declared = {load.name: {mass: 200.0, place: free.p[place].nominal}}
+    loaded = bicycle(vehicle.with_(effects={**vehicle.effects, **declared}), CLAY)
+    assert rates(free, **{mass: 200.0}) == pytest.approx(rates(loaded), rel=1e-12)
+    assert not np.allclose(rates(loaded), rates(free))
+    assert with_load(loaded) is loaded
