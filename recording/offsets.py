@@ -33,6 +33,9 @@ UNMODELLED = {"u": 0.15, "psi": 0.003, "position": 0.005, "wheels": 0.01}
 """What may be in a comparison for a second at a time: m/s^2 of an accelerometer that pitches and shakes, rad/s of the others."""
 ALIKE = {"wheels": 0.2, "u": 0.1}
 """Share of what is explained by which two offsets must differ not to fit alike, 0.02 where a group is not named."""
+LEFT_ALIKE = 0.25
+"""Share of what is left by which they must: full-lock drives repeat themselves, and with one clock an offset of one period leaves
+0.88 to 0.90 of what none leaves (2 of 50 drives of ten drawn vehicles)."""
 LEAD = {"wheels": -0.15, "steer": -0.01}
 """s: by how much a channel leads what it is compared with on one clock: inner and outer wheels slip differently, and their
 difference lags the yaw rate by -0.1 to 0.4 s (58 drives of three vehicles); the steering lags the force balance by 0.007 to
@@ -245,7 +248,7 @@ def best_offset(
     if not 1.0 - left.min() >= LEAST_R2.get(group, 0.5):
         return None
     # A repeated manoeuvre fits again a period later: of offsets that fit alike, the smallest.
-    level = left.min() + ALIKE.get(group, 0.02) * (1.0 - left.min())
+    level = left.min() + max(ALIKE.get(group, 0.02) * (1.0 - left.min()), LEFT_ALIKE * left.min())
     valleys = [i for i in range(len(left)) if left[i] <= level and left[i] == left[max(i - 5, 0) : i + 6].min()]
     best = min(valleys, key=lambda i: abs(lags[i]))
     away = 0.0

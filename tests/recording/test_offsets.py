@@ -7,7 +7,7 @@ import pytest
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.recording.noise import add_noise
-from softsoil.recording.offsets import time_offsets
+from softsoil.recording.offsets import best_offset, time_offsets
 from softsoil.recording.read import read_drive
 
 NAMES = ("u", "v", "omega_z", "steer", "a_x_imu", "a_y_imu")
@@ -35,3 +35,15 @@ def test_outliers_of_a_speed_make_no_offset():
     u[::400] += 3.0
     found = {offset.group: offset for offset in time_offsets(drive.with_channels(u=u), reference_vehicle())}
     assert found["u"].late_s == pytest.approx(0.0, abs=0.03) and found["u"].before > 0.99
+
+
+def test_a_manoeuvre_that_repeats_itself_is_not_shifted_by_a_period():
+    """A period away less of a gust lies inside what is compared: that leaves a little less, but not clearly less."""
+    dt, period = 0.02, 1.5
+    t = dt * np.arange(601)
+    wave = np.sin(2 * np.pi * t / period)
+    gust = np.random.default_rng(2).normal(size=len(t)) * np.where((t > 2.0) & (t < 2.0 + period), 0.65, 0.5)
+    found = best_offset("position", "heading", wave + gust, np.zeros_like(t), [wave], dt)
+    assert found is not None and found.late_s == pytest.approx(0.0, abs=0.03)
+    late = best_offset("position", "heading", np.roll(wave + gust, round(0.2 / dt)), np.zeros_like(t), [wave], dt)
+    assert late is not None and late.late_s == pytest.approx(0.2, abs=0.03)
