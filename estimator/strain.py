@@ -32,7 +32,8 @@ MOST = 1.0
 @dataclass(frozen=True)
 class VehicleChange:
     """How a drive would have the vehicle other than its file: strain of its numbers (`softsoil.windows.strain`); load, load_std:
-    share of its mass by which it is heavier than declared, the numbers free within their joint error, and the standard deviation.
+    share of its mass by which it is heavier than declared, the numbers free within their joint error, and the standard deviation
+    with that of a declared load.
     """
 
     strain: float
@@ -62,7 +63,8 @@ def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChang
     strained = strain(prior.root @ step[kept], marginal(hessian[:-1, :-1], kept), prior.root)
     unit = np.sqrt(np.maximum(np.diag(whole), LEAST_CURVATURE))
     inverse = np.linalg.pinv(whole / np.outer(unit, unit), hermitian=True)[-1] / (unit * unit[-1])
-    return VehicleChange(strained, float(-inverse @ gradient) / mass, float(np.sqrt(inverse[-1])) / mass)
+    std = float(np.hypot(np.sqrt(inverse[-1]), vehicle.uncertainty.get(name, 0.0)))
+    return VehicleChange(strained, float(-inverse @ gradient) / mass, std / mass)
 
 
 def _normal_equations(windows: FreeWindows, horizon: MovingHorizon, free: Sequence[Free]) -> tuple[Array, Array]:

@@ -67,6 +67,17 @@ def test_what_was_identified_with_a_load_is_lighter_without():
     assert found.verdict.word == "inconsistent" and "lighter than declared" in found.verdict.reason
 
 
+def test_a_declared_load_is_as_uncertain_as_its_file_says(loaded):
+    less = {"payload": {**LOAD["payload"], "payload_mass": 200.0}}
+    exact, vague = (
+        estimate(loaded, bicycle(vehicle().with_(effects=less, uncertainty=known), CLAY), method="horizon").verdict
+        for known in ({}, {"payload_mass": 150.0})
+    )
+    assert "heavier" in exact.reason and "heavier" not in vague.reason
+    assert vague.evidence.change.load == exact.evidence.change.load
+    assert vague.evidence.change.load_std > 150.0 / vehicle().mass > exact.evidence.change.load_std
+
+
 def test_a_drive_that_does_not_turn_says_nothing_of_a_load():
     model = bicycle(vehicle(), CLAY.with_(n=N))
     straight = synthetic_drive(model, vehicle().radius, seconds=12.0, speed=4.0, steer=np.zeros(1001))
