@@ -138,9 +138,8 @@ def drive_windows(recording: Recording, model: Model, start: float, rules: Horiz
     drive = shooting_drive(recording, model, start, live=True)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
     known = getattr(model.geometry, "joint_error", None)
-    model = with_log_wheels(model, [recording])
     model = with_load(with_own_numbers(model, known.names)) if known else model
-    compiled = WindowModel(model, drive.dt, substeps_for(drive.dt))
+    compiled = WindowModel(with_log_wheels(model, [recording]), drive.dt, substeps_for(drive.dt))
     return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in, rules.slowest)
 
 

@@ -12,6 +12,7 @@ from softsoil.estimator.tuning import Tuning
 from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
+from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
@@ -53,6 +54,12 @@ def test_a_load_strains_its_numbers(loaded):
     change = found.verdict.evidence.change
     assert change.strain > 3.5
     assert change.load == pytest.approx(LOAD["payload"]["payload_mass"] / vehicle().mass, abs=3.0 * change.load_std)
+
+
+def test_a_load_shows_without_wheel_speeds(loaded):
+    few = loaded.with_channels(**{name: np.full(len(loaded), np.nan) for name in WHEEL_CHANNELS})
+    found = estimate(few, bicycle(vehicle(), CLAY), method="horizon")
+    assert found.verdict.word == "inconsistent" and "heavier than declared" in found.verdict.reason
 
 
 def test_noisy_sensors_show_a_load_where_the_numbers_hardly_move():
