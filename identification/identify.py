@@ -17,11 +17,11 @@ from softsoil.identification.judge import judge
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
 from softsoil.recording.derive import derived_of
-from softsoil.recording.drive import WHEEL_CHANNELS, Recording
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.geometry_check import front_axle
-from softsoil.recording.read import as_drive
+from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known, as_known
-from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, expected, vehicle_of
+from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, declared_vehicle, expected, vehicle_of
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import SIMULATOR
@@ -44,9 +44,10 @@ def identify(
 ) -> Identification:
     """The numbers of the vehicle and of its effects that predict its logs, with their standard errors, from sensor channels only.
 
-    logs: two drives or more, or their files; soils: class of all or of each, n unknown; known: what the owner has measured, as a
-    table of numbers or its file; judged: index of the log that is left out of every fit and judges; start: seconds left out at
-    the beginning of each; rules: thresholds; progress: called with the share that is done.
+    logs: two drives or more, or their files, checked and completed as by `softsoil.estimate`; soils: class of all or of each, n
+    unknown; known: what the owner has measured, as a table of numbers or its file; judged: index of the log that is left out of
+    every fit and judges; start: seconds left out at the beginning of each; rules: thresholds; progress: called with the share
+    that is done.
     Raises ValueError for fewer than two logs, logs that cannot be used or lack the speed of a wheel, or known numbers that are
     too few or out of bounds.
 
@@ -64,7 +65,8 @@ def identify(
     began = time.perf_counter()
     if len(logs) < 2:
         raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(logs)}")
-    recordings = [as_drive(log) for log in logs]
+    known = as_known(known)
+    recordings = [usable(log, declared_vehicle(known)) for log in logs]
     for recording in recordings:
         if absent := derived_of(recording, WHEEL_CHANNELS):
             raise ValueError(
@@ -74,7 +76,7 @@ def identify(
     soils = [soils] * len(logs) if isinstance(soils, Soil) else list(soils)
     if len(soils) != len(logs):
         raise ValueError(f"identify: expected one soil, or one for each of {len(logs)} logs; found {len(soils)}")
-    known = _with_steering(as_known(known), recordings)
+    known = _with_steering(known, recordings)
     bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]
     fitted = bench.only([i for i in range(len(recordings)) if i != last])
@@ -209,7 +211,9 @@ def _by_motion(bench: Bench, rules: Rules) -> tuple[list[Contradiction], tuple[s
     place = front_axle(bench.recordings)
     given, std = expected(bench.known)["l_f"]
     if place is None:
-        return [], ("l_f: the logs turn too little to say where the front axle is",)
+        lacking = [name for name in STATE_CHANNELS if not any(one.measured(name) for one in bench.recordings)]
+        why = f"do not measure {', '.join(lacking)}" if lacking else "turn too little"
+        return [], (f"l_f: the logs {why}, and do not say where the front axle is",)
     own = float(np.hypot(place.std, std))
     sigmas = abs(place.value - given) / own
     note = (

@@ -57,7 +57,8 @@ class Measured:
 
 
 def front_axle(recordings: Sequence[Recording], start: float = START) -> Measured | None:
-    """l_f by the front axle's positions against the centre of gravity's velocity; None where the drives hardly turn.
+    """l_f by the front axle's positions against the centre of gravity's velocity; None where the drives hardly turn, or do
+    not measure all six states.
 
     Least squares, positions with white noise and the integrated velocity with a random walk: both sides are filtered by
     (1 - B)/(1 - (1 - K) B), B one sample back, which makes that noise white; K^2/(1 - K) is the walk's variance per sample over
@@ -98,7 +99,10 @@ def _solve(sums: Sequence[Array]) -> tuple[float, float]:
 
 
 def _windows(log: Recording, start: float) -> Array:
-    """(W, 5, 5) normal equations of the log's stretches of WINDOW s, in the units of its positions' noise."""
+    """(W, 5, 5) normal equations of the log's stretches of WINDOW s, in the units of its positions' noise; none where a state
+    is not measured: one that is derived from the others is no evidence."""
+    if not log.measured(*STATE_CHANNELS):
+        return np.zeros((0, 5, 5))
     dt = log.dt
     size = max(round(WINDOW / dt), 8)
     std = sensor_std(log, NOISE_FLOOR)

@@ -11,6 +11,7 @@ from softsoil.identification.errors import Errors, departures, errors_of, n_cost
 from softsoil.identification.identify import by_rolling
 from softsoil.identification.result import Found
 from softsoil.identification.rules import RULES
+from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry_check import beyond_doubt, front_axle, rolling_radius
 from softsoil.recording.noise import add_noise
@@ -143,6 +144,13 @@ def test_a_drive_straight_on_says_nothing_of_the_front_axle():
     still = np.zeros(len(drive))
     straight = drive.with_channels(psi=still, y=still, v=still, x=np.cumsum(drive["u"]) * drive.dt)
     assert front_axle([straight]) is None
+
+
+@pytest.mark.parametrize("absent", [("x", "y"), ("v",), ("psi",)])
+def test_channels_that_are_derived_say_nothing_of_the_front_axle(absent):
+    drive = moving(1.4)
+    lacking = drive.with_channels(steer=np.zeros(len(drive)), **dict.fromkeys(absent, np.full(len(drive), np.nan)))
+    assert front_axle([drive]) is not None and front_axle([completed(lacking, reference_vehicle())]) is None
 
 
 def test_a_log_of_another_vehicle_is_refused_and_its_own_is_not():
