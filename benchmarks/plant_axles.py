@@ -25,6 +25,8 @@ from softsoil.refinement.vehicle_numbers import own_layout
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SAND, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.free_starts import free_windows
+from softsoil.windows.free_windows import WindowModel
 from softsoil.windows.inputs import measured_inputs
 from softsoil.windows.parameters import Free
 from softsoil.windows.shooting import shooting_drive
@@ -59,7 +61,8 @@ def larger(log: Recording, soil: Soil) -> float:
     vehicle = load_vehicle(VEHICLES / "plant.toml")
     model = bicycle(vehicle, soil, "turn_slip", None, own_layout(vehicle))
     drive, p = shooting_drive(log, model, START), model.p.nominal
-    balance = WheelBalance(BalanceModel(model, drive.dt, SUBSTEPS), drive, p, False)
+    windows = free_windows(WindowModel(model, drive.dt, SUBSTEPS), drive, log)
+    balance = WheelBalance(BalanceModel(model, drive.dt, SUBSTEPS), windows, p, False)
     i = model.p.index("radius")
     free = Free("radius", ("radius",), RADIUS_SCALE, 0.0, np.inf)
     for _ in range(2):

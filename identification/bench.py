@@ -99,7 +99,7 @@ def make_bench(
             compiled[key] = WindowModel(model, drive.dt, steps), BalanceModel(model, drive.dt, steps)
         window_model, balance_model = compiled[key]
         windows.append(free_windows(window_model, drive, recording))
-        balances.append(WheelBalance(balance_model, drive, p[i], all_open(recording, vehicle), FASTEST))
+        balances.append(WheelBalance(balance_model, windows[-1], p[i], all_open(recording, vehicle), FASTEST))
         progress((i + 1) / len(drives))
     return Bench(
         known, vehicle, model, tuple(r.name for r in recordings), tuple(recordings), tuple(soils), tuple(drives),

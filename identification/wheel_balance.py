@@ -1,8 +1,9 @@
 """Measured wheel speeds as observations of a vehicle's geometry: what drives the wheels must balance.
 
-Along the recorded states the force law gives each wheel's force and torque from its measured speed. Three balances hold whatever
-the soil: longitudinally, sum F_x/M is what an accelerometer reads, which pins the radius; and an open differential drives both
-wheels of an axle alike, (m_y,left - m_y,right)/(r F_z) = 0, which pins the tracks and, while steering, the scrub.
+Along the states that windows with free starts have estimated so far, the force law gives each wheel's force and torque from its
+measured speed. Three balances hold whatever the soil: longitudinally, sum F_x/M is what an accelerometer reads, which pins the
+radius; and an open differential drives both wheels of an axle alike, (m_y,left - m_y,right)/(r F_z) = 0, which pins the tracks
+and, while steering, the scrub.
 """
 
 from __future__ import annotations
@@ -17,9 +18,8 @@ from softsoil.codegen.discretize import read_memory, start_memory, step_with_mem
 from softsoil.codegen.step_loop import StepLoop
 from softsoil.symbolic.bicycle import body_force
 from softsoil.symbolic.model import Model, Quantities
-from softsoil.windows.free_windows import FREE_STEP, Linear
+from softsoil.windows.free_windows import FREE_STEP, FreeWindows, Linear
 from softsoil.windows.parameters import Free
-from softsoil.windows.shooting import Drive
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,6 @@ class BalanceModel:
         after = step_with_memory(model, dt, substeps=substeps)(x, m, u, p)
         self.loop = StepLoop(ca.Function("balance_step", [x, m, u, p], ca.cse([*after, values])))
         self.start = start_memory(model)
-        self.extra = model.x.nominal[6:]
 
 
 def _balances(q: Quantities) -> Quantities:
@@ -66,12 +65,14 @@ def _balances(q: Quantities) -> Quantities:
 class WheelBalance:
     """The balances of one drive, averaged over AVERAGED s, in clusters of CLUSTER s.
 
-    compiled; drive: on an even clock; p (n_p,): parameters at which the noise of the balances is taken; open_axles: whether both
-    axle differentials are seen to be open; fastest: steering rate (rad/s) beyond which nothing counts.
+    compiled; windows: of the drive, whose states it follows: noise of recorded ones goes into the size of slips, and n comes out
+    too low; p (n_p,): parameters at which the noise of the balances is taken, along the recorded states; open_axles: whether
+    both axle differentials are seen to be open; fastest: steering rate (rad/s) beyond which nothing counts.
     """
 
-    def __init__(self, compiled: BalanceModel, drive: Drive, p: Array, open_axles: bool, fastest: float = np.inf) -> None:
-        self._compiled, self._drive = compiled, drive
+    def __init__(self, compiled: BalanceModel, windows: FreeWindows, p: Array, open_axles: bool, fastest: float = np.inf) -> None:
+        drive = windows.drive
+        self._compiled, self._windows, self._drive = compiled, windows, drive
         self._size = max(round(AVERAGED / drive.dt), 1)
         self._per = max(round(CLUSTER / AVERAGED), 1)
         length = self._size * self._per
@@ -112,9 +113,9 @@ class WheelBalance:
         return np.nan_to_num(means / self._sigma).reshape(len(series), len(self._rows), -1)
 
     def _series(self, p: Array) -> Array:
-        """(K, N, 3) balances along the recorded states for parameters p (K, n_p)."""
+        """(K, N, 3) balances along the states as estimated so far for parameters p (K, n_p)."""
         drive, compiled = self._drive, self._compiled
-        states = np.column_stack([drive.smooth, np.tile(compiled.extra, (len(drive.t), 1))])
+        states = self._windows.along(np.arange(len(drive.t)))
         m0 = np.array([compiled.start(states[0], drive.inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
         rows = np.array([0], dtype=int)
         return compiled.loop.along(np.tile(states, (len(p), 1, 1)), m0, drive.inputs, p, rows)[0]

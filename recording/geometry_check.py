@@ -118,6 +118,9 @@ def _windows(log: Recording, start: float) -> Array:
         if last - first >= size:
             columns = _columns({name: log[name][first:last] for name in STATE_CHANNELS}, dt)
             white = lfilter([1.0, -1.0], [1.0, gain - 1.0], columns - columns[..., :1]) / place
+            # Where a stretch begins is unknown: what that is after the filter decays with its memory, and is taken out.
+            start_of = (1.0 - gain) ** np.arange(last - first)
+            white = white - (white @ start_of)[..., None] * start_of / (start_of @ start_of)
             parts = (white[..., row : row + size].reshape(len(white), -1) for row in range(0, last - first - size + 1, size))
             found += [part @ part.T for part in parts]
     return np.array(found)

@@ -63,6 +63,18 @@ def test_numbers_are_recovered_from_drives_of_the_model_itself():
 
 
 @pytest.mark.slow
+def test_balances_follow_the_states_of_the_windows():
+    """The noise of recorded speeds is slip that is not there."""
+    clean = drive_of(TRUE, "multi", 0.65)
+    exact, noisy = (make_bench([one], [CLAY], KNOWN, 2.0) for one in (clean, add_noise(clean, "table5", 3)))
+    p = exact.parameters(TRUE, [0.65])[0]
+    wanted, recorded = exact.balances[0].residual(p), noisy.balances[0].residual(p)
+    noisy.windows[0].follow(p, exact.windows[0].first)
+    followed = noisy.balances[0].residual(p)
+    assert np.abs(followed - wanted).mean() < 0.2 * np.abs(recorded - wanted).mean()
+
+
+@pytest.mark.slow
 def test_logs_driven_straight_on_say_so_and_ask_for_a_manoeuvre():
     drives = [drive_of({}, "straight", n, seed, 12.0) for seed, n in enumerate((0.5, 0.6))]
     found = identify(drives, [CLAY] * 2, KNOWN)
