@@ -1,9 +1,9 @@
 """`softsoil identify` judged blindly on vehicles of the plant drawn by seed, from what an owner with scale and tape says of them.
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
-    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good]
+    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
-measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good", on soils and n drawn by the seed,
+measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good" (--fit-noise), on soils and n drawn by the seed,
 beside one that the identification leaves out. Judged, on three other drives on other n with Table-5 noise: n by windows and
 by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the plant's bodies; with
 --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on drives without one,
@@ -74,6 +74,7 @@ def main() -> None:
     parser.add_argument("--logs", default="multi,lock", help="manoeuvres of the drives traced together")
     parser.add_argument("--switches", default="", help="effects that are met, or \"nothing\"; default all")
     parser.add_argument("--noise", default="good", help="of the drives with an effect and of those without one")
+    parser.add_argument("--fit-noise", default="good", help="of the logs that the vehicle is identified from")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
@@ -84,7 +85,7 @@ def main() -> None:
     for seed in range(asked.first, asked.first + asked.seeds):
         case, file = case_of(seed), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
-        vehicle = load_vehicle(file) if asked.again else identified(case, file)
+        vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise)
         off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
         inertias.append(off)
         joint = vehicle.joint_error
@@ -124,11 +125,11 @@ def _words(case: Case) -> str:
     )
 
 
-def identified(case: Case, file: Path) -> Vehicle:
-    """What `identify` makes of a case's logs, written to a file; n of the logs is printed."""
+def identified(case: Case, file: Path, noise: str = "good") -> Vehicle:
+    """What `identify` makes of a case's logs by sensors with a `noise`, written to a file; n of the logs is printed."""
     began = time.perf_counter()
     logs = [log_of(case, kind, number) for number, kind in enumerate(FIT)]
-    drives = [add_noise(log.drive, "good", 100 * case.seed + i) for i, log in enumerate(logs)]
+    drives = [add_noise(log.drive, noise, 100 * case.seed + i) for i, log in enumerate(logs)]
     found = identify(drives, [log.soil for log in logs], case.known)
     file.write_text(vehicle_toml(found), encoding="utf-8")
     errors = ", ".join(f"{100 * (found.n[log.drive.name][0] / log.n - 1):+.1f}" for log in logs)
