@@ -3,9 +3,9 @@
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
     [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
-measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good" (--fit-noise), on soils and n drawn by the seed,
-beside one that the identification leaves out. Judged, on three other drives on other n with Table-5 noise: n by windows and
-by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the plant's bodies; with
+measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good" or --fit-noise, on soils and n drawn by
+the seed, beside one that the identification leaves out. Judged, on three other drives on other n with Table-5 noise: n by windows
+and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the plant's bodies; with
 --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on drives without one,
 and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of --logs, traced in one
 call, each on a soil of its own; and what `estimate` says of n on each of these drives alone. True values are read to judge only.
