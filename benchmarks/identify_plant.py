@@ -1,14 +1,15 @@
 """`softsoil identify` judged blindly on vehicles of the plant drawn by seed, from what an owner with scale and tape says of them.
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
-    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
+    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good] [--absent v]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
-measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good" or --fit-noise, on soils and n drawn by
-the seed, beside one that the identification leaves out. Judged, on three other drives on other n with Table-5 noise: n by windows
-and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the plant's bodies; with
---effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on drives without one,
-and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of --logs, traced in one
-call, each on a soil of its own; and what `estimate` says of n on each of these drives alone. True values are read to judge only.
+measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good" or --fit-noise, less --absent, on soils
+and n drawn by the seed, beside one that the identification leaves out. Judged, on three other drives on other n with Table-5
+noise: n by windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the
+plant's bodies; with --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on
+drives without one, and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of --logs,
+traced in one call, each on a soil of its own; and what `estimate` says of n on each of these drives alone. True values are read to
+judge only.
 Looked at were seeds 0 to 2 while this command was made; 100, 101 and 104 while the rules of contradiction were; 100 to 102
 while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 118 while the strain
 of the numbers was; the others were not.
@@ -19,7 +20,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,7 @@ def main() -> None:
     parser.add_argument("--switches", default="", help="effects that are met, or \"nothing\"; default all")
     parser.add_argument("--noise", default="good", help="of the drives with an effect and of those without one")
     parser.add_argument("--fit-noise", default="good", help="of the logs that the vehicle is identified from")
+    parser.add_argument("--absent", default="", help="channels that those logs lack, as v,x,y,psi")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
@@ -85,7 +87,7 @@ def main() -> None:
     for seed in range(asked.first, asked.first + asked.seeds):
         case, file = case_of(seed), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
-        vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise)
+        vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent)
         off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
         inertias.append(off)
         joint = vehicle.joint_error
@@ -125,11 +127,13 @@ def _words(case: Case) -> str:
     )
 
 
-def identified(case: Case, file: Path, noise: str = "good") -> Vehicle:
-    """What `identify` makes of a case's logs by sensors with a `noise`, written to a file; n of the logs is printed."""
+def identified(case: Case, file: Path, noise: str = "good", absent: str = "") -> Vehicle:
+    """What `identify` makes of a case's logs by sensors with a `noise`, the channels `absent` left out, written to a file; n of
+    the logs is printed."""
     began = time.perf_counter()
     logs = [log_of(case, kind, number) for number, kind in enumerate(FIT)]
     drives = [add_noise(log.drive, noise, 100 * case.seed + i) for i, log in enumerate(logs)]
+    drives = [replace(d, channels={k: c for k, c in d.channels.items() if k not in absent.split(",")}) for d in drives]
     found = identify(drives, [log.soil for log in logs], case.known)
     file.write_text(vehicle_toml(found), encoding="utf-8")
     errors = ", ".join(f"{100 * (found.n[log.drive.name][0] / log.n - 1):+.1f}" for log in logs)

@@ -83,7 +83,7 @@ def identify(
     moved, place = _by_motion(bench, rules)
     state = _fit(fitted, moved, rules, progress)
     had = excitation(fitted.recordings, start)
-    judgement = judge(bench.only([last]), state.values, rules.model_error_n)
+    judgement = judge(bench.only([last]), state.values, _model_error(recordings[last], rules))
     numbers = _numbers(fitted, state)
     # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
@@ -185,10 +185,16 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
         states[name] = "identified"
     index = [errors.names.index(f"n_{i}") for i in range(len(bench.windows))]
     n_std = tuple(
-        float(np.hypot(np.sqrt(errors.covariance[i, i]), rules.model_error_n * one)) for i, one in zip(index, n, strict=True)
+        float(np.hypot(np.sqrt(errors.covariance[i, i]), _model_error(recording, rules) * one))
+        for i, one, recording in zip(index, n, bench.recordings, strict=True)
     )
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}
     return _State(all_values, stds, states, tuple(n), n_std, n_costs(every, stds), tuple(contradictions), errors, rolls)
+
+
+def _model_error(recording: Recording, rules: Rules) -> float:
+    """Share of n by which the model's own error moves it in a drive: more where the side slip is not measured."""
+    return rules.model_error_n if recording.measured("v") else float(np.hypot(rules.model_error_n, rules.unseen_error_n))
 
 
 def _state(known: Known, name: str, kept: Sequence[str]) -> str:

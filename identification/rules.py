@@ -19,7 +19,8 @@ class Rules:
     another; model_error: standard deviations of numbers over their sampling errors, since what the force law misses moves them
     too: on the second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_joint: the same
     for the joint error of all numbers, by the yaw inertia of vehicles of the plant (`python -m benchmarks.identify_plant
-    --only-numbers`); model_error_n: the same of n, as a share.
+    --only-numbers`); model_error_n: the same of n, as a share; unseen_error_n: share of n by which it is off beside that where a
+    log does not measure the lateral velocity (the same command with --absent v).
     """
 
     seen: float = 0.75
@@ -35,6 +36,7 @@ class Rules:
     model_error: float = 4.0
     model_error_joint: float = 2.0
     model_error_n: float = 0.025
+    unseen_error_n: float = 0.05
 
 
 RULES = Rules()

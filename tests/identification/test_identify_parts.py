@@ -8,7 +8,7 @@ import pytest
 from drives import clay_drive, reference_vehicle
 from softsoil.identification.asks import asks, excitation
 from softsoil.identification.errors import Errors, departures, errors_of, n_costs
-from softsoil.identification.identify import by_rolling
+from softsoil.identification.identify import _model_error, by_rolling
 from softsoil.identification.result import Found
 from softsoil.identification.rules import RULES
 from softsoil.recording.derive import completed
@@ -151,6 +151,12 @@ def test_channels_that_are_derived_say_nothing_of_the_front_axle(absent):
     drive = moving(1.4)
     lacking = drive.with_channels(steer=np.zeros(len(drive)), **dict.fromkeys(absent, np.full(len(drive), np.nan)))
     assert front_axle([drive]) is not None and front_axle([completed(lacking, reference_vehicle())]) is None
+
+
+def test_n_of_a_log_without_side_slip_is_less_sure():
+    drive = moving(1.4)
+    without = drive.with_channels(v=np.full(len(drive), np.nan))
+    assert _model_error(drive, RULES) == RULES.model_error_n < RULES.unseen_error_n < _model_error(without, RULES)
 
 
 def test_a_log_of_another_vehicle_is_refused_and_its_own_is_not():
