@@ -6,10 +6,10 @@ Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.
 measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good" or --fit-noise, less --absent, on soils
 and n drawn by the seed, beside one that the identification leaves out. Judged, on three other drives on other n with Table-5
 noise: n by windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the
-plant's bodies; with --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on
-drives without one, and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of --logs,
-traced in one call, each on a soil of its own; and what `estimate` says of n on each of these drives alone. True values are read to
-judge only.
+plant's bodies; with --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and
+on drives without one, and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of
+--logs, traced in one call, each on a soil of its own; and what `estimate` says of n on each of these drives alone. True values
+are read to judge only.
 Looked at were seeds 0 to 2 while this command was made; 100, 101 and 104 while the rules of contradiction were; 100 to 102
 while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 118 while the strain
 of the numbers was; the others were not.
