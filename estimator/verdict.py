@@ -64,6 +64,10 @@ class VerdictRules:
     road: float = 0.4
     road_sigmas: float = 1.0
 
+    def another_mass(self, load: float, std: float) -> bool:
+        """Whether a vehicle is heavier or lighter than declared, by the share `load` of its mass with its standard deviation."""
+        return abs(load) > max(self.load, self.load_sigmas * std)
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -192,15 +196,19 @@ def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: Verdic
         "the drive asks for other numbers of the vehicle than its file states, beyond their joint error (strain "
         f"{change.strain:.1f}, 1 expected, {rules.strain:g} at most)"
     )
-    if abs(change.load) > max(rules.load, rules.load_sigmas * change.load_std):
-        size, std = 100 * abs(change.load), max(100 * change.load_std, 1.0)
-        heavier = f"a vehicle {size:.0f} ± {std:.0f} % {'heavier' if change.load > 0 else 'lighter'} than declared"
+    if rules.another_mass(change.load, change.load_std):
+        heavier = f"a vehicle {heavier_words(change.load, change.load_std)} than declared"
         said = f"{said}, or is that of {heavier}" if strained else f"the drive is that of {heavier}"
     elif not strained:
         return None
     return "inconsistent", (
         f"{said}: something of the vehicle has changed, as by a load, which two drives of different manoeuvres show best"
     )
+
+
+def heavier_words(load: float, std: float) -> str:
+    """A share of the mass with its standard deviation, in words."""
+    return f"{100 * abs(load):.0f} ± {max(100 * std, 1.0):.0f} % {'heavier' if load > 0 else 'lighter'}"
 
 
 def _inertia(e: Evidence, rules: VerdictRules) -> str:

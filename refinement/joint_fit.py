@@ -29,7 +29,7 @@ from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
-from softsoil.windows.own_numbers import adds_mass
+from softsoil.windows.own_numbers import adds_mass, load_of
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import marginal, strain
 from softsoil.windows.window_fit import WindowFit, fit_windows, window_costs
@@ -129,6 +129,28 @@ class JointFit:
             covariance[index, index] += RULES.unsettled_toe**2
             error = joint_error_of(error.names, covariance)
         return joint_prior(error, self.model, self.declared)
+
+    def load(self, fit: WindowFit) -> tuple[float, float] | None:
+        """Share of its mass by which the drives have the vehicle heavier than declared, near the rear axle, with the standard
+        error; one step from a fit without effects. None where the model has no load."""
+        vehicle = self.model.geometry
+        effect = load_of(vehicle)
+        if effect.name not in self.model.effects:
+            return None
+        name, p = effect.parameters[0].name, fit.p.copy()
+        for place in effect.parameters.names[1:]:
+            p[:, self.model.p.index(place)] = effect.typical[place]
+        windows = self.windows(1.0)
+        for one, row, x0 in zip(windows, fit.p, fit.x0, strict=True):
+            one.follow(row, x0)
+        free = (*fit.free, Free(name, (name,), 0.1 * vehicle.mass, -np.inf, np.inf))
+        prior = self.prior_with(())
+        heavy = replace(prior, root=RULES.look_error * prior.root)
+        there = fit_windows(windows, free, np.array([*fit.value, p[0, self.model.p.index(name)]]), p, [heavy], 0)
+        scale = np.array([f.scale for f in free])
+        inverse = np.linalg.pinv(there.information * np.outer(scale, scale), hermitian=True)[-1] * scale * scale[-1]
+        step, std = -float(inverse @ there.scores.sum(axis=0)), RULES.look_error * float(np.sqrt(max(inverse[-1], 0.0)))
+        return step / vehicle.mass, std / vehicle.mass
 
     def strain(self, fit: WindowFit, effects: Sequence[Effect] = ()) -> float:
         """Strain of the numbers in a fit with effects: about 1 for the vehicle of the file."""

@@ -101,7 +101,7 @@ def refine(
         selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
         final, last = bench, fit_base(bench)
         left = _left(recordings, declared[0], _moved(vehicle, declared[0]), start)
-        look = replace(look, strain=look.without)
+        look = replace(look, strain=look.without, without=None)
     selection = replace(selection, bench=final)
     # Judged by the fit to a part; what is handed on is fitted to all there is.
     if selection.accepted:
@@ -123,13 +123,13 @@ def refine(
         after = of_declared.judged()
         before = tuple(one.n for one in after)
     if look.strain is not None and look.strained:
-        after = not_to_be_used(after, strained_words(look.strain))
+        after = not_to_be_used(after, strained_words(look))
     if after:
         refined = replace(refined, soil=refined.soil.with_(n=after[0].n))
     groups = inseparable(selection)
     lines = notes(recordings, declaration, bench, selection)
     lines += look.notes if accepted or not look.selection.accepted else ()
-    lines += (strained_words(look.strain),) if look.strain is not None and look.strained else ()
+    lines += (strained_words(look),) if look.strain is not None and look.strained else ()
     lines += () if choice is None else (f"no wheel speeds: {choice}",)
     idle_here = _idle(declaration, candidates)
     lines += tuple(f"{name}: not tried, it does nothing with {declaration.law}" for name in idle_here)

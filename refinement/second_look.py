@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.verdict import VerdictRules, heavier_words
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.joint_fit import Fits, JointFit, stated_error
@@ -30,7 +31,8 @@ FitOf = Callable[[Sequence[str]], JointFit]
 class Look:
     """What free starts make of a tracing: selection; fits: of its accepted effects, None where they are the tracing's; notes;
     declared: the same without any, bench and fit; strain, without: of the vehicle's numbers with the accepted effects, and
-    without any. None where it was not looked at."""
+    without any, without None where none is accepted; load: share of its mass by which the drives have the vehicle heavier than
+    declared, and its standard error. None where it was not looked at."""
 
     selection: Selection
     fits: Fits | None = None
@@ -38,16 +40,17 @@ class Look:
     notes: tuple[str, ...] = ()
     strain: float | None = None
     without: float | None = None
+    load: tuple[float, float] | None = None
 
     @property
     def explained(self) -> bool:
         """Whether the accepted effects take a strain off the numbers that is there without them."""
-        return self.without is not None and self.without > RULES.strain and not self.strained
+        return self.without is not None and (self.without > RULES.strain or _heavier(self.load)) and not self.strained
 
     @property
     def strained(self) -> bool:
         """Whether the drives ask for other numbers than the vehicle's file states, beyond their joint error."""
-        return self.strain is not None and self.strain > RULES.strain
+        return self.strain is not None and (self.strain > RULES.strain or (self.without is None and _heavier(self.load)))
 
 
 def look_twice(
@@ -79,13 +82,23 @@ def look_twice(
     return replace(again, notes=(*look.notes, *again.notes))
 
 
-def strained_words(strain: float) -> str:
-    """What a strain of the vehicle's numbers says, for notes and verdicts."""
+def strained_words(look: Look) -> str:
+    """What strained numbers of the vehicle say, for notes and verdicts."""
+    said = (
+        "the drives ask for other numbers of the vehicle than its file states, beyond their joint error "
+        f"(strain {look.strain:.1f}, 1 expected, {RULES.strain:g} at most)"
+    )
+    if look.load is not None and _heavier(look.load) and look.without is None:
+        said = f"the drives are those of a vehicle {heavier_words(*look.load)} than declared"
     return (
-        f"the drives ask for other numbers of the vehicle than its file states, beyond their joint error (strain {strain:.1f}, "
-        f"1 expected, {RULES.strain:g} at most): something of the vehicle has changed, as by a load; "
+        f"{said}: something of the vehicle has changed, as by a load; "
         "n is not to be used before the change is declared or the vehicle identified again"
     )
+
+
+def _heavier(load: tuple[float, float] | None) -> bool:
+    """Whether drives show another mass than the declared one, as `softsoil estimate` decides it."""
+    return load is not None and VerdictRules().another_mass(*load)
 
 
 def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effect]) -> Look:
@@ -97,7 +110,7 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return Look(selection)
     strain = problem.strain(none)
-    look = Look(selection, declared=problem.bench_of((), none), strain=strain)
+    look = Look(selection, declared=problem.bench_of((), none), strain=strain, load=problem.load(none))
     few = [c for c in few if worth_it(c, effects[c.name], look.strained)]
     if not few:
         return look
@@ -119,7 +132,7 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
         f"{best.name}: named by windows with free initial states and the joint error of the vehicle's numbers; noise hides it "
         "from windows that start at recorded states"
     )
-    return Look(selection, found, look.declared, (note,), problem.strain(fit, (effect,)), strain)
+    return Look(selection, found, look.declared, (note,), problem.strain(fit, (effect,)), strain, look.load)
 
 
 def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Mapping[str, Effect]) -> Look:

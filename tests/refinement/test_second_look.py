@@ -14,7 +14,7 @@ from softsoil.recording.noise import add_noise
 from softsoil.refinement.joint_fit import JointFit, stated_error
 from softsoil.refinement.refine import refine
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.second_look import Look, look_twice, still_there, worth_it
+from softsoil.refinement.second_look import Look, look_twice, still_there, strained_words, worth_it
 from softsoil.refinement.selection import accept
 from softsoil.refinement.structure import Structure
 from softsoil.refinement.trace import make_bench, whole_model
@@ -243,3 +243,14 @@ def test_the_prior_is_the_joint_error():
     p[[model.p.index(name) for name in NUMBERS]] += moved
     residual = prior.residual(p)[0]
     assert residual @ residual == pytest.approx(moved @ np.linalg.solve(ERROR.covariance, moved))
+
+
+@pytest.mark.parametrize(
+    "load, strained", [((0.12, 0.04), True), ((-0.12, 0.04), True), ((0.12, 0.06), False), ((0.05, 0.01), False)]
+)
+def test_another_mass_is_a_change_until_an_effect_explains_it(load, strained):
+    look = Look(None, strain=2.0, load=load)
+    assert look.strained is strained and not look.explained
+    assert ("heavier" in strained_words(look) or "lighter" in strained_words(look)) is strained
+    with_effect = Look(None, strain=2.0, without=2.0, load=load)
+    assert not with_effect.strained and with_effect.explained is strained
