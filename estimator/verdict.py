@@ -65,7 +65,10 @@ class VerdictRules:
     road_sigmas: float = 1.0
 
     def another_mass(self, load: float, std: float) -> bool:
-        """Whether a vehicle is heavier or lighter than declared, by the share `load` of its mass with its standard deviation."""
+        """Whether a vehicle is heavier or lighter than declared.
+
+        load, std: share of its mass by which it is heavier, and the standard deviation of that.
+        """
         return abs(load) > max(self.load, self.load_sigmas * std)
 
 
@@ -207,7 +210,7 @@ def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: Verdic
 
 
 def heavier_words(load: float, std: float) -> str:
-    """A share of the mass with its standard deviation, in words."""
+    """By how much a vehicle is heavier or lighter, in words; load, std: as of `VerdictRules.another_mass`."""
     return f"{100 * abs(load):.0f} ± {max(100 * std, 1.0):.0f} % {'heavier' if load > 0 else 'lighter'}"
 
 
