@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.moving_horizon import MovingHorizon
-from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.tuning import Tuning
 from softsoil.windows.free_starts import JointPrior, joint_prior
 from softsoil.windows.free_windows import FreeWindows, Linear
 from softsoil.windows.own_numbers import load_of
 from softsoil.windows.parameters import Free
-from softsoil.windows.strain import marginal, strain
+from softsoil.windows.strain import last_step, marginal, strain
 from softsoil.windows.window_fit import reduce_windows
 
 Array = NDArray[np.float64]
@@ -61,10 +60,8 @@ def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChang
     whole[-1, -1] += (MOST * mass) ** -2
     step = -np.linalg.lstsq(whole[:-1, :-1], gradient[:-1], rcond=None)[0]
     strained = strain(prior.root @ step[kept], marginal(hessian[:-1, :-1], kept), prior.root)
-    unit = np.sqrt(np.maximum(np.diag(whole), LEAST_CURVATURE))
-    inverse = np.linalg.pinv(whole / np.outer(unit, unit), hermitian=True)[-1] / (unit * unit[-1])
-    std = float(np.hypot(np.sqrt(inverse[-1]), vehicle.uncertainty.get(name, 0.0)))
-    return VehicleChange(strained, float(-inverse @ gradient) / mass, std / mass)
+    heavier, std = last_step(whole, gradient)
+    return VehicleChange(strained, heavier / mass, float(np.hypot(std, vehicle.uncertainty.get(name, 0.0))) / mass)
 
 
 def _normal_equations(windows: FreeWindows, horizon: MovingHorizon, free: Sequence[Free]) -> tuple[Array, Array]:

@@ -31,7 +31,7 @@ from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, 
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.own_numbers import adds_mass, load_of
 from softsoil.windows.parameters import Free
-from softsoil.windows.strain import marginal, strain
+from softsoil.windows.strain import last_step, marginal, strain
 from softsoil.windows.window_fit import WindowFit, fit_windows, window_costs
 
 Array = NDArray[np.float64]
@@ -132,25 +132,28 @@ class JointFit:
 
     def load(self, fit: WindowFit) -> tuple[float, float] | None:
         """Share of its mass by which the drives have the vehicle heavier than declared, near the rear axle, with the standard
-        error; one step from a fit without effects. None where the model has no load."""
+        error; one step from a fit without effects. None where the model has no load, or a declared one that is free anyway."""
         vehicle = self.model.geometry
         effect = load_of(vehicle)
-        if effect.name not in self.model.effects:
+        mass, *places = effect.parameters.names
+        if effect.name not in self.model.effects or effect.name in vehicle.effects:
             return None
-        name, p = effect.parameters[0].name, fit.p.copy()
-        for place in effect.parameters.names[1:]:
+        p = fit.p.copy()
+        for place in places:
             p[:, self.model.p.index(place)] = effect.typical[place]
         windows = self.windows(1.0)
         for one, row, x0 in zip(windows, fit.p, fit.x0, strict=True):
             one.follow(row, x0)
-        free = (*fit.free, Free(name, (name,), 0.1 * vehicle.mass, -np.inf, np.inf))
+        free = (*fit.free, Free(mass, (mass,), 0.1 * vehicle.mass, -np.inf, np.inf))
+        start = np.array([*fit.value, effect.parameters[mass].nominal])
         prior = self.prior_with(())
         heavy = replace(prior, root=RULES.look_error * prior.root)
-        there = fit_windows(windows, free, np.array([*fit.value, p[0, self.model.p.index(name)]]), p, [heavy], 0)
-        scale = np.array([f.scale for f in free])
-        inverse = np.linalg.pinv(there.information * np.outer(scale, scale), hermitian=True)[-1] * scale * scale[-1]
-        step, std = -float(inverse @ there.scores.sum(axis=0)), RULES.look_error * float(np.sqrt(max(inverse[-1], 0.0)))
-        return step / vehicle.mass, std / vehicle.mass
+        there = fit_windows(windows, free, start, p, [heavy], 0)
+        slope = np.array([0.0 if f.known is None else 1.0 / f.known[1] for f in free])
+        centre = np.array([0.0 if f.known is None else f.known[0] for f in free])
+        known = np.diag(slope**2), slope**2 * (start - centre)
+        step, std = last_step(there.information + known[0], there.scores.sum(axis=0) + known[1])
+        return step / vehicle.mass, RULES.look_error * std / vehicle.mass
 
     def strain(self, fit: WindowFit, effects: Sequence[Effect] = ()) -> float:
         """Strain of the numbers in a fit with effects: about 1 for the vehicle of the file."""

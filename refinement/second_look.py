@@ -44,7 +44,8 @@ class Look:
 
     @property
     def explained(self) -> bool:
-        """Whether the accepted effects take a strain off the numbers that is there without them."""
+        """Whether the accepted effects take a strain off the numbers, or another mass off the vehicle, that is there without
+        them."""
         return self.without is not None and (self.without > RULES.strain or _heavier(self.load)) and not self.strained
 
     @property

@@ -27,6 +27,16 @@ def strain(shift: Array, information: Array, root: Array) -> float:
     return float(shift @ shift) / max(float(np.sum(seen / (1.0 + seen))), LEAST_SEEN)
 
 
+def last_step(hessian: Array, gradient: Array) -> tuple[float, float]:
+    """Step of the last of K numbers, all others free, and its standard error.
+
+    hessian (K, K), gradient (K,): of half the squares, with what is known beforehand.
+    """
+    unit = np.sqrt(np.maximum(np.diag(hessian), 1e-12))
+    inverse = np.linalg.pinv(hessian / np.outer(unit, unit), hermitian=True)[-1] / (unit * unit[-1])
+    return -float(inverse @ gradient), float(np.sqrt(max(inverse[-1], 0.0)))
+
+
 def marginal(information: Array, kept: NDArray[np.int_]) -> Array:
     """Information (K, K) on the numbers `kept` where the others are unknown: the Schur complement in (L, L)."""
     others = np.setdiff1d(np.arange(len(information)), kept)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsoil.windows.strain import LEAST_SEEN, marginal, strain
+from softsoil.windows.strain import LEAST_SEEN, last_step, marginal, strain
 
 
 def numbers(seed, size=6):
@@ -47,3 +47,13 @@ def test_what_is_unknown_besides_takes_its_information_away():
     nothing = np.zeros((3, 3))
     nothing[0, 0] = 2.0
     assert marginal(nothing, np.array([0])) == pytest.approx(np.array([[2.0]])), "others that nothing is known of"
+
+
+def test_the_last_number_is_that_of_least_squares_in_any_units():
+    rng = np.random.default_rng(3)
+    slope, wanted = rng.normal(size=(40, 3)), rng.normal(size=40)
+    best, covariance = np.linalg.lstsq(slope, wanted, rcond=None)[0], np.linalg.inv(slope.T @ slope)
+    for unit in (1.0, 1e-4, 1e6):
+        scaled = slope * [1.0, 1.0, unit]
+        step, std = last_step(scaled.T @ scaled, -scaled.T @ wanted)
+        assert step * unit == pytest.approx(best[-1]) and std * unit == pytest.approx(np.sqrt(covariance[-1, -1]))
