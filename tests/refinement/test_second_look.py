@@ -254,3 +254,14 @@ def test_another_mass_is_a_change_until_an_effect_explains_it(load, strained):
     assert ("heavier" in strained_words(look) or "lighter" in strained_words(look)) is strained
     with_effect = Look(None, strain=2.0, without=2.0, load=load)
     assert not with_effect.strained and with_effect.explained is strained
+
+
+@pytest.mark.slow
+def test_one_step_tells_another_mass(clean, without):
+    for found, share in ((clean, 0.0), (without, LOAD / vehicle().mass)):
+        declared = Declaration(vehicle(), CLAY)
+        problem = JointFit.of(found.recordings, declared, stated_error(declared, clean.bench), found.bench, ["payload"])
+        load, std = problem.load(problem.plain()[0])
+        assert 0.0 < std < 0.1 and abs(load - share) < 3.0 * std
+    plain = JointFit.of(clean.recordings, declared, stated_error(declared, clean.bench), clean.bench, [])
+    assert plain.load(plain.plain()[0]) is None, "the model has no load"
