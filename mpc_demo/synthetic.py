@@ -29,12 +29,13 @@ def synthetic_drive(
     slip_rate: float = 0.0,
     steer: Array | None = None,
     dt: float = STEP,
+    substeps: int = 1,
 ) -> Recording:
     """A clean drive of `model` with parameters p (n_p,), default nominal: its own states, and the inputs that made them.
 
     radius: of the wheels (m); seconds: how long; speed, swing: mean forward speed and its sinusoidal variation (m/s);
     slip: of the driven wheels at constant speed (1), slip_rate: more of it per m/s^2 of acceleration; steer (N,): steering angle
-    (rad), default the paper's sine; dt: rows (s).
+    (rad), default the paper's sine; dt: rows (s); substeps: Euler steps of the model from one to the next.
     Raises ValueError for a speed that would reverse.
     """
     if not speed > abs(swing) + 0.5:
@@ -48,7 +49,7 @@ def synthetic_drive(
     inputs = {"steer": steer, "steer_rate": np.gradient(steer, dt), "a_x": a_x, **dict.fromkeys(WHEEL_CHANNELS, spin)}
     stacked = np.column_stack([inputs[name] for name in model.external.names])
     p = model.p.nominal if p is None else np.asarray(p, dtype=float)
-    states = Predictor(model, dt).rollout(model.x.pack(u=u[0]), stacked[:-1], p)
+    states = Predictor(model, dt, substeps=substeps).rollout(model.x.pack(u=u[0]), stacked[:-1], p)
     x = {name: states[:, model.x.index(name)] for name in STATE_CHANNELS}
     imu = {"a_x_imu": a_x - x["v"] * x["omega_z"]}
     return Recording("synthetic", {"t": t, **x, **imu, "steer": steer, **dict.fromkeys(WHEEL_CHANNELS, spin)})

@@ -8,6 +8,7 @@ states estimated so far.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import casadi as ca
@@ -110,6 +111,12 @@ class FreeWindows:
     def reset(self) -> None:
         """Let histories run along the smoothed record again."""
         self._along = np.column_stack([self.drive.smooth, np.tile(self.compiled.extra, (len(self.drive.t), 1))])
+
+    def by(self, compiled: WindowModel) -> FreeWindows:
+        """The same windows by another model of the same states and parameters, or by other steps of it."""
+        other = copy(self)
+        other.compiled = compiled
+        return other
 
     def along(self, rows: NDArray[np.int_]) -> Array:
         """(R, n_x) states at the `rows` (R,) of the drive as estimated so far."""

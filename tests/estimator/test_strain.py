@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drives import reference_vehicle
+from identified import LOAD, NUMBERS, STD, N, drive, vehicle
 from softsoil.estimator.estimate import estimate
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
@@ -11,27 +11,11 @@ from softsoil.estimator.strain import vehicle_change
 from softsoil.estimator.tuning import Tuning
 from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
-from softsoil.plant.manoeuvres import MultiSine
-from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 
-N = 0.6
-NUMBERS, STD = ("yaw_inertia", "toe_rear"), np.array([30.0, 0.004])
-ERROR = joint_error_of(NUMBERS, np.outer(STD, STD) * [[1.0, 0.3], [0.3, 1.0]])
 WIDE = joint_error_of(NUMBERS, np.diag([100.0, 0.004]) ** 2)
-LOAD = {"payload": {"payload_mass": 400.0, "payload_x": 2.3}}
-
-
-def vehicle(joint=ERROR):
-    return reference_vehicle().with_(effects={}, joint_error=joint)
-
-
-def drive(effects, noise, seconds=26.0):
-    steer = MultiSine(0.35, seed=4)(0.012 * np.arange(round(seconds / 0.012) + 1))
-    model = bicycle(vehicle(), CLAY.with_(n=N), "turn_slip", effects)
-    return add_noise(synthetic_drive(model, vehicle().radius, seconds=seconds, speed=5.5, steer=steer), noise, 1)
 
 
 @pytest.fixture(scope="module")
@@ -56,10 +40,13 @@ def test_a_load_strains_its_numbers(loaded):
     assert change.load == pytest.approx(LOAD["payload"]["payload_mass"] / vehicle().mass, abs=3.0 * change.load_std)
 
 
-def test_a_load_shows_without_wheel_speeds(loaded):
-    few = loaded.with_channels(**{name: np.full(len(loaded), np.nan) for name in WHEEL_CHANNELS})
-    found = estimate(few, bicycle(vehicle(), CLAY), method="horizon")
-    assert found.verdict.word == "inconsistent" and "heavier than declared" in found.verdict.reason
+@pytest.mark.parametrize("effects", [{}, LOAD], ids=["empty", "loaded"])
+def test_a_load_shows_without_wheel_speeds(effects):
+    verdict = estimate(drive(effects, "good", wheels=False), bicycle(vehicle(), CLAY), method="horizon").verdict
+    change, mass = verdict.evidence.change, effects.get("payload", {}).get("payload_mass", 0.0)
+    assert verdict.word == ("inconsistent" if effects else "identified")
+    assert ("heavier than declared" in verdict.reason) == bool(effects)
+    assert change.load * vehicle().mass == pytest.approx(mass, abs=4.0 * change.load_std * vehicle().mass)
 
 
 def test_noisy_sensors_show_a_load_where_the_numbers_hardly_move():
