@@ -16,6 +16,7 @@ from softsoil.codegen.c_library.parts import Parts, take_apart
 from softsoil.codegen.c_library.steering import HEADER, steering_header
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_horizon import horizon_numbers
+from softsoil.control.c_vehicle import vehicle_numbers
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.drift import DriftRules, likely_classes
 from softsoil.estimator.promote import promote_parameters
@@ -107,7 +108,8 @@ def c_library_texts(
         "declared_effects": declared.vehicle.effects,
         "versions": {"softsoil": version("softsoil"), "casadi": version("casadi")},
     }
-    texts = library_files(parts, filter_numbers(parts.model), horizon_numbers(parts.model), dt, about, fmi)
+    numbers, horizon = filter_numbers(parts.model), horizon_numbers(parts.model)
+    texts = library_files(parts, numbers, horizon, dt, about, fmi, vehicle_numbers(declared, tuple(promote)))
     return texts if steering is None else {**texts, HEADER: steering_header(steering)}
 
 

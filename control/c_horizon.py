@@ -24,7 +24,7 @@ SENTENCES = {
     "depends_on_first_guess": "n depends on its initial guess: drive on",
     "at_bound": "n is at a bound of its range: check soil and vehicle",
     "axles_disagree": "front and rear axle disagree on n",
-    "inconsistent": "the windows contradict the model, its yaw inertia, or one soil on the way: check vehicle, soil and sensors",
+    "inconsistent": "the windows contradict the model, the vehicle's numbers or one soil: check vehicle, soil and sensors",
     "no_soil": "there is no soft soil",
 }
 

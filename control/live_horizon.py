@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from softsoil.codegen.c_library.binding import CLibrary
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
+from softsoil.codegen.c_library.vehicle_binding import CVehicle, looks_at_vehicle
 from softsoil.codegen.sampling import STEP
 from softsoil.codegen.text_cache import asked_for, texts_from_cache
 from softsoil.control.c_estimator import c_library_texts
@@ -29,7 +31,8 @@ class LiveEvidence:
     that the model leaves beyond sensor noise, and its standard error; inertia, inertia_std: share by which the windows would have
     the yaw inertia larger than declared, and its standard deviation; parts, parts_sigmas: n of the earlier and the later windows
     where these differ most, and by how many standard deviations; motion: root mean square lateral specific force (m/s^2);
-    windows: that the estimate rests on; changes: how often the soil has changed.
+    windows: that the estimate rests on; changes: how often the soil has changed; strain, load, load_std: how the windows would
+    have the vehicle other than its file (`softsoil.estimator.strain`), NaN where that states no joint error of its numbers.
     """
 
     information_std: float
@@ -42,6 +45,9 @@ class LiveEvidence:
     motion: float
     windows: int
     changes: int
+    strain: float = math.nan
+    load: float = math.nan
+    load_std: float = math.nan
 
 
 class LiveHorizon:
@@ -60,6 +66,7 @@ class LiveHorizon:
             self._c = CHorizon(CLibrary(folder))
         if self._c.names != ["n"]:
             raise ValueError(f"live horizon: expected one n for both axles, found {', '.join(self._c.names)}")
+        self._look = CVehicle(self._c) if looks_at_vehicle(self._c.library) else None
         self._c.options.dt = tick
         self._c.options.r_std[:] = np.asarray(std, dtype=float)
         self._inputs = self._c.library.names["inputs"]
@@ -68,11 +75,15 @@ class LiveHorizon:
         """Begin a drive at t (s) with the initial guess n0."""
         self._c.options.guess[0] = n0
         self._c.start(t)
+        if self._look is not None:
+            self._look.start()
 
     def tick(self, t: float, inputs: Mapping[str, float], y: Array) -> None:
         """One sample at t (s): inputs by name, measurements y (6,), NaN where none was made."""
         self._c.push([inputs[name] for name in self._inputs], y, t)
         self._c.update()
+        if self._look is not None:
+            self._look.update()
 
     @property
     def verdict(self) -> str:
@@ -93,9 +104,10 @@ class LiveHorizon:
     def evidence(self) -> LiveEvidence:
         """What the verdict rests on."""
         head = self._c.head
+        look = () if self._look is None else (self._look.head.strain, self._look.head.load, self._look.head.load_std)
         (v, omega_z), (v_std, omega_z_std) = head.unexplained, head.unexplained_std
         earlier, later = head.parts
         return LiveEvidence(
             float(head.information_std[0]), (v, omega_z), (v_std, omega_z_std), head.inertia, head.inertia_std, (earlier, later),
-            head.parts_sigmas, head.motion, head.windows, head.changes,
+            head.parts_sigmas, head.motion, head.windows, head.changes, *look,
         )  # fmt: skip

@@ -4,6 +4,7 @@ from functools import lru_cache
 from pathlib import Path
 from tempfile import mkdtemp
 
+import identified
 from drives import reference_vehicle
 from softsoil.codegen.c_library.binding import CLibrary
 from softsoil.codegen.c_library.folder import write_library
@@ -12,13 +13,15 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.soil import CLAY
 
 NAMES = ("plain", "tracks")
+IDENTIFIED = "identified"
+"""Plain too, and the vehicle's file states the joint error of its numbers: the library looks at the vehicle."""
 SCALAR = ("-O2", "-DSOFTSOIL_SCALAR")
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=3)
 def declared(name: str) -> Declaration:
-    """The reference vehicle on clay: plain, or on two tracks in its own ruts."""
-    vehicle = reference_vehicle()
+    """The reference vehicle on clay: plain, on two tracks in its own ruts, or identified."""
+    vehicle = identified.vehicle() if name == IDENTIFIED else reference_vehicle()
     return Declaration(vehicle if name == "tracks" else vehicle.with_(effects={}), CLAY)
 
 

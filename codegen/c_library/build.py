@@ -11,7 +11,13 @@ from softsoil.codegen.compiled import find_compiler
 from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno")
-SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c", "src/softsoil_horizon.c")
+SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c", "src/softsoil_horizon.c", "src/softsoil_vehicle.c")
+"""Of the library; the last only where the vehicle's file states the joint error of its numbers."""
+
+
+def sources(folder: Path) -> list[Path]:
+    """Those sources that a generated folder has."""
+    return [path for path in (folder / source for source in SOURCES) if path.is_file()]
 
 
 def build_c_library(folder: str | Path, flags: Sequence[str] = FLAGS, compiler: str | None = None) -> Path:
@@ -30,7 +36,7 @@ def build_c_library(folder: str | Path, flags: Sequence[str] = FLAGS, compiler: 
         with scratch_folder(library.parent) as scratch:
             built = scratch / library.name
             command = [compiler, *flags, "-shared", "-fPIC", f"-I{folder / 'include'}"]
-            command += [str(folder / source) for source in SOURCES] + ["-lm", "-o", str(built)]
+            command += [str(path) for path in sources(folder)] + ["-lm", "-o", str(built)]
             run = subprocess.run(command, capture_output=True, text=True, check=False)
             if run.returncode != 0:
                 raise ValueError(f"C library: {compiler} refused {folder}: {run.stderr.strip()}")

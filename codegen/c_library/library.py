@@ -17,6 +17,8 @@ from softsoil.codegen.c_library.kernels import number, write_kernel
 from softsoil.codegen.c_library.parts import SAID, SOIL, TOLD, Parts
 from softsoil.codegen.c_library.statuses import STATUSES, status_cases, status_enum
 from softsoil.codegen.c_library.tables import formulation, readme_tables
+from softsoil.codegen.c_library.vehicle import FILES as VEHICLE_FILES
+from softsoil.codegen.c_library.vehicle import KERNELS, VehicleNumbers, vehicle_kernels, vehicle_values, vehicle_words
 from softsoil.codegen.factor_order import factor_order
 from softsoil.codegen.sampling import LONGEST_STEP, STEP
 from softsoil.symbolic.model import Model
@@ -115,13 +117,14 @@ class FilterNumbers:
 
 
 def library_files(
-    parts: Parts, numbers: FilterNumbers, horizon: HorizonNumbers, dt: float, declared: Mapping[str, object], fmi: bool = False
-) -> dict[str, str]:
+    parts: Parts, numbers: FilterNumbers, horizon: HorizonNumbers, dt: float, declared: Mapping[str, object], fmi: bool = False,
+    vehicle: VehicleNumbers | None = None,
+) -> dict[str, str]:  # fmt: skip
     """Path inside the folder -> text, for every file of the library.
 
     parts: of the model; numbers: of the filter; horizon: of the moving horizon; dt: nominal step (s);
     declared: what the model was made of, for formulation.json (vehicle, soil, law, effects, versions);
-    fmi: whether the FMI unit's files are wanted.
+    fmi: whether the FMI unit's files are wanted; vehicle: what is known of its numbers, None for nothing.
     Raises ValueError for numbers that do not fit the model.
     """
     model = parts.model
@@ -136,8 +139,15 @@ def library_files(
     values |= horizon_values(parts, horizon, dt)
     values["magic"] = hashlib.sha256(text.encode()).hexdigest()[:8]
     values["h_magic"] = hashlib.sha256(repr((text, horizon)).encode()).hexdigest()[:8]
-    out = {path: fill(template(name), values) for path, name in (TEMPLATES | HORIZON_FILES).items()}
+    values |= vehicle_words(vehicle is not None, template("README_vehicle.md.in"))
+    templates = TEMPLATES | HORIZON_FILES
+    if vehicle is not None:
+        values |= vehicle_values(vehicle, parts, horizon.constants["free_step"], values)
+        templates |= VEHICLE_FILES
+    out = {path: fill(template(name), values) for path, name in templates.items()}
     out |= {"src/softsoil_kernels.h": _kernels(parts), "formulation.json": text}
+    if vehicle is not None:
+        out[KERNELS] = vehicle_kernels(vehicle)
     return out | fmi_files(parts, values) if fmi else out
 
 

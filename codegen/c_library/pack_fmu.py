@@ -8,7 +8,7 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-from softsoil.codegen.c_library.build import SOURCES
+from softsoil.codegen.c_library.build import sources
 from softsoil.codegen.c_library.fmi import IDENTIFIER
 from softsoil.codegen.compiled import find_compiler
 
@@ -23,7 +23,7 @@ def pack_fmus(folder: Path) -> list[Path]:
 
     Raises ValueError where there is no compiler or it refuses.
     """
-    units = [_pack(folder, IDENTIFIER, "fmu.c", "modelDescription.xml", [folder / source for source in SOURCES])]
+    units = [_pack(folder, IDENTIFIER, "fmu.c", "modelDescription.xml", sources(folder))]
     if (folder / "fmi" / "fmu_driver.c").is_file():
         every = sorted((folder / "src").glob("*.c"))
         units.append(_pack(folder, DRIVER_IDENTIFIER, "fmu_driver.c", "driverDescription.xml", every))

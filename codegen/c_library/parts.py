@@ -158,8 +158,16 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
         read=ca.Function("read", [x, external, p, m], [ca.cse(ca.densify(provided))]),
         advance=after("advance", [x, u, p, m, dt], m_next),
         start=after("start", [x, u, p], m_first),
-        force=_split(free, free_force),
+        force=_split(free, _at_nominal(free_force, p, model)),
     )  # fmt: skip
+
+
+def _at_nominal(force: ca.SX, p: ca.SX, model: Model) -> ca.SX:
+    """A wheel's force with the parameters that its own size depends on at their nominal values."""
+    if not ca.depends_on(force, p):
+        return force
+    (result,) = ca.substitute([force], [p], [ca.SX(model.p.nominal)])
+    return result
 
 
 def _split(free: ca.SX, force: ca.SX) -> ca.Function:

@@ -30,7 +30,7 @@ enum softsoil_verdict {
   SOFTSOIL_VERDICT_DEPENDS_ON_FIRST_GUESS, /* n depends on its initial guess: drive on */
   SOFTSOIL_VERDICT_AT_BOUND, /* n is at a bound of its range: check soil and vehicle */
   SOFTSOIL_VERDICT_AXLES_DISAGREE, /* front and rear axle disagree on n */
-  SOFTSOIL_VERDICT_INCONSISTENT, /* the windows contradict the model, its yaw inertia, or one soil on the way: check vehicle, soil and sensors */
+  SOFTSOIL_VERDICT_INCONSISTENT, /* the windows contradict the model, the vehicle's numbers or one soil: check vehicle, soil and sensors */
   SOFTSOIL_VERDICT_NO_SOIL, /* there is no soft soil */
   SOFTSOIL_VERDICT_COUNT
 };
@@ -68,6 +68,7 @@ typedef struct {
   int32_t changes;                        /* how often the soil has changed */
   int32_t windows;                        /* that the estimate rests on */
   int32_t updated;                        /* whether the last call of softsoil_horizon_update took in a window: 1 or 0 */
+  int32_t vehicle;                        /* not 0 where softsoil_vehicle_update says that the vehicle has changed */
   double t;                               /* s, end of the newest window */
   double changed_at;                      /* s, start of the first window of the present soil */
   double n[SOFTSOIL_HORIZON_N];           /* estimate */

@@ -2,8 +2,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "softsoil_horizon.h"
 #include "softsoil_model.h"
+#include "softsoil_windows.h"
 
 #define K SOFTSOIL_HORIZON_N
 #define NS SOFTSOIL_HORIZON_STATES
@@ -15,7 +15,7 @@
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
 #define LONGEST_WINDOW 105 /* samples */
-#define MAGIC 0xc9eb0a07u
+#define MAGIC SOFTSOIL_HORIZON_MAGIC
 
 typedef softsoil_horizon_window_t window_t;
 
@@ -67,7 +67,7 @@ const char *softsoil_verdict_text(int verdict) {
     case SOFTSOIL_VERDICT_AXLES_DISAGREE:
       return "front and rear axle disagree on n";
     case SOFTSOIL_VERDICT_INCONSISTENT:
-      return "the windows contradict the model, its yaw inertia, or one soil on the way: check vehicle, soil and sensors";
+      return "the windows contradict the model, the vehicle's numbers or one soil: check vehicle, soil and sensors";
     case SOFTSOIL_VERDICT_NO_SOIL:
       return "there is no soft soil";
     default:
@@ -309,9 +309,8 @@ static int complete(softsoil_horizon_t *h) {
   return 0;
 }
 
-/* States at a row: of the window over it, else the record smoothed by a quadratic. */
-static void states_at(softsoil_horizon_t *h, int64_t row, double *x) {
-  const softsoil_horizon_row_t *here = row_at(h, row);
+void softsoil_horizon_states(const softsoil_horizon_t *h, int64_t row, double x[NS]) {
+  const softsoil_horizon_row_t *here = &h->row[row % ROWS];
   if (here->estimated) {
     memcpy(x, here->path, sizeof here->path);
     return;
@@ -329,7 +328,7 @@ static void states_at(softsoil_horizon_t *h, int64_t row, double *x) {
     s_2 += s * s;
     s_4 += s * s * s * s;
     for (int i = 0; i < NS; ++i) {
-      const double y = row_at(h, centre + k)->y[i] - here->y[i];
+      const double y = h->row[(centre + k) % ROWS].y[i] - here->y[i];
       sums[0][i] += y;
       sums[1][i] += s * y;
       sums[2][i] += s * s * y;
@@ -393,7 +392,7 @@ static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
   for (int tries = 0; tries < 2; ++tries) {
     memset(m, 0, sizeof m);
     memset(x, 0, sizeof x);
-    states_at(h, from, states);
+    softsoil_horizon_states(h, from, states);
     for (int j = 0; j < SOFTSOIL_PASSIVE_AT; ++j) {
       const int set = j <= K ? j : 0;
       put(x, j, states, n[set]);
@@ -406,7 +405,7 @@ static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
     }
     for (int64_t row = from; row < to; ++row) {
       softsoil_model_step_jobs(1 + K, 0, row_at(h, row)->u, h->options.p, h->options.dt, h->substeps, x, m);
-      states_at(h, row + 1, states);
+      softsoil_horizon_states(h, row + 1, states);
       for (int j = 0; j < SOFTSOIL_PASSIVE_AT; ++j) put(x, j, states, n[j <= K ? j : 0]);
     }
     int sound = 1;
@@ -794,12 +793,13 @@ static void compare_parts(softsoil_horizon_t *h) {
   }
 }
 
-static int decide(const softsoil_horizon_t *h) {
+int softsoil_horizon_verdict(const softsoil_horizon_t *h) {
   if (h->windows < 2 * recents[0] || !(h->motion >= least_motion)) return SOFTSOIL_VERDICT_NOT_EXCITED;
   for (int c = 0; c < 2; ++c)
     if (h->unexplained[c] - unexplained_sigmas * h->unexplained_std[c] > most_unexplained[c] * most_unexplained[c])
       return SOFTSOIL_VERDICT_INCONSISTENT;
   if (fabs(h->inertia) >= larger(most_inertia, inertia_sigmas * h->inertia_std)) return SOFTSOIL_VERDICT_INCONSISTENT;
+  if (h->vehicle) return SOFTSOIL_VERDICT_INCONSISTENT;
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k])) return SOFTSOIL_VERDICT_NOT_EXCITED;
   for (int k = 0; k < K; ++k)
@@ -852,7 +852,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
   memcpy(h->carried[slot], h->n, sizeof h->n);
   window_t *w = window_at(h, i);
   w->row = h->next_row;
-  states_at(h, w->row, w->state);
+  softsoil_horizon_states(h, w->row, w->state);
   h->next_row += h->apart;
   h->continued = 1;
   ++h->taken;
@@ -877,7 +877,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
   for (int c = 0; c < 2; ++c) unexplained(h, c);
   ask_inertia(h);
   compare_parts(h);
-  h->verdict = decide(h);
+  h->verdict = softsoil_horizon_verdict(h);
   h->updated = 1;
   if (status) count(h, status);
   return status;

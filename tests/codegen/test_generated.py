@@ -6,14 +6,15 @@ import subprocess
 
 import pytest
 
-from c_folders import NAMES, declared, folder
+from c_folders import IDENTIFIED, NAMES, declared, folder
 from drives import PROJECT, reference_vehicle
-from softsoil.codegen.c_library.build import SOURCES
+from softsoil.codegen.c_library.build import sources
 from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.soil import CLAY
 
 GENERATED = PROJECT / "generated"
+EVERY = (*NAMES, IDENTIFIED)
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
 FRONT = "-fsyntax-only"
 """Enough for what a compiler says of the text; some warnings come with optimisation only, which costs seconds."""
@@ -32,7 +33,7 @@ def test_committed_library_is_fresh():
         assert (GENERATED / name).read_bytes() == text.encode(), stale
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", EVERY)
 def test_the_same_bytes_every_time(name):
     assert c_library_texts(declared(name)) == c_library_texts(declared(name))
 
@@ -55,28 +56,28 @@ def run(*command, **more):
 @pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", EVERY)
 def test_compilers_have_nothing_to_say(name, compiler, tmp_path):
     if shutil.which(compiler[0]) is None:
         pytest.skip(f"{compiler[0]} is not installed")
-    for source in (*SOURCES, "example.c"):
+    for source in (*sources(folder(name)), folder(name) / "example.c"):
         target = () if FRONT in compiler else ("-o", str(tmp_path / "object.o"))
         include = f"-I{folder(name) / 'include'}"
-        built = run(*compiler, *STRICT, include, "-c", str(folder(name) / source), *target)
+        built = run(*compiler, *STRICT, include, "-c", str(source), *target)
         assert built.returncode == 0 and not built.stderr, built.stderr[:2000]
 
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", EVERY)
 def test_no_allocation_no_globals_libm_only(name, tmp_path):
     """What the objects ask for and own: mathematics, memory copies, and nothing that can be written to."""
     if shutil.which("gcc") is None or shutil.which("nm") is None:
         pytest.skip("gcc and nm are not installed")
     wanted, writable = set(), set()
-    for source in SOURCES:
+    for source in sources(folder(name)):
         target = tmp_path / "object.o"
-        command = ("gcc", "-O1", f"-I{folder(name) / 'include'}", "-c", str(folder(name) / source), "-o", str(target))
+        command = ("gcc", "-O1", f"-I{folder(name) / 'include'}", "-c", str(source), "-o", str(target))
         assert run(*command).returncode == 0
         for line in run("nm", str(target)).stdout.splitlines():
             kind, symbol = line.split()[-2:]
@@ -99,9 +100,9 @@ MATHEMATICS = {
 def test_size_in_the_readme_is_the_size(tmp_path):
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
-    for name in NAMES:
-        sources = [str(folder(name) / s) for s in (*SOURCES, "example.c")]
-        run("gcc", f"-I{folder(name) / 'include'}", *sources, "-lm", "-o", str(tmp_path / "e"))
+    for name in EVERY:
+        every = [str(source) for source in (*sources(folder(name)), folder(name) / "example.c")]
+        run("gcc", f"-I{folder(name) / 'include'}", *every, "-lm", "-o", str(tmp_path / "e"))
         printed = run(str(tmp_path / "e")).stdout
         size = re.search(r"= (\d+) bytes", printed)
         assert size and f"({size[1]} bytes" in (folder(name) / "README.md").read_text(encoding="utf-8")

@@ -1,0 +1,103 @@
+"""The library's look at its vehicle: the same as Python's, a load said, and no answer that is not a number."""
+
+import ctypes
+
+import numpy as np
+import pytest
+
+import identified
+from c_folders import IDENTIFIED, declared, library
+from softsoil.codegen.c_library.build import FLAGS
+from softsoil.codegen.c_library.horizon_binding import CHorizon
+from softsoil.codegen.c_library.statuses import STATUSES
+from softsoil.codegen.c_library.vehicle_binding import CVehicle
+from softsoil.estimator.modes import run_horizon
+from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, drive_windows
+from softsoil.estimator.strain import vehicle_change
+from softsoil.recording.states import sensor_std
+from softsoil.windows.shooting import shooting_drive
+
+pytestmark = pytest.mark.compiler
+START, N_0 = 1.0, 0.7
+WORDS = [name for name, _ in STATUSES]
+
+
+@pytest.fixture(scope="module")
+def logs():
+    return {"loaded": identified.drive(identified.LOAD, "good"), "empty": identified.drive({}, "good")}
+
+
+def ran(recording, seconds=np.inf, change=None):
+    """A horizon and the look beside it after a drive; change(k, u, y, t) -> (u, y, t)."""
+    drive = shooting_drive(recording, declared(IDENTIFIED).build(), START, live=True)
+    c = CHorizon(library(IDENTIFIED, FLAGS))
+    c.options.dt, c.options.start_up, c.options.guess[:] = drive.dt, START, [N_0] * len(c.names)
+    c.options.r_std[:] = sensor_std(recording, LEAST_NOISE)
+    c.start(drive.t[0])
+    look = CVehicle(c)
+    for k, (t, u, y) in enumerate(zip(drive.t, drive.inputs, drive.measured, strict=True)):
+        if t - drive.t[0] < seconds:
+            c.push(*((u, y, t) if change is None else change(k, u.copy(), y.copy(), t)))
+            c.update()
+            look.update()
+            assert np.isfinite([look.head.strain, look.head.load, look.head.load_std]).all()
+    return c, look
+
+
+@pytest.mark.parametrize("name", ("loaded", "empty"))
+def test_the_same_as_in_python(logs, name):
+    """Python linearises every window again at the end, C does not."""
+    _, look = ran(logs[name])
+    windows = drive_windows(logs[name], declared(IDENTIFIED).build(), START, HorizonRules())
+    python = vehicle_change(windows, run_horizon(windows, N_0, False, HorizonRules()))
+    assert look.head.load == pytest.approx(python.load, abs=0.5 * python.load_std)
+    assert look.head.load_std == pytest.approx(python.load_std, rel=0.15)
+    assert look.head.strain == pytest.approx(python.strain, rel=0.2, abs=0.2)
+
+
+def test_a_load_is_said(logs):
+    c, look = ran(logs["loaded"])
+    mass = declared(IDENTIFIED).vehicle.mass
+    assert look.change == "other_mass" and c.verdict == "inconsistent"
+    assert look.head.load * mass == pytest.approx(400.0, abs=3.0 * look.head.load_std * mass)
+
+
+def test_the_vehicle_itself_is_the_same(logs):
+    c, look = ran(logs["empty"])
+    assert look.change == "same" and c.head.vehicle == 0 and c.verdict == "identified"
+    assert look.head.windows > 30
+
+
+def test_another_soil_begins_anew(logs):
+    c, look = ran(logs["loaded"])
+    assert look.head.windows > 10 and c.head.vehicle != 0
+    c.head.changes += 1
+    look.update()
+    assert look.head.windows == 0 and look.change == "same" and c.head.vehicle == 0
+
+
+def test_absurd_and_absent_samples_have_a_defined_answer(logs):
+    rng = np.random.default_rng(3)
+
+    def absurd(k, u, y, t):
+        if k % 5 == 0:
+            y[rng.integers(6)] = rng.choice([np.nan, np.inf, 1e300, -1e9])
+        if k % 11 == 0:
+            u[rng.integers(len(u))] = rng.choice([np.nan, -np.inf, 1e300])
+        return (u, np.full(6, np.nan), t) if 700 < k < 820 else (u, y, t)
+
+    _, look = ran(logs["empty"], change=absurd)
+    assert look.head.windows > 5
+
+
+def test_without_a_start_nothing_is_done(logs):
+    c, look = ran(logs["empty"], seconds=0.1)
+    both = ctypes.byref(look.head), ctypes.byref(c.head)
+    assert c.c.softsoil_vehicle_update(None, both[1]) == c.c.softsoil_vehicle_update(both[0], None) == WORDS.index("NULL_POINTER")
+    look.head.magic = 0
+    assert c.c.softsoil_vehicle_update(*both) == WORDS.index("NOT_INITIALISED")
+
+
+def test_a_library_without_joint_error_says_so():
+    with pytest.raises(ValueError, match="joint_error"):
+        CVehicle(CHorizon(library("plain", FLAGS)))
