@@ -8,8 +8,8 @@ and n drawn by the seed, beside one that the identification leaves out. Judged, 
 noise: n by windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the
 plant's bodies; with --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and
 on drives without one, and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of
---logs, traced in one call, each on a soil of its own; and what `estimate` says of n on each of these drives alone. True values
-are read to judge only.
+--logs, traced in one call, each on a soil of its own; and what `estimate`, and the vehicle's generated library, say of n on each
+of these drives alone. True values are read to judge only.
 Looked at were seeds 0 to 2 while this command was made; 100, 101 and 104 while the rules of contradiction were; 100 to 102
 while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 118 while the strain
 of the numbers was; the others were not.
@@ -25,10 +25,12 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.judges.library_look import by_library
 from benchmarks.judges.plant_vehicles import FIT, JUDGE, Case, Log, case_of, effects_of, log_of
 from benchmarks.judges.vehicle_judge import Judgement, joined, judge_drive, lines, words
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import METHODS, estimate
+from softsoil.estimator.verdict import IDENTIFIED
 from softsoil.identification.identify import identify
 from softsoil.identification.vehicle_toml import vehicle_toml
 from softsoil.mpc_demo.blind_test import as_the_catalogue_says, relative_error, score
@@ -194,7 +196,8 @@ def _in_errors(found: Refinement, truth: Mapping[str, float]) -> str:
 
 
 def _alone(vehicle: Vehicle, drives: Sequence[Recording], logs: Sequence[Log]) -> tuple[int, int]:
-    """How many n that `estimate` calls identified on single drives are wrong, and of how many n; each is printed."""
+    """How many n of single drives, by `estimate` and by the generated library, are wrong and called identified, and of how many;
+    each is printed."""
     wrong, count = 0, 0
     for drive, log in zip(drives, logs, strict=True):
         parts, change = [], None
@@ -207,6 +210,10 @@ def _alone(vehicle: Vehicle, drives: Sequence[Recording], logs: Sequence[Log]) -
             change = said.evidence.change if said.evidence else None
         if change is not None:
             parts.append(f"strain {change.strain:.1f}, load {100 * change.load:+.0f} ± {100 * change.load_std:.0f} % of its mass")
+            c = by_library(Declaration(vehicle, log.soil), drive)
+            off = c.n / log.n - 1
+            wrong, count = wrong + (c.verdict == IDENTIFIED and abs(off) > N_WRONG), count + 1
+            parts.append(f"in C {100 * off:+.1f} % {c.verdict}, load {100 * c.load:+.0f} %, changed at {c.changed_at:.0f} s")
         print(f"    {drive.name} alone: {', '.join(parts)}", flush=True)
     return wrong, count
 

@@ -49,8 +49,8 @@ class VehicleNumbers:
 def vehicle_values(numbers: VehicleNumbers, own: Parts, free_step: float, horizon: dict[str, str]) -> dict[str, str]:
     """Key -> text for the templates of the look at the vehicle.
 
-    numbers: what is known of it; own: the parts of the library's model, whose parameters the caller may change; free_step: of differences, as a share of what
-    a number may move in a step of a fit; horizon: values of the horizon's templates.
+    numbers: what is known of it; own: the parts of the library's model, whose parameters the caller may change; free_step: of
+    differences, as a share of what a number may move in a step of a fit; horizon: values of the horizon's templates.
     """
     model, p = numbers.parts.model, numbers.parts.model.p
     there = own.model.p.names
