@@ -12,6 +12,10 @@
 
 #include "softsoil.h"
 #include "softsoil_horizon.h"
+#if __has_include("softsoil_vehicle.h")
+#include "softsoil_vehicle.h"
+#define LOOKS
+#endif
 
 #define N SOFTSOIL_N_X
 #define FAIL(...)                                          \
@@ -72,6 +76,11 @@ int main(int argc, char **argv) {
   seed = 0x9e3779b97f4a7c15ull ^ (argc > 2 ? strtoull(argv[2], NULL, 10) * 0xd1342543de82ef95ull : 0);
   static softsoil_t s;
   static softsoil_horizon_t horizon;
+#ifdef LOOKS
+  static softsoil_vehicle_t look;
+  unsigned long looked = 0;
+  softsoil_vehicle_init(&look);
+#endif
   unsigned long windows = 0, corrected = 0, verdicts[SOFTSOIL_VERDICT_COUNT] = {0};
   softsoil_options_t o;
   double x[N], m[SOFTSOIL_N_M + 1], u[SOFTSOIL_N_U], y[SOFTSOIL_N_Y], lower[N], upper[N];
@@ -174,6 +183,14 @@ int main(int argc, char **argv) {
     status = softsoil_horizon_update(&horizon);
     if (status < 0 || status >= SOFTSOIL_STATUS_COUNT) FAIL("horizon: status %d", status);
     if (!horizon_is_good(&horizon)) FAIL("the horizon is not finite");
+#ifdef LOOKS
+    status = softsoil_vehicle_update(&look, &horizon);
+    if (status < 0 || status > 1) FAIL("look: status %d", status);
+    looked += (unsigned long)status;
+    if (!isfinite(look.strain) || !isfinite(look.load) || !(look.load_std >= 0.0)) FAIL("the look at the vehicle is not finite");
+    if (horizon.vehicle != look.change) FAIL("the horizon has another word of the vehicle");
+    if (uniform() < 2e-5 && softsoil_vehicle_init(&look)) FAIL("the look refused a new start");
+#endif
     if (horizon.updated) {
       ++windows;
       ++verdicts[horizon.verdict];
@@ -188,6 +205,9 @@ int main(int argc, char **argv) {
     if (!(s.drift >= 0.0) || s.drift_channel < 0 || s.drift_channel >= SOFTSOIL_N_DRIFT) FAIL("drift is %g", s.drift);
     if (!covariance_is_good(&s)) FAIL("the covariance is not positive");
   }
+#ifdef LOOKS
+  printf("look at the vehicle: %lu windows\n", looked);
+#endif
   printf("horizon: %lu windows, %lu corrections of the filter, %lu times identified\n", windows, corrected,
          verdicts[SOFTSOIL_VERDICT_IDENTIFIED]);
   printf("%lu steps, %lu starts, nothing broke; what was met, and counted:\n", steps, starts);
