@@ -53,6 +53,7 @@ class LiveEvidence:
 class LiveHorizon:
     """A `Judge`: windows of the last two minutes, in C; a tick that completes a window takes about a millisecond.
 
+    Where the vehicle's file states the joint error of its numbers, each tick looks at the vehicle, too: less than a millisecond.
     declared: vehicle, soil, law and effects; std (6,): of the sensors of x, y, psi, u, v, omega_z (SI); tick: s between samples.
     The effects are those of a driver's model. Raises ValueError where there is no C compiler, or more than one n.
     """

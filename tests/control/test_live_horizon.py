@@ -7,7 +7,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+import identified
 from nmpc_problem import small_ocp
+from softsoil.control.declared import for_control
 from softsoil.control.driver import Driver
 from softsoil.control.driver_types import NOT_JUDGED, DriverSettings
 from softsoil.control.live_estimator import LiveEstimator
@@ -16,13 +18,16 @@ from softsoil.control.nmpc import Nmpc
 from softsoil.control.path import Path
 from softsoil.control.pedals import Pedals
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.moving_horizon import LEAST_NOISE
 from softsoil.files.package_data import VEHICLES
 from softsoil.mpc_demo.closed_loop_parts import NoisySensors
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.recording.states import sensor_std
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.windows.shooting import shooting_drive
 
 pytestmark = [pytest.mark.slow, pytest.mark.compiler]
 SPEED, N_0 = 6.0, 0.7
@@ -111,6 +116,24 @@ def test_a_vehicle_that_stands_identifies_nothing():
         own.tick(k * SETTINGS.tick, inputs, np.array(SETTINGS.sensor_std) * rng.normal(size=6))
     assert own.verdict == "not_excited"
     assert own.n == N_0
+
+
+def test_a_load_on_an_identified_vehicle_is_said():
+    declared = for_control(Declaration(identified.vehicle(), CLAY))
+    log = identified.drive({**declared.vehicle.effects, **identified.LOAD}, "good")
+    driven = shooting_drive(log, declared.build(), 1.0, live=True)
+    own = LiveHorizon(declared, sensor_std(log, LEAST_NOISE), driven.dt)
+    own.start(0.0, N_0)
+    names = declared.build().external.names
+    for t, u, y in zip(driven.t, driven.inputs, driven.measured, strict=True):
+        own.tick(float(t), dict(zip(names, u, strict=True)), y)
+    assert own.verdict == "inconsistent"
+    assert own.evidence.load * declared.vehicle.mass == pytest.approx(400.0, rel=0.3)
+    assert own.evidence.strain > 3.5
+
+
+def test_without_joint_error_nothing_is_said_of_a_load():
+    assert np.isnan(judge(1.0).evidence.load)
 
 
 def test_without_a_judge_nothing_is_judged():
