@@ -189,13 +189,9 @@ def _kernels(parts: Parts) -> str:
 
 def _laws(parts: Parts) -> str:
     """The table of force laws: first wheel, number of wheels, and the law in its three forms."""
-    runs, first = [], 0
-    for k, law in enumerate(parts.laws):
-        runs.append(f"RUN({first}, {law.calls}, scalar_law_{k}, kernel_law_{k}, side_law_{k})")
-        first += law.calls
     return (
         "/* RUN(first wheel, wheels, the law at one point, at a vector of points, at several side by side). */\n"
-        f"#define SOFTSOIL_LAWS(RUN) {' '.join(runs)}\n\n"
+        f"#define SOFTSOIL_LAWS(RUN) {parts.law_runs('scalar_law', 'kernel_law', 'side_law')}\n\n"
     )
 
 

@@ -84,6 +84,14 @@ class Parts:
     start: ca.Function
     force: ca.Function
 
+    def law_runs(self, *forms: str) -> str:
+        """RUN(first wheel, wheels, function of each form) of every law, the functions named form_k, one after the other."""
+        runs, first = [], 0
+        for k, law in enumerate(self.laws):
+            runs.append(f"RUN({first}, {law.calls}, {', '.join(f'{form}_{k}' for form in forms)})")
+            first += law.calls
+        return " ".join(runs)
+
 
 def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     """The parts of the model that `build` makes of a force law.

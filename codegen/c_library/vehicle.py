@@ -95,15 +95,11 @@ def vehicle_kernels(numbers: VehicleNumbers) -> str:
     parts = numbers.parts
     kernels = [write_kernel(getattr(parts, name), f"own_{name}") for name in _FUNCTIONS]
     kernels += [write_kernel(law.function, f"own_law_{k}") for k, law in enumerate(parts.laws)]
-    runs, first = [], 0
-    for k, law in enumerate(parts.laws):
-        runs.append(f"RUN({first}, {law.calls}, own_law_{k})")
-        first += law.calls
     return (
         "/* The model's equations with the vehicle's numbers as parameters, generated: never edited by hand. */\n"
         "#ifndef SOFTSOIL_VEHICLE_KERNELS_H\n#define SOFTSOIL_VEHICLE_KERNELS_H\n\n"
         + "\n".join(kernels)
-        + f"\n/* RUN(first wheel, wheels, the law). */\n#define SOFTSOIL_OWN_LAWS(RUN) {' '.join(runs)}\n\n#endif\n"
+        + f"\n/* RUN(first wheel, wheels, the law). */\n#define SOFTSOIL_OWN_LAWS(RUN) {parts.law_runs('own_law')}\n\n#endif\n"
     )
 
 

@@ -105,35 +105,41 @@ static int32_t nearest(double value) {
   return part > 0.5 || (!(part < 0.5) && whole % 2) ? whole + 1 : whole;
 }
 
-/* The inverse of a symmetric positive matrix (n x n, n <= 6), 0 where it is not positive. */
-static int invert(int n, const double *a, double *inverse) {
-  double l[6][6] = {{0.0}}, half[6][6] = {{0.0}};
+int softsoil_invert(int n, const double *a, double *inverse, double *work) {
+  double *l = work, *half = work + n * n;
+  memset(work, 0, 2u * (size_t)(n * n) * sizeof *work);
   for (int i = 0; i < n; ++i)
     for (int j = 0; j <= i; ++j) {
       double sum = a[i * n + j];
-      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
+      for (int k = 0; k < j; ++k) sum -= l[i * n + k] * l[j * n + k];
       if (i == j) {
         if (!(sum > 0.0) || !isfinite(sum)) return 0;
-        l[i][i] = sqrt(sum);
+        l[i * n + i] = sqrt(sum);
       } else {
-        l[i][j] = sum / l[j][j];
+        l[i * n + j] = sum / l[j * n + j];
       }
     }
   for (int i = 0; i < n; ++i) {
-    half[i][i] = 1.0 / l[i][i];
+    half[i * n + i] = 1.0 / l[i * n + i];
     for (int j = 0; j < i; ++j) {
       double sum = 0.0;
-      for (int k = j; k < i; ++k) sum += l[i][k] * half[k][j];
-      half[i][j] = -sum / l[i][i];
+      for (int k = j; k < i; ++k) sum += l[i * n + k] * half[k * n + j];
+      half[i * n + j] = -sum / l[i * n + i];
     }
   }
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       double sum = 0.0;
-      for (int k = i > j ? i : j; k < n; ++k) sum += half[k][i] * half[k][j];
+      for (int k = i > j ? i : j; k < n; ++k) sum += half[k * n + i] * half[k * n + j];
       inverse[i * n + j] = sum;
     }
   return 1;
+}
+
+/* The same of at most 6 x 6. */
+static int invert(int n, const double *a, double *inverse) {
+  double work[2 * 6 * 6];
+  return softsoil_invert(n, a, inverse, work);
 }
 
 int softsoil_horizon_defaults(softsoil_horizon_options_t *options) {
