@@ -204,9 +204,14 @@ def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: Verdic
         said = f"{said}, or is that of {heavier}" if strained else f"the drive is that of {heavier}"
     elif not strained:
         return None
-    return "inconsistent", (
-        f"{said}: something of the vehicle has changed, as by a load, which two drives of different manoeuvres show best"
-    )
+    return "inconsistent", f"{said}: {CHANGED}; two drives of different manoeuvres show best which"
+
+
+CHANGED = (
+    "something of the vehicle has changed, as by a load, or the soil's class is another one than declared, or none of those that "
+    "the vehicle was identified on"
+)
+"""What strained numbers of an identified vehicle may come from."""
 
 
 def heavier_words(load: float, std: float) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.verdict import VerdictRules, heavier_words
+from softsoil.estimator.verdict import CHANGED, VerdictRules, heavier_words
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.joint_fit import Fits, JointFit, stated_error
@@ -91,10 +91,7 @@ def strained_words(look: Look) -> str:
     )
     if look.load is not None and _heavier(look.load) and look.without is None:
         said = f"the drives are those of a vehicle {heavier_words(*look.load)} than declared"
-    return (
-        f"{said}: something of the vehicle has changed, as by a load; "
-        "n is not to be used before the change is declared or the vehicle identified again"
-    )
+    return f"{said}: {CHANGED}; n is not to be used before the change is declared or the vehicle identified again"
 
 
 def _heavier(load: tuple[float, float] | None) -> bool:
