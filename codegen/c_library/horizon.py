@@ -14,7 +14,6 @@ from softsoil.codegen.c_library.parts import Parts
 FILES = {
     "include/softsoil_horizon.h": "softsoil_horizon.h.in",
     "src/softsoil_horizon.c": "softsoil_horizon.c.in",
-    "src/softsoil_windows.h": "softsoil_windows.h.in",
 }
 """Where each template goes."""
 MOTION = ("x", "y", "psi", "u", "v", "omega_z")

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "softsoil_model.h"
-#include "softsoil_windows.h"
 
 #define K SOFTSOIL_HORIZON_N
 #define NS SOFTSOIL_HORIZON_STATES

@@ -2,7 +2,7 @@
 #ifndef SOFTSOIL_MODEL_H
 #define SOFTSOIL_MODEL_H
 
-#include "softsoil.h"
+#include "softsoil_horizon.h"
 
 #define SOFTSOIL_POINTS (2 * SOFTSOIL_N_X + 1)
 /* Points per row: a multiple of the widest vector. */
@@ -55,5 +55,15 @@ void softsoil_model_step_jobs(int active, int passive, const double *u, const do
 /* Measurements y (N_Y rows) of states x, for models whose measurements are functions of the states. */
 void softsoil_model_measure_jobs(int active, int passive, const double *u, const double *p, const softsoil_jobs_t *x,
                                  softsoil_jobs_t *y);
+
+/* What the horizon shares with what runs beside it. */
+#define SOFTSOIL_HORIZON_MAGIC 0x90c5cbfdu
+
+/* States at a row that is kept: of the window over it, else the record smoothed by a quadratic. */
+void softsoil_horizon_states(const softsoil_horizon_t *h, int64_t row, double states[SOFTSOIL_HORIZON_STATES]);
+/* The inverse of a symmetric positive matrix (n x n), 0 where it is not positive; work: 2 n^2 numbers. */
+int softsoil_invert(int n, const double *a, double *inverse, double *work);
+/* The verdict on the estimate as it stands. */
+int softsoil_horizon_verdict(const softsoil_horizon_t *h);
 
 #endif
