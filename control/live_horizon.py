@@ -32,7 +32,8 @@ class LiveEvidence:
     the yaw inertia larger than declared, and its standard deviation; parts, parts_sigmas: n of the earlier and the later windows
     where these differ most, and by how many standard deviations; motion: root mean square lateral specific force (m/s^2);
     windows: that the estimate rests on; changes: how often the soil has changed; strain, load, load_std: how the windows would
-    have the vehicle other than its file (`softsoil.estimator.strain`), NaN where that states no joint error of its numbers.
+    have the vehicle other than its file (`softsoil.estimator.strain`), NaN where that states no joint error of its numbers, and
+    before a window has been looked at.
     """
 
     information_std: float
@@ -105,7 +106,9 @@ class LiveHorizon:
     def evidence(self) -> LiveEvidence:
         """What the verdict rests on."""
         head = self._c.head
-        look = () if self._look is None else (self._look.head.strain, self._look.head.load, self._look.head.load_std)
+        look: tuple[float, ...] = ()
+        if self._look is not None and self._look.change != "unknown":
+            look = self._look.head.strain, self._look.head.load, self._look.head.load_std
         (v, omega_z), (v_std, omega_z_std) = head.unexplained, head.unexplained_std
         earlier, later = head.parts
         return LiveEvidence(

@@ -50,7 +50,7 @@ def by_library(declared: Declaration, log: Recording) -> LibrarySays:
         horizon.push(u, y, t)
         horizon.update()
         look.update()
-        if np.isnan(changed_at) and look.head.change:
+        if np.isnan(changed_at) and horizon.head.vehicle:
             changed_at = float(t)
     head = look.head
     return LibrarySays(float(horizon.n[0]), horizon.verdict, head.load, head.load_std, head.strain, changed_at)

@@ -68,7 +68,7 @@ typedef struct {
   int32_t changes;                        /* how often the soil has changed */
   int32_t windows;                        /* that the estimate rests on */
   int32_t updated;                        /* whether the last call of softsoil_horizon_update took in a window: 1 or 0 */
-  int32_t vehicle;                        /* not 0 where softsoil_vehicle_update says that the vehicle has changed */
+  int32_t vehicle;                        /* 1 where softsoil_vehicle_update says that the vehicle has changed, else 0 */
   double t;                               /* s, end of the newest window */
   double changed_at;                      /* s, start of the first window of the present soil */
   double n[SOFTSOIL_HORIZON_N];           /* estimate */

@@ -73,7 +73,7 @@ def test_another_soil_begins_anew(logs):
     assert look.head.windows > 10 and c.head.vehicle != 0
     c.head.changes += 1
     look.update()
-    assert look.head.windows == 0 and look.change == "same" and c.head.vehicle == 0
+    assert look.head.windows == 0 and look.change == "unknown" and c.head.vehicle == 0
 
 
 def test_absurd_and_absent_samples_have_a_defined_answer(logs):
