@@ -107,7 +107,7 @@ class LiveHorizon:
         """What the verdict rests on."""
         head = self._c.head
         look: tuple[float, ...] = ()
-        if self._look is not None and self._look.change != "unknown":
+        if self._look is not None and self._look.head.windows:
             look = self._look.head.strain, self._look.head.load, self._look.head.load_std
         (v, omega_z), (v_std, omega_z_std) = head.unexplained, head.unexplained_std
         earlier, later = head.parts

@@ -32,12 +32,13 @@ MOST = 1.0
 class VehicleChange:
     """How a drive would have the vehicle other than its file: strain of its numbers (`softsoil.windows.strain`); load, load_std:
     share of its mass by which it is heavier than declared, the numbers free within their joint error, and the standard deviation
-    with that of a declared load.
+    with that of a declared load; seen_std: of the drive alone, the smallest load that it could show.
     """
 
     strain: float
     load: float
     load_std: float
+    seen_std: float
 
 
 def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChange | None:
@@ -61,7 +62,8 @@ def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChang
     step = -np.linalg.lstsq(whole[:-1, :-1], gradient[:-1], rcond=None)[0]
     strained = strain(prior.root @ step[kept], marginal(hessian[:-1, :-1], kept), prior.root)
     heavier, std = last_step(whole, gradient)
-    return VehicleChange(strained, heavier / mass, float(np.hypot(std, vehicle.uncertainty.get(name, 0.0))) / mass)
+    known = vehicle.uncertainty.get(name, 0.0)
+    return VehicleChange(strained, heavier / mass, float(np.hypot(std, known)) / mass, std / mass)
 
 
 def _normal_equations(windows: FreeWindows, horizon: MovingHorizon, free: Sequence[Free]) -> tuple[Array, Array]:

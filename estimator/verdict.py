@@ -40,7 +40,8 @@ class VerdictRules:
     unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia, inertia_sigmas: share by which the
     drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; strain: of the numbers of
     an identified vehicle, from which it has changed; load, load_sigmas: share of its mass by which it is heavier or lighter than
-    declared, and in standard deviations, from which it has; parts, parts_sigmas:
+    declared, and in standard deviations, from which it has; load_seen: largest standard deviation of that share with which a
+    drive shows a load that n would take up; parts, parts_sigmas:
     the same of n in the earlier and the later part of the drive, over n; least_motion: root mean square lateral specific
     force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
     fits better than soil, by `road_sigmas` standard errors, was on hard ground.
@@ -58,6 +59,7 @@ class VerdictRules:
     strain: float = 3.5
     load: float = 0.08
     load_sigmas: float = 2.5
+    load_seen: float = 0.06
     parts: float = PARTS
     parts_sigmas: float = PARTS_SIGMAS
     least_motion: float = 0.2
@@ -139,7 +141,7 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    of_drive = (_consistent, _as_heavy_to_turn, _as_identified, _excited)
+    of_drive = (_consistent, _as_heavy_to_turn, _as_identified, _excited, _shows_a_load)
     for check in (*of_drive, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil):
         found = check(evidence, n, others, rules)
         if found is not None:
@@ -240,6 +242,15 @@ def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules
             f"specific force {e.motion:.2f} m/s^2 rms over {e.windows} windows): steer more, at several speeds"
         )
     return None
+
+
+def _shows_a_load(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    if e.change is None or e.change.seen_std <= rules.load_seen:
+        return None
+    return "not_excited", (
+        f"the drive shows a load to ± {100 * min(e.change.seen_std, 9.99):.0f} % of the vehicle's mass only (limit "
+        f"{100 * rules.load_seen:.0f} %), and n takes up one that it does not show: drive on, with more steering"
+    )
 
 
 def _inside(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:

@@ -81,9 +81,9 @@ def vehicle_words(there: bool, about: str) -> dict[str, str]:
         "vehicle_include": '#include "softsoil_vehicle.h"',
         "vehicle_declare": "  static softsoil_vehicle_t look;\n  softsoil_vehicle_init(&look);",
         "vehicle_update": "    softsoil_vehicle_update(&look, &h);",
-        "vehicle_say": '  if (look.change == SOFTSOIL_VEHICLE_UNKNOWN) printf("vehicle: not known whether it has changed\\n");\n'
-        '  else printf("vehicle: load %+.1f +- %.1f %% of its mass, strain %.1f\\n", 100 * look.load,\n'
-        "         100 * look.load_std, look.strain);",
+        "vehicle_say": '  if (look.windows == 0) printf("vehicle: not looked at yet\\n");\n'
+        '  else printf("vehicle: load %+.1f +- %.1f %% of its mass, strain %.1f%s\\n", 100 * look.load, 100 * look.load_std,\n'
+        '              look.strain, look.change == SOFTSOIL_VEHICLE_UNKNOWN ? ", a load would not show yet" : "");',
     }
     return {key: f"{text}\n" if there else "" for key, text in words.items()}
 

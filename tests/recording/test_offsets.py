@@ -47,3 +47,16 @@ def test_a_manoeuvre_that_repeats_itself_is_not_shifted_by_a_period():
     assert found is not None and found.late_s == pytest.approx(0.0, abs=0.03)
     late = best_offset("position", "heading", np.roll(wave + gust, round(0.2 / dt)), np.zeros_like(t), [wave], dt)
     assert late is not None and late.late_s == pytest.approx(0.2, abs=0.03)
+
+
+def test_the_noise_of_a_short_piece_shifts_it_by_no_period():
+    """Over 10 s correlated noise may leave a third less a period away; an offset that is there is found all the same."""
+    dt, period = 0.02, 1.5
+    t = dt * np.arange(501)
+    wave = np.sin(2 * np.pi * t / period)
+    for seed in range(20):
+        noise = np.convolve(np.random.default_rng(seed).normal(size=len(t)), np.full(15, 15**-0.5), "same")
+        for late in (0.0, 0.2):
+            there = np.roll(wave + 0.3 * noise, round(late / dt))
+            found = best_offset("position", "heading", there, np.zeros_like(t), [wave], dt)
+            assert found is not None and found.late_s == pytest.approx(late, abs=0.1), seed
