@@ -1,7 +1,8 @@
 """`softsoil identify` judged blindly on vehicles of the plant drawn by seed, from what an owner with scale and tape says of them.
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
-    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good] [--absent v]
+    [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
+    [--absent v] [--judged-absent v]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
 measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good" or --fit-noise, less --absent, on soils
 and n drawn by the seed, beside one that the identification leaves out. Judged, on three other drives on other n with Table-5
@@ -27,14 +28,14 @@ import numpy as np
 
 from benchmarks.judges.library_look import WRONG, by_library
 from benchmarks.judges.plant_vehicles import FIT, JUDGE, Case, Log, case_of, effects_of, log_of
-from benchmarks.judges.vehicle_judge import Judgement, joined, judge_drive, lines, words
+from benchmarks.judges.vehicle_judge import Judgement, joined, judge_drive, lines, without, words
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import METHODS, estimate
 from softsoil.estimator.verdict import IDENTIFIED
 from softsoil.identification.identify import identify
 from softsoil.identification.vehicle_toml import vehicle_toml
 from softsoil.mpc_demo.blind_test import as_the_catalogue_says, relative_error, score
-from softsoil.recording.drive import Recording
+from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.refine import refine
 from softsoil.refinement.result import Refinement
@@ -49,6 +50,8 @@ NOTHING = "nothing"
 """What a drive without an effect is called."""
 SIZE = 0.2
 """Error of an effect's size, as a share, that is right at most."""
+LOCKED = {"centre_lock": 1.0, "front_drive": 0.5}
+"""The driveline of these vehicles, as their owner knows it."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,7 @@ def main() -> None:
     parser.add_argument("--noise", default="good", help="of the drives with an effect and of those without one")
     parser.add_argument("--fit-noise", default="good", help="of the logs that the vehicle is identified from")
     parser.add_argument("--absent", default="", help="channels that those logs lack, as v,x,y,psi")
+    parser.add_argument("--judged-absent", default="", help="channels that those lack on which n is judged")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
@@ -98,7 +102,7 @@ def main() -> None:
             f"radius {rolls:+.2f} % of {case.drawn.measured['radius']:.4f} m"
         )
         if not (asked.only_effects or asked.only_numbers):
-            judged.append(_judged(case, vehicle))
+            judged.append(_judged(case, vehicle, asked.judged_absent.split(",")))
         if asked.effects or asked.only_effects:
             switches = asked.switches.split(",") if asked.switches else []
             named += _traced(case, vehicle, asked.logs.split(","), switches, asked.noise)
@@ -131,8 +135,9 @@ def identified(case: Case, file: Path, noise: str = "good", absent: str = "") ->
     began = time.perf_counter()
     logs = [log_of(case, kind, number) for number, kind in enumerate(FIT)]
     drives = [add_noise(log.drive, noise, 100 * case.seed + i) for i, log in enumerate(logs)]
-    drives = [replace(d, channels={k: c for k, c in d.channels.items() if k not in absent.split(",")}) for d in drives]
-    found = identify(drives, [log.soil for log in logs], case.known)
+    drives = [without(drive, absent.split(",")) for drive in drives]
+    known = replace(case.known, driveline=LOCKED) if {*WHEEL_CHANNELS} & {*absent.split(",")} else case.known
+    found = identify(drives, [log.soil for log in logs], known)
     file.write_text(vehicle_toml(found), encoding="utf-8")
     errors = ", ".join(f"{100 * (found.n[log.drive.name][0] / log.n - 1):+.1f}" for log in logs)
     print(f"  {found.verdict}: {found.reason} ({time.perf_counter() - began:.0f} s); n of its own logs {errors} %", flush=True)
@@ -140,11 +145,11 @@ def identified(case: Case, file: Path, noise: str = "good", absent: str = "") ->
     return found.vehicle
 
 
-def _judged(case: Case, vehicle: Vehicle) -> Judgement:
+def _judged(case: Case, vehicle: Vehicle, absent: Sequence[str]) -> Judgement:
     parts = []
     for number, kind in enumerate(JUDGE, FIRST_JUDGE):
         log = log_of(case, kind, number)
-        part = judge_drive(vehicle, case.known, log.drive, log.soil, log.n, 1000 * case.seed + number)
+        part = judge_drive(vehicle, case.known, log.drive, log.soil, log.n, 1000 * case.seed + number, absent=absent)
         print(f"  {kind} {log.soil.name} n {log.n:.2f}: {words(part)}", flush=True)
         parts.append(part)
     return joined(parts)

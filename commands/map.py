@@ -29,6 +29,7 @@ from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.soil_map import Cell, DriveSoil, drive_soil, fuse
 from softsoil.figures.soil_map import draw_soil_map
 from softsoil.importing.local_frame import latitude_longitude, other_frame
+from softsoil.recording.log_names import distinct
 
 DECIMALS = 8
 """Of degrees: a millimetre."""
@@ -59,7 +60,7 @@ def map_soil(
     folder = output_folder(out, "map")
     say_vehicle(vehicle, model)
     declared = declaration(vehicle, soil, law, model)
-    drives = [open_drive(log, columns, vehicle=vehicle, model=model)[1] for log in logs]
+    drives = distinct(open_drive(log, columns, vehicle=vehicle, model=model)[1] for log in logs)
     for drive in drives:
         refuse_another(drive, declared.vehicle)
     built, n0 = declared.build(), float(declared.soil.n)

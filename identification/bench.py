@@ -19,6 +19,7 @@ from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import Vehicle
+from softsoil.windows.absent_wheels import absent_wheels, with_log_wheels
 from softsoil.windows.free_starts import FASTEST, free_windows, steps_of
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.parameters import Free
@@ -86,20 +87,22 @@ def make_bench(
     recordings = [forward_part(recording) for recording in recordings]
     vehicle = vehicle_of(known, {})
     layout = free_layout(known)
-    models = [bicycle(vehicle, soil, "turn_slip", None, layout) for soil in soils]
+    models = [with_log_wheels(bicycle(vehicle, soil, "turn_slip", None, layout), recordings) for soil in soils]
+    rolling = not absent_wheels(recordings)
     model = models[0]
     drives = [shooting_drive(recording, model, start) for recording in recordings]
-    compiled: dict[float, tuple[WindowModel, BalanceModel]] = {}
+    compiled: dict[float, tuple[WindowModel, BalanceModel | None]] = {}
     windows, balances = [], []
     p = np.array([m.p.nominal for m in models])
     for i, (recording, drive) in enumerate(zip(recordings, drives, strict=True)):
         key = round(drive.dt, 7)
         if key not in compiled:
             steps = steps_of(drive.dt)
-            compiled[key] = WindowModel(model, drive.dt, steps), BalanceModel(model, drive.dt, steps)
+            compiled[key] = WindowModel(model, drive.dt, steps), BalanceModel(model, drive.dt, steps) if rolling else None
         window_model, balance_model = compiled[key]
         windows.append(free_windows(window_model, drive, recording))
-        balances.append(WheelBalance(balance_model, windows[-1], p[i], all_open(recording, vehicle), FASTEST))
+        if balance_model is not None:
+            balances.append(WheelBalance(balance_model, windows[-1], p[i], all_open(recording, vehicle), FASTEST))
         progress((i + 1) / len(drives))
     return Bench(
         known, vehicle, model, tuple(r.name for r in recordings), tuple(recordings), tuple(soils), tuple(drives),

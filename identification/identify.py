@@ -16,15 +16,16 @@ from softsoil.identification.errors import Errors, departures, errors_of, joint_
 from softsoil.identification.judge import judge
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
-from softsoil.recording.derive import derived_of
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.geometry_check import front_axle
+from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known, as_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, declared_vehicle, expected, vehicle_of
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import SIMULATOR
+from softsoil.windows.absent_wheels import absent_wheels
 from softsoil.windows.window_fit import WindowFit
 
 Values = dict[str, float]
@@ -48,8 +49,8 @@ def identify(
     unknown; known: what the owner has measured, as a table of numbers or its file; judged: index of the log that is left out of
     every fit and judges; start: seconds left out at the beginning of each; rules: thresholds; progress: called with the share
     that is done.
-    Raises ValueError for fewer than two logs, logs that cannot be used or lack the speed of a wheel, or known numbers that are
-    too few or out of bounds.
+    Raises ValueError for fewer than two logs, logs that cannot be used, known numbers that are too few or out of bounds, or
+    logs without wheel speeds where `known` does not say which wheels are driven.
 
     Example:
         >>> import softsoil
@@ -66,13 +67,12 @@ def identify(
     if len(logs) < 2:
         raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(logs)}")
     known = as_known(known)
-    recordings = [usable(log, declared_vehicle(known)) for log in logs]
-    for recording in recordings:
-        if absent := derived_of(recording, WHEEL_CHANNELS):
-            raise ValueError(
-                f"{recording.name}: expected the speed of every wheel, whose balances pin the vehicle's numbers; found "
-                f"{', '.join(absent)} not measured: identify from logs with wheel speeds"
-            )
+    recordings = distinct(usable(log, declared_vehicle(known)) for log in logs)
+    if len(absent_wheels(recordings)) == len(WHEEL_CHANNELS) and not known.driveline:
+        raise ValueError(
+            f"{known.file or 'known'}: expected the table [driveline] with centre_lock and front_drive, which wheels are driven, "
+            f"since no wheel's speed is measured in {_without_wheels(recordings)}; found none"
+        )
     soils = [soils] * len(logs) if isinstance(soils, Soil) else list(soils)
     if len(soils) != len(logs):
         raise ValueError(f"identify: expected one soil, or one for each of {len(logs)} logs; found {len(soils)}")
@@ -132,6 +132,19 @@ def n_error(n: Sequence[float], std: Sequence[float]) -> float:
     return float(np.clip(np.sqrt(np.mean((np.array(std) / np.array(n)) ** 2)), 0.0, 1.0))
 
 
+def _without_wheels(recordings: Sequence[Recording]) -> str:
+    """Names of those that do not measure the speed of every wheel."""
+    return ", ".join(recording.name for recording in recordings if not recording.measured(*WHEEL_CHANNELS))
+
+
+def _not_rolling(recordings: Sequence[Recording]) -> str:
+    """What is not known where wheels' balances are not there."""
+    return (
+        f"wheels: not every speed is measured in {_without_wheels(recordings) or 'the log left out'}; in all logs those wheels "
+        "turn as the balance of forces asks: it pins fewer numbers than measured ones do, and a wrong radius does not show"
+    )
+
+
 def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
     """The known numbers with the largest steering of the logs where full lock is not given."""
     if "max_steer" in known.numbers:
@@ -143,7 +156,7 @@ def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
 def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progress: Callable[[float], None]) -> _State:
     """All numbers free, given ones within their error of measuring; those that the logs contradict freed; those that they do not
     see fixed as expected, and the rest fitted once more. The fits that judge what is given leave the radius free: a wrong one
-    would move n and the numbers, and they the evidence against it."""
+    would move n and the numbers, and they the evidence against it. Wheels without a measured speed say nothing of it."""
     before = expected(bench.known)
     names = [number.name for number in NUMBERS if number.free]
     contradictions = list(by_motion)
@@ -151,7 +164,7 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     values: Values = _moved(bench, contradictions)
     n = first_n(bench, values)
     for _ in range(rules.rounds):
-        fit = fit_numbers(bench, free_numbers(bench, names, [*doubted, "radius"]), values, n)
+        fit = fit_numbers(bench, free_numbers(bench, names, [*doubted, *(["radius"] if bench.balances else [])]), values, n)
         progress(0.5)
         values, n = {**values, **_values(fit)}, _n(fit)
         errors = errors_of(fit)
@@ -160,11 +173,11 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
             break
         doubted.append(found.name)
         contradictions.append(found)
-    rolling, rolls = by_rolling(bench.known, values, errors, rules)
+    rolling, rolls = by_rolling(bench.known, values, errors, rules) if bench.balances else (None, _not_rolling(bench.recordings))
     if rolling is not None:
         doubted.append(rolling.name)
         contradictions.append(rolling)
-    else:
+    elif bench.balances:
         fit = fit_numbers(bench, free_numbers(bench, names, doubted), values, n)
         values, n, errors = {**values, **_values(fit)}, _n(fit), errors_of(fit)
     contradictions = [_settled(c, values, errors) for c in contradictions]
@@ -193,8 +206,9 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
 
 
 def _model_error(recording: Recording, rules: Rules) -> float:
-    """Share of n by which the model's own error moves it in a drive: more where the side slip is not measured."""
-    return rules.model_error_n if recording.measured("v") else float(np.hypot(rules.model_error_n, rules.unseen_error_n))
+    """Share of n by which the model's own error moves it in a drive: more where the side slip or a wheel's is not measured."""
+    unseen = (not recording.measured("v")) + (not recording.measured(*WHEEL_CHANNELS))
+    return float(np.hypot(rules.model_error_n, rules.unseen_error_n * unseen**0.5))
 
 
 def _state(known: Known, name: str, kept: Sequence[str]) -> str:

@@ -16,6 +16,7 @@ from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.refinement.unknown_ground import free_n
 from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.catalogue import bicycle
+from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_starts import FASTEST, HORIZON, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.shooting import Drive
@@ -54,7 +55,7 @@ def judge(bench: Bench, after: Mapping[str, float], model_error: float) -> Judge
 def _declared(bench: Bench) -> Bench:
     """The bench with the model of the vehicle as its owner's file declares it."""
     vehicle = declared_vehicle(bench.known)
-    model = bicycle(vehicle, bench.soils[0])
+    model = with_log_wheels(bicycle(vehicle, bench.soils[0]), bench.recordings)
     windows = bench.windows[0]
     compiled = WindowModel(model, bench.drives[0].dt, steps_of(bench.drives[0].dt))
     mine = FreeWindows(compiled, bench.drives[0], HORIZON, windows.sigma, FASTEST)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from softsoil.estimator.verdict import BOUNDS, decide, initial_guesses
 from softsoil.identification.result import JUDGED_STATES
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
+from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
 from softsoil.symbolic.soil import Soil
@@ -72,6 +73,11 @@ class Judgement:
         return float(stated), float(np.mean([e.error**2 / (e.std**2 - e.common**2) for e in chosen]))
 
 
+def without(drive: Recording, absent: Sequence[str]) -> Recording:
+    """The drive as a log that lacks the channels `absent`."""
+    return replace(drive, channels={name: values for name, values in drive.channels.items() if name not in absent})
+
+
 def judge_drive(
     vehicle: Vehicle,
     known: Known,
@@ -80,13 +86,15 @@ def judge_drive(
     n: float,
     seed: int,
     horizon_guesses: Sequence[float] = GUESSES[1:],
+    absent: Sequence[str] = (),
 ) -> Judgement:
     """The vehicle on one drive; verdicts as of `softsoil.estimate`, each from its own guess and those tried beside it.
 
     vehicle: judged file; known: what its owner knows; clean: without noise; soil: class; n: true one; seed: of the noise;
-    horizon_guesses: first guesses of the horizon, the last of which predictions take n from; the filter has GUESSES.
+    horizon_guesses: first guesses of the horizon, the last of which predictions take n from; the filter has GUESSES; absent:
+    channels that the log lacks where n is estimated.
     """
-    noisy = add_noise(clean, "table5", seed)
+    noisy = usable(without(add_noise(clean, "table5", seed), absent), vehicle)
     model = Declaration(vehicle, soil).build()
     rules = HorizonRules()
     windows = drive_windows(noisy, model, START_UP, rules)

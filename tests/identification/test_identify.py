@@ -9,11 +9,13 @@ from typer.testing import CliRunner
 
 from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
 from softsoil.commands.cli import app
+from softsoil.declaration.driveline import with_driveline
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import errors_of
 from softsoil.identification.identify import identify
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
+from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
@@ -43,10 +45,12 @@ def steering(kind, seconds):
     return 0.09 * (np.sin(0.9 * t) + np.sin(2.3 * t + 1.0) + 0.7 * np.sin(4.1 * t + 2.0))
 
 
-def drive_of(values, kind, n, seed=None, seconds=30.0):
+def drive_of(values, kind, n, seed=None, seconds=30.0, wheels=True):
     model = bicycle(vehicle_of(KNOWN, values), CLAY.with_(n=n))
-    made = synthetic_drive(model, KNOWN["radius"], seconds=seconds, steer=steering(kind, seconds))
-    return made if seed is None else add_noise(made, "good", seed)
+    model = model if wheels else with_driveline(model, ("fl", "fr", "rl", "rr"))
+    made = synthetic_drive(model, KNOWN["radius"], seconds=seconds, steer=steering(kind, seconds), substeps=1 if wheels else 4)
+    made = made if seed is None else add_noise(made, "good", seed)
+    return made if wheels else made.with_channels(**{name: np.full(len(made), np.nan) for name in WHEEL_CHANNELS})
 
 
 @pytest.mark.slow
@@ -95,11 +99,29 @@ def test_fewer_than_two_logs_are_refused():
         identify([drive_of({}, "lock", 0.5, seconds=6.0)], [CLAY], KNOWN)
 
 
-def test_a_log_without_wheel_speeds_is_refused():
-    """Wheels that are derived roll freely: the balances of what they push would give wrong numbers."""
-    log = mark(drive_of({}, "lock", 0.5, seconds=6.0), "derived", "omega_rl", "omega_rr")
-    with pytest.raises(ValueError, match=r"expected the speed of every wheel.*found omega_rl, omega_rr not measured"):
+def test_logs_without_wheel_speeds_need_the_driveline():
+    log = mark(drive_of({}, "lock", 0.5, seconds=6.0), "derived", *WHEEL_CHANNELS)
+    with pytest.raises(ValueError, match=r"expected the table \[driveline\].*no wheel's speed is measured in .*; found none"):
         identify([log, log], [CLAY] * 2, KNOWN)
+
+
+@pytest.mark.slow
+def test_numbers_are_recovered_without_wheel_speeds():
+    """Wheels that turn as the balance asks, in the drives and in the model; no balance of measured ones."""
+    known = replace(KNOWN, driveline={"centre_lock": 1.0, "front_drive": 0.5})
+    made = (("lock", 0.5, 1), ("multi", 0.65, 2))
+    drives = [replace(drive_of(TRUE, kind, n, seed, wheels=False), name=kind) for kind, n, seed in made]
+    found = identify([*drives, replace(drives[1], name="judge")], [CLAY] * 3, known)
+    assert found.verdict == "identified"
+    assert any("not every speed is measured in" in note for note in found.notes)
+    assert found.numbers["radius"].state == "given" or found.numbers["radius"].value == pytest.approx(KNOWN["radius"], rel=0.005)
+    inertia = found.numbers["yaw_inertia"]
+    assert inertia.value == pytest.approx(TRUE["yaw_inertia"], abs=3.0 * inertia.std + 23.0)
+    for drive, true in zip(drives, (0.5, 0.65), strict=True):
+        n, std = found.n[drive.name]
+        assert n == pytest.approx(true, rel=0.06) and 0.04 * true < std < 0.1 * true
+
+
 
 
 def test_soils_and_known_numbers_that_do_not_fit_the_logs_are_refused():
