@@ -38,7 +38,7 @@ LEFT_ALIKE = 0.25
 0.88 to 0.90 of what none leaves (2 of 50 drives of ten drawn vehicles)."""
 CHANCE = 3.0
 """Standard deviations by which what is left at two offsets must differ, too, by as many independent samples as the residual has:
-on 13 of 432 pieces of 10 to 25 s of clean drives noise alone made an offset of half a period fit better (clay, good sensors)."""
+on 10 of 301 pieces of 10 and 13 s (five vehicles, good sensors) noise alone made positions a period off fit better."""
 LEAD = {"wheels": -0.15, "steer": -0.01}
 """s: by how much a channel leads what it is compared with on one clock: inner and outer wheels slip differently, and their
 difference lags the yaw rate by -0.1 to 0.4 s (58 drives of three vehicles); the steering lags the force balance by 0.007 to
@@ -242,14 +242,13 @@ def best_offset(
     filled = np.interp(np.arange(count), np.flatnonzero(good), late[good])
     q = np.linalg.qr(columns[usable])[0]
     lags = np.arange(-reach, reach + 1)
-    middle, base = filled[inner][usable], known[inner][usable]
-    spread = float(np.var(middle)) * len(middle)
-    left = np.empty(len(lags))
+    base = known[inner][usable]
+    rest, total = np.empty(len(lags)), np.empty(len(lags))
     for i, lag in enumerate(lags):
-        y = filled[reach + lag : count - reach + lag][usable] - base
-        left[i] = float(y @ y - np.sum((q.T @ y) ** 2)) / spread
-    if not 1.0 - left.min() >= LEAST_R2.get(group, 0.5):
-        return None
+        shifted = filled[reach + lag : count - reach + lag][usable]
+        y = shifted - base
+        rest[i], total[i] = float(y @ y - np.sum((q.T @ y) ** 2)), float(np.var(shifted)) * len(shifted)
+    left = rest / np.median(total)
     # A repeated manoeuvre fits again a period later: of offsets that fit alike, the smallest.
     y = filled[reach + lags[left.argmin()] : count - reach + lags[left.argmin()]][usable] - base
     chance = 2.0 * CHANCE / np.sqrt(_independent(y - q @ (q.T @ y)))
@@ -260,13 +259,14 @@ def best_offset(
     if 0 < best < len(left) - 1:
         bend = left[best - 1] - 2 * left[best] + left[best + 1]
         away = 0.5 * (left[best - 1] - left[best + 1]) / bend if bend > 0 else 0.0
-    after = 1.0 - left[best]
+    # Each offset against its own variance: an outlier of the channel lies in some of them only.
+    before, after = (1.0 - rest[i] / max(total[i], 1e-300) for i in (reach, best))
+    if not after >= LEAST_R2.get(group, 0.5):
+        return None
     error = _error(filled, base, q, usable, reach, int(lags[best]), dt, UNMODELLED.get(group, 0.0))
     std = float(np.hypot(error, SYSTEMATIC.get(group, 0.02)))
-    before = float(np.sqrt(max(1.0 - left[reach], 0.0)))
-    return Offset(
-        group, against, float((lags[best] + away) * dt) + LEAD.get(group, 0.0), std, before, float(np.sqrt(after))
-    )
+    late_s = float((lags[best] + away) * dt) + LEAD.get(group, 0.0)
+    return Offset(group, against, late_s, std, float(np.sqrt(max(before, 0.0))), float(np.sqrt(after)))
 
 
 def _error(

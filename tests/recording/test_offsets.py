@@ -60,3 +60,14 @@ def test_the_noise_of_a_short_piece_shifts_it_by_no_period():
             there = np.roll(wave + 0.3 * noise, round(late / dt))
             found = best_offset("position", "heading", there, np.zeros_like(t), [wave], dt)
             assert found is not None and found.late_s == pytest.approx(late, abs=0.1), seed
+
+
+def test_an_outlier_that_a_shift_leaves_out_explains_nothing():
+    """A course turned by noise of a position, at the edge of what is compared: without it less is left, but nothing explained."""
+    dt = 0.02
+    t = dt * np.arange(501)
+    rng = np.random.default_rng(4)
+    course, turning = 0.05 * rng.normal(size=len(t)), np.sin(2 * np.pi * t / 1.5)
+    assert best_offset("position", "heading", course, np.zeros_like(t), [turning], dt) is None
+    course[round(3.0 / dt)] = 60.0
+    assert best_offset("position", "heading", course, np.zeros_like(t), [turning], dt) is None
