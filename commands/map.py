@@ -60,7 +60,7 @@ def map_soil(
     folder = output_folder(out, "map")
     say_vehicle(vehicle, model)
     declared = declaration(vehicle, soil, law, model)
-    drives = distinct(open_drive(log, columns, vehicle=vehicle, model=model)[1] for log in logs)
+    drives = distinct([open_drive(log, columns, vehicle=vehicle, model=model)[1] for log in logs])
     for drive in drives:
         refuse_another(drive, declared.vehicle)
     built, n0 = declared.build(), float(declared.soil.n)

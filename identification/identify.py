@@ -67,7 +67,7 @@ def identify(
     if len(logs) < 2:
         raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(logs)}")
     known = as_known(known)
-    recordings = distinct(usable(log, declared_vehicle(known)) for log in logs)
+    recordings = distinct([usable(log, declared_vehicle(known)) for log in logs])
     if len(absent_wheels(recordings)) == len(WHEEL_CHANNELS) and not known.driveline:
         raise ValueError(
             f"{known.file or 'known'}: expected the table [driveline] with centre_lock and front_drive, which wheels are driven, "

@@ -29,7 +29,7 @@ from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
-from softsoil.windows.own_numbers import adds_mass, load_of
+from softsoil.windows.own_numbers import adds_mass, load_of, with_load
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import last_step, marginal, strain
 from softsoil.windows.window_fit import WindowFit, fit_windows, window_costs
@@ -68,11 +68,13 @@ class JointFit:
     def of(
         cls, recordings: Sequence[Recording], declaration: Declaration, error: JointError, bench: Bench, names: Sequence[str]
     ) -> JointFit:
-        model = with_log_wheels(whole_model(declaration, names), recordings)
+        model = with_log_wheels(with_load(whole_model(declaration, names)), recordings)
         table = doubts(declaration.vehicle)
         declared = {name: float(doubt.signal.nominal) for name, doubt in table.items()}
         numbers = tuple(replace(d.free, known=None) if d.signal.name in error.names else d.free for d in table.values())
-        p = bench.absent[:, [bench.model.p.index(name) for name in model.p.names]]
+        p = np.tile(model.p.nominal, (len(bench.absent), 1))
+        shared = [name for name in model.p.names if name in bench.model.p]
+        p[:, [model.p.index(name) for name in shared]] = bench.absent[:, [bench.model.p.index(name) for name in shared]]
         for name, value in declared.items():
             p[:, model.p.index(name)] = value
         steps = {s.drive.dt for s in bench.shootings}
@@ -132,11 +134,11 @@ class JointFit:
 
     def load(self, fit: WindowFit) -> tuple[float, float] | None:
         """Share of its mass by which the drives have the vehicle heavier than declared, near the rear axle, with the standard
-        error; one step from a fit without effects. None where the model has no load, or a declared one that is free anyway."""
+        error; one step from a fit without a load. None where one is declared, and free anyway."""
         vehicle = self.model.geometry
         effect = load_of(vehicle)
         mass, *places = effect.parameters.names
-        if effect.name not in self.model.effects or effect.name in vehicle.effects:
+        if effect.name in vehicle.effects:
             return None
         p = fit.p.copy()
         for place in places:
@@ -176,7 +178,8 @@ class JointFit:
         """
         bench, wider = self.bench, max(self.strain(fit, effects), 1.0) ** 0.5
         absent = bench.absent.copy()
-        absent[:, [bench.model.p.index(name) for name in self.model.p.names]] = fit.p
+        shared = [name for name in self.model.p.names if name in bench.model.p]
+        absent[:, [bench.model.p.index(name) for name in shared]] = fit.p[:, [self.model.p.index(name) for name in shared]]
         last = Fit(fit.free, fit.value, wider * fit.std, absent, fit.cost, fit.at_bound)
         return replace(bench, absent=absent, accepted=_own(fit.free, effects), loose=self.numbers), last
 

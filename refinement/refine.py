@@ -75,7 +75,7 @@ def refine(
     if len(soils) != len(logs):
         raise ValueError(f"soils: expected one per drive ({len(logs)}), found {len(soils)}")
     declaration = Declaration(declaration.vehicle, soils[0], declaration.law)
-    recordings = distinct(forward_part(usable(log, declaration.vehicle)) for log in logs)
+    recordings = distinct([forward_part(usable(log, declaration.vehicle)) for log in logs])
     choice = _driveline(recordings, declaration, soils, start)
     if choice is not None:
         declaration = replace(declaration, vehicle=declaration.vehicle.with_(driveline=choice.numbers))
@@ -102,7 +102,7 @@ def refine(
         selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
         final, last = bench, fit_base(bench)
         left = _left(recordings, declared[0], _moved(vehicle, declared[0]), start)
-        look = replace(look, strain=look.without, without=None)
+        look = look.without_effects()
     selection = replace(selection, bench=final)
     # Judged by the fit to a part; what is handed on is fitted to all there is.
     if selection.accepted:
@@ -167,6 +167,7 @@ def refine(
         ),
         structure=left,
         strain=look.strain,
+        load=look.load,
         declaration=refined,
         bench=bench,
         selection=selection,

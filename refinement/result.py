@@ -55,7 +55,8 @@ class Refinement:
     alone; n_before, n_after: by windows with free initial states, with the declared and the refined model, n_std of n_after,
     judged: verdict on n_after, per drive, all empty on hard ground, which ground has: of each class its friction and tread;
     structure: what is left at the end; strain: of the numbers whose joint error the vehicle's file states, about 1 where it
-    has not changed, None where not looked at;
+    has not changed; load: share of its mass by which the drives have the vehicle heavier than the refined model, and its standard
+    error, None where that carries a load; both None where not looked at;
     declaration: the refined one, by the whole drives, on the soil of the first; bench: the declared model's; selection, its bench
     fitted on the fit windows; recordings: what was used of the drives; soils: class of each; carried: effects that the measured
     inputs are seen to contain; notes; seconds.
@@ -78,6 +79,7 @@ class Refinement:
     ground: tuple[FittedGround, ...]
     structure: tuple[Structure, ...]
     strain: float | None
+    load: tuple[float, float] | None
     declaration: Declaration
     bench: Bench
     selection: Selection
@@ -115,6 +117,7 @@ class Refinement:
             **self._ground(),
             "unexplained": [{"share": s.share, "correlations": s.correlations} for s in self.structure],
             "strain": self.strain,
+            "load": self.load and {"share": self.load[0], "std": self.load[1]},
             "notes": list(self.notes),
             "seconds": self.seconds,
         }

@@ -31,8 +31,9 @@ FitOf = Callable[[Sequence[str]], JointFit]
 class Look:
     """What free starts make of a tracing: selection; fits: of its accepted effects, None where they are the tracing's; notes;
     declared: the same without any, bench and fit; strain, without: of the vehicle's numbers with the accepted effects, and
-    without any, without None where none is accepted; load: share of its mass by which the drives have the vehicle heavier than
-    declared, and its standard error. None where it was not looked at."""
+    without any, without None where none is accepted; load, load_without: share of its mass by which the drives have the vehicle
+    heavier than declared, and its standard error, with the accepted effects, None where a load is among them, and without any.
+    None where it was not looked at."""
 
     selection: Selection
     fits: Fits | None = None
@@ -41,17 +42,23 @@ class Look:
     strain: float | None = None
     without: float | None = None
     load: tuple[float, float] | None = None
+    load_without: tuple[float, float] | None = None
 
     @property
     def explained(self) -> bool:
         """Whether the accepted effects take a strain off the numbers, or another mass off the vehicle, that is there without
         them."""
-        return self.without is not None and (self.without > RULES.strain or _heavier(self.load)) and not self.strained
+        there = self.without is not None and (self.without > RULES.strain or _heavier(self.load_without))
+        return there and not self.strained
 
     @property
     def strained(self) -> bool:
         """Whether the drives ask for other numbers than the vehicle's file states, beyond their joint error."""
-        return self.strain is not None and (self.strain > RULES.strain or (self.without is None and _heavier(self.load)))
+        return self.strain is not None and (self.strain > RULES.strain or _heavier(self.load))
+
+    def without_effects(self) -> Look:
+        """The same where what was accepted is not named after all."""
+        return replace(self, strain=self.without, without=None, load=self.load_without, load_without=None)
 
 
 def look_twice(
@@ -89,7 +96,7 @@ def strained_words(look: Look) -> str:
         "the drives ask for other numbers of the vehicle than its file states, beyond their joint error "
         f"(strain {look.strain:.1f}, 1 expected, {RULES.strain:g} at most)"
     )
-    if look.load is not None and _heavier(look.load) and look.without is None:
+    if look.load is not None and _heavier(look.load):
         said = f"the drives are those of a vehicle {heavier_words(*look.load)} than declared"
     return f"{said}: {CHANGED}; n is not to be used before the change is declared or the vehicle identified again"
 
@@ -130,7 +137,8 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
         f"{best.name}: named by windows with free initial states and the joint error of the vehicle's numbers; noise hides it "
         "from windows that start at recorded states"
     )
-    return Look(selection, found, look.declared, (note,), problem.strain(fit, (effect,)), strain, look.load)
+    left = None if adds_mass(effect) else problem.load(fit)
+    return Look(selection, found, look.declared, (note,), problem.strain(fit, (effect,)), strain, left, look.load)
 
 
 def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Mapping[str, Effect]) -> Look:
@@ -158,8 +166,9 @@ def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Map
     groups = tuple(group for group in selection.groups if effects.get(group[0]) in kept)
     if notes:
         selection = replace(selection, accepted=accepted, bench=found.final if kept else bench, groups=groups)
-    declared, without = problem.bench_of((), none), problem.strain(none)
-    return Look(selection, found if kept else None, declared, tuple(notes), problem.strain(fit, kept), without)
+    left = None if any(adds_mass(effect) for effect in kept) else problem.load(fit)
+    declared, without = problem.bench_of((), none), (problem.strain(none), left, problem.load(none))
+    return Look(selection, found if kept else None, declared, tuple(notes), problem.strain(fit, kept), *without)
 
 
 def still_there(fit: WindowFit, traced: Fit, effect: Effect) -> bool:

@@ -132,6 +132,8 @@ def test_what_free_starts_do_not_show_is_not_named(clean, monkeypatch):
 def test_nothing_is_named_where_nothing_is_missing(clean):
     assert clean.verdict == "none"
     assert clean.strain < 2.0 and clean.as_json()["strain"] == clean.strain
+    share, std = clean.load
+    assert abs(share) < 3.0 * std < 0.3 and clean.as_json()["load"] == {"share": share, "std": std}
     assert [verdict.word for verdict in clean.judged] == ["identified"]
 
 
@@ -252,8 +254,12 @@ def test_another_mass_is_a_change_until_an_effect_explains_it(load, strained):
     look = Look(None, strain=2.0, load=load)
     assert look.strained is strained and not look.explained
     assert ("heavier" in strained_words(look) or "lighter" in strained_words(look)) is strained
-    with_effect = Look(None, strain=2.0, without=2.0, load=load)
+    with_effect = Look(None, strain=2.0, without=2.0, load_without=load)
     assert not with_effect.strained and with_effect.explained is strained
+    alone = with_effect.without_effects()
+    assert (alone.load, alone.without, alone.strained) == (load, None, strained)
+    still = replace(with_effect, load=load)
+    assert still.strained is strained and not (still.strained and still.explained), "a load beside the named effect"
 
 
 @pytest.mark.slow
@@ -264,4 +270,5 @@ def test_one_step_tells_another_mass(clean, without):
         load, std = problem.load(problem.plain()[0])
         assert 0.0 < std < 0.1 and abs(load - share) < 3.0 * std
     plain = JointFit.of(clean.recordings, declared, stated_error(declared, clean.bench), clean.bench, [])
-    assert plain.load(plain.plain()[0]) is None, "the model has no load"
+    load, std = plain.load(plain.plain()[0])
+    assert abs(load) < 3.0 * std < 0.3, "a load is looked for whatever effects are tried"
