@@ -71,7 +71,7 @@ def identify(
     if len(absent_wheels(recordings)) == len(WHEEL_CHANNELS) and not known.driveline:
         raise ValueError(
             f"{known.file or 'known'}: expected the table [driveline] with centre_lock and front_drive, which wheels are driven, "
-            f"since no wheel's speed is measured in {_without_wheels(recordings)}; found none"
+            f"since wheels of both axles have no measured speed in {_without_wheels(recordings)}; found none"
         )
     soils = [soils] * len(logs) if isinstance(soils, Soil) else list(soils)
     if len(soils) != len(logs):

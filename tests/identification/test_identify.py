@@ -101,7 +101,7 @@ def test_fewer_than_two_logs_are_refused():
 
 def test_logs_without_wheel_speeds_need_the_driveline():
     log = mark(drive_of({}, "lock", 0.5, seconds=6.0), "derived", *WHEEL_CHANNELS)
-    with pytest.raises(ValueError, match=r"expected the table \[driveline\].*no wheel's speed is measured in .*; found none"):
+    with pytest.raises(ValueError, match=r"expected the table \[driveline\].*have no measured speed in .*; found none"):
         identify([log, log], [CLAY] * 2, KNOWN)
 
 
