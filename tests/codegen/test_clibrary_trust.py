@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.judges import c_library as judge
-from c_folders import folder, library
+from c_folders import IDENTIFIED, folder, library
 from drives import CLAY_LOG, clay_drive
 from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.statuses import STATUSES
@@ -229,7 +229,7 @@ def test_wrong_soil_class_is_said_within_five_seconds():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["plain", "tracks"])
+@pytest.mark.parametrize("name", ["plain", "tracks", IDENTIFIED])
 def test_storm_under_sanitizers(name, tmp_path):
     """A few thousand steps of everything that can go wrong; `benchmarks/clibrary_trust.py storm` runs ten million."""
     if shutil.which("gcc") is None:
