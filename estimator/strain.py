@@ -32,7 +32,7 @@ MOST = 1.0
 class VehicleChange:
     """How a drive would have the vehicle other than its file: strain of its numbers (`softsoil.windows.strain`); load, load_std:
     share of its mass by which it is heavier than declared, the numbers free within their joint error, and the standard deviation
-    with that of a declared load; seen_std: of the drive alone, the smallest load that it could show.
+    with that of a declared load; seen_std: the same by the drive alone, whatever the file says of a load.
     """
 
     strain: float

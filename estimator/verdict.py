@@ -248,8 +248,8 @@ def _shows_a_load(e: Evidence, n: Array, others: Sequence[float], rules: Verdict
     if e.change is None or e.change.seen_std <= rules.load_seen:
         return None
     return "not_excited", (
-        f"the drive shows a load to ± {100 * min(e.change.seen_std, 9.99):.0f} % of the vehicle's mass only (limit "
-        f"{100 * rules.load_seen:.0f} %), and n takes up one that it does not show: drive on, with more steering"
+        f"the drive tells a load to ± {100 * min(e.change.seen_std, 9.99):.1f} % of the vehicle's mass only (limit "
+        f"{100 * rules.load_seen:.0f} %), and a load that it does not show would make n wrong: drive longer, with more steering"
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.judges.vehicle_judge import TRUSTED
 from softsoil.codegen.c_library.binding import CLibrary
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.horizon_binding import CHorizon
@@ -22,15 +23,13 @@ from softsoil.windows.shooting import shooting_drive
 GUESS = 0.7
 START = 2.0
 """s left out at the beginning, as by `estimate`."""
-WRONG = 0.1
-"""Error of n, as a share, from which none may be called identified."""
 
 
 @dataclass(frozen=True)
 class LibrarySays:
     """n of the front axle and the verdict at the end; share of the mass by which the vehicle is heavier, its standard deviation,
     and the strain of its numbers; first time at which the vehicle was said to have changed (s), NaN where it never was; how long
-    n was called identified (s), and how long while it was more than `WRONG` off."""
+    n was called identified (s), and how long while it was more than TRUSTED off."""
 
     n: float
     verdict: str
@@ -59,7 +58,7 @@ def by_library(declared: Declaration, log: Recording, n: float) -> LibrarySays:
         if np.isnan(changed_at) and look.change in ("strained", "other_mass"):
             changed_at = float(t)
         said = horizon.verdict == IDENTIFIED
-        identified, wrong = identified + said, wrong + (said and abs(horizon.n[0] / n - 1.0) > WRONG)
+        identified, wrong = identified + said, wrong + (said and abs(horizon.n[0] / n - 1.0) > TRUSTED)
     head = look.head
     return LibrarySays(
         float(horizon.n[0]), horizon.verdict, head.load, head.load_std, head.strain, changed_at,
