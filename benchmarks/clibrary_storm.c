@@ -188,10 +188,8 @@ int main(int argc, char **argv) {
     if (status < 0 || status > 1) FAIL("look: status %d", status);
     looked += (unsigned long)status;
     if (!isfinite(look.strain) || !isfinite(look.load) || !(look.load_std >= 0.0)) FAIL("the look at the vehicle is not finite");
-    if ((horizon.vehicle == SOFTSOIL_HORIZON_VEHICLE_CHANGED) != (look.change > SOFTSOIL_VEHICLE_SAME) ||
-        (horizon.vehicle == SOFTSOIL_HORIZON_VEHICLE_UNKNOWN) != (look.change == SOFTSOIL_VEHICLE_UNKNOWN))
-      FAIL("the horizon has another word of the vehicle");
-    if (horizon.vehicle && horizon.verdict == SOFTSOIL_VERDICT_IDENTIFIED) FAIL("n is identified though the vehicle is not");
+    if (horizon.vehicle != look.change) FAIL("the horizon has another word of the vehicle");
+    if (look.change != SOFTSOIL_VEHICLE_SAME && horizon.verdict == SOFTSOIL_VERDICT_IDENTIFIED) FAIL("n of a changed vehicle is identified");
     if (uniform() < 2e-5 && softsoil_vehicle_init(&look)) FAIL("the look refused a new start");
 #endif
     if (horizon.updated) {

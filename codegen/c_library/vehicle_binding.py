@@ -8,7 +8,7 @@ from typing import Any
 from softsoil.codegen.c_library.binding import CLibrary
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 
-CHANGES = ("unknown", "same", "strained", "other_mass")
+CHANGES = ("not_looked_at", "unknown", "same", "strained", "other_mass")
 """enum softsoil_vehicle_change, as words."""
 
 

@@ -60,9 +60,15 @@ typedef struct {
   double excess[2]; /* variance of the residual of v and omega_z per degree of freedom, NaN where not measured */
 } softsoil_horizon_window_t;
 
-/* What softsoil_vehicle_update says of the vehicle, where it looks at it: nothing against n; it has changed; a load that n takes up
- * would not show yet. */
-enum softsoil_horizon_vehicle { SOFTSOIL_HORIZON_VEHICLE_SAME, SOFTSOIL_HORIZON_VEHICLE_CHANGED, SOFTSOIL_HORIZON_VEHICLE_UNKNOWN };
+/* What softsoil_vehicle_update says of the vehicle, where the library has it: nobody looks; a load that makes n wrong would not show
+ * yet; the vehicle is as identified; the drive asks for numbers beyond their joint error; for another mass. */
+enum softsoil_vehicle_change {
+  SOFTSOIL_VEHICLE_NOT_LOOKED_AT,
+  SOFTSOIL_VEHICLE_UNKNOWN,
+  SOFTSOIL_VEHICLE_SAME,
+  SOFTSOIL_VEHICLE_STRAINED,
+  SOFTSOIL_VEHICLE_OTHER_MASS
+};
 
 /* The caller owns it; sizeof(softsoil_horizon_t) is all the memory there is. Read what you like, write nothing. */
 typedef struct {
@@ -72,7 +78,7 @@ typedef struct {
   int32_t changes;                        /* how often the soil has changed */
   int32_t windows;                        /* that the estimate rests on */
   int32_t updated;                        /* whether the last call of softsoil_horizon_update took in a window: 1 or 0 */
-  int32_t vehicle;                        /* enum softsoil_horizon_vehicle; 0 where nobody looks */
+  int32_t vehicle;                        /* enum softsoil_vehicle_change */
   double t;                               /* s, end of the newest window */
   double changed_at;                      /* s, start of the first window of the present soil */
   double n[SOFTSOIL_HORIZON_N];           /* estimate */

@@ -804,10 +804,10 @@ int softsoil_horizon_verdict(const softsoil_horizon_t *h) {
     if (h->unexplained[c] - unexplained_sigmas * h->unexplained_std[c] > most_unexplained[c] * most_unexplained[c])
       return SOFTSOIL_VERDICT_INCONSISTENT;
   if (fabs(h->inertia) >= larger(most_inertia, inertia_sigmas * h->inertia_std)) return SOFTSOIL_VERDICT_INCONSISTENT;
-  if (h->vehicle == SOFTSOIL_HORIZON_VEHICLE_CHANGED) return SOFTSOIL_VERDICT_INCONSISTENT;
+  if (h->vehicle > SOFTSOIL_VEHICLE_SAME) return SOFTSOIL_VERDICT_INCONSISTENT;
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k])) return SOFTSOIL_VERDICT_NOT_EXCITED;
-  if (h->vehicle == SOFTSOIL_HORIZON_VEHICLE_UNKNOWN) return SOFTSOIL_VERDICT_NOT_EXCITED;
+  if (h->vehicle == SOFTSOIL_VEHICLE_UNKNOWN) return SOFTSOIL_VERDICT_NOT_EXCITED;
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && (h->n[k] < lowest[k] + bound || h->n[k] > highest[k] - bound)) return SOFTSOIL_VERDICT_AT_BOUND;
   for (int k = 0; k < K; ++k)

@@ -20,8 +20,8 @@ from softsoil.windows.shooting import shooting_drive
 
 pytestmark = pytest.mark.compiler
 START, N_0 = 1.0, 0.7
-SAME, CHANGED, UNKNOWN = range(3)
-"""enum softsoil_horizon_vehicle."""
+NOT_LOOKED_AT, UNKNOWN, SAME, _, OTHER_MASS = range(5)
+"""enum softsoil_vehicle_change."""
 VERDICTS = verdict.WORDS
 WORDS = [name for name, _ in STATUSES]
 
@@ -77,13 +77,13 @@ def test_a_verdict_waits_until_a_load_would_show():
     c, look = ran(identified.drive(identified.LOAD, "table5"), seconds=12.0)
     assert look.change == "unknown" and c.head.vehicle == UNKNOWN and c.verdict == "not_excited"
     assert look.head.load_std > 0.06 and c.n[0] > 1.15 * identified.N
-    c.head.vehicle = SAME
+    c.head.vehicle = NOT_LOOKED_AT
     assert VERDICTS[c.c.softsoil_horizon_verdict(ctypes.byref(c.head))] == "identified"
 
 
 def test_another_soil_begins_anew(logs):
     c, look = ran(logs["loaded"])
-    assert look.head.windows > 10 and c.head.vehicle == CHANGED
+    assert look.head.windows > 10 and c.head.vehicle == OTHER_MASS
     c.head.changes += 1
     look.update()
     assert look.head.windows == 0 and look.change == "unknown" and c.head.vehicle == UNKNOWN and c.verdict == "not_excited"
