@@ -83,7 +83,7 @@ def identify(
     moved, place = _by_motion(bench, rules)
     state = _fit(fitted, moved, rules, progress)
     had = excitation(fitted.recordings, start)
-    judgement = judge(bench.only([last]), state.values, _model_error(recordings[last], rules))
+    judgement = judge(bench.only([last]), state.values, _model_error(recordings[last], bool(bench.balances), rules))
     numbers = _numbers(fitted, state)
     # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
@@ -198,16 +198,17 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
         states[name] = "identified"
     index = [errors.names.index(f"n_{i}") for i in range(len(bench.windows))]
     n_std = tuple(
-        float(np.hypot(np.sqrt(errors.covariance[i, i]), _model_error(recording, rules) * one))
+        float(np.hypot(np.sqrt(errors.covariance[i, i]), _model_error(recording, bool(bench.balances), rules) * one))
         for i, one, recording in zip(index, n, bench.recordings, strict=True)
     )
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}
     return _State(all_values, stds, states, tuple(n), n_std, n_costs(every, stds), tuple(contradictions), errors, rolls)
 
 
-def _model_error(recording: Recording, rules: Rules) -> float:
-    """Share of n by which the model's own error moves it in a drive: more where the side slip or a wheel's is not measured."""
-    unseen = (not recording.measured("v")) + (not recording.measured(*WHEEL_CHANNELS))
+def _model_error(recording: Recording, rolling: bool, rules: Rules) -> float:
+    """Share of n by which the model's own error moves it in a drive: more where the side slip is not measured, or not in all logs
+    the speed of every wheel (`rolling`)."""
+    unseen = (not recording.measured("v")) + (not rolling)
     return float(np.hypot(rules.model_error_n, rules.unseen_error_n * unseen**0.5))
 
 

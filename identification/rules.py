@@ -20,7 +20,7 @@ class Rules:
     too: on the second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_joint: the same
     for the joint error of all numbers, by the yaw inertia of vehicles of the plant (`python -m benchmarks.identify_plant
     --only-numbers`); model_error_n: the same of n, as a share; unseen_error_n: share of n by which it is off beside that where a
-    log does not measure the lateral velocity, and where it does not measure the speed of a wheel (the same command with
+    log does not measure the lateral velocity, and where not all logs have the speed of every wheel (the same command with
     --absent v, and with --absent omega_fl,omega_fr,omega_rl,omega_rr).
     """
 
