@@ -14,7 +14,7 @@ from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import WORDS, VerdictRules
 from softsoil.symbolic.model import Model
-from softsoil.windows.free_windows import FREE_STEP, SETTLING, STATE_STEP
+from softsoil.windows.free_windows import BRIDGED, FREE_STEP, SETTLING, STATE_STEP
 from softsoil.windows.shooting import SMOOTHING
 from softsoil.windows.window_fit import HUBER, RIDGE
 
@@ -39,7 +39,7 @@ def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: Ver
     return HorizonNumbers(
         rules={
             **{name: float(value) for name, value in own.items() if name not in ("model_error", "recent")},
-            "settling": SETTLING, "smoothing": SMOOTHING, "start_up": START_UP,
+            "settling": SETTLING, "bridged": BRIDGED, "smoothing": SMOOTHING, "start_up": START_UP,
         },
         model_error=rules.model_error, recent=rules.recent,
         limits={name: float(value) for name, value in bounds.items() if name != "unexplained"},

@@ -199,6 +199,7 @@ class MovingHorizon:
     def _settle(self) -> None:
         last = len(self.summary.at) - 1
         for _ in range(SETTLING):
+            self.windows.bridge(self.parameters(self.n))
             self._linearise(np.arange(self._since, last + 1), None)
             self._minimise(last)
 

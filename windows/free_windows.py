@@ -35,6 +35,8 @@ Windows = slice | NDArray[np.int_]
 ALL = slice(None)
 SETTLING = 0.1
 """s: after a steering faster than the vehicle's actuator, before a window starts."""
+BRIDGED = 2.0
+"""s: longest gap between windows across which histories run along the model instead of along noisy records."""
 
 
 class WindowModel:
@@ -104,6 +106,8 @@ class FreeWindows:
             raise ValueError(
                 f"{drive.name}: expected at least 2 windows of {horizon:g} s above {slowest:g} m/s, found {len(self.rows)}"
             )
+        gaps = zip(self.rows[:-1] + self.steps, self.rows[1:], strict=True)
+        self._gaps = {int(to): int(end) for end, to in gaps if 0 < to - end <= round(BRIDGED / drive.dt)}
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded, self._inputs = drive.measured[take], drive.inputs[take]
         self.reset()
@@ -141,7 +145,33 @@ class FreeWindows:
         return sets, steps
 
     def carried(self, sets: Array, memory: Array | None, row: int, to: int) -> Array:
-        """(K, n_m) histories at the row `to` for parameters sets (K, n_p): from memory (K, n_m) at `row`, or straight."""
+        """(K, n_m) histories at the row `to`, where a window starts, for parameters sets (K, n_p): from memory (K, n_m) at
+        `row`, or straight. Across a gap between the window before and `to` they run along what the model predicts for sets[0],
+        not along records, whose noise is not the vehicle's motion."""
+        gap = self._gaps.get(to)
+        if gap is not None and row < gap:
+            memory = self._carried(sets, memory, row, gap)
+            self._bridge(sets[0], memory[0], gap, to)
+            row = gap
+        return self._carried(sets, memory, row, to)
+
+    def bridge(self, p: Array) -> None:
+        """Let histories run across all gaps between windows along what the model predicts with p (n_p,)."""
+        memory, row = None, max(int(self.rows[0]) - self._before, 0)
+        for to in self._gaps:
+            memory = self.carried(p[None], memory, row, to)
+            row = to
+
+    def _bridge(self, p: Array, memory: Array, row: int, to: int) -> None:
+        """States between `row` and `to` as predicted with p (n_p,) and memory (n_m,) at `row`, led to the one at `to` in a
+        straight line; as they were where the model has no finite answer."""
+        inputs = self.drive.inputs[None, row : to + 1]
+        path = self.compiled.loop.windows(self._along[row][None], memory[None], inputs, p[None])[0, :, N:]
+        path += (self._along[to, :N] - path[-1]) * (np.arange(len(path)) / (to - row))[:, None]
+        if np.isfinite(path).all():
+            self._along[row:to, :N] = path[:-1]
+
+    def _carried(self, sets: Array, memory: Array | None, row: int, to: int) -> Array:
         states, inputs = self._along[row : to + 1], self.drive.inputs[row : to + 1]
         if memory is None:
             memory = np.array([self.compiled.start(states[0], inputs[0], p).full()[:, 0] for p in sets])
@@ -176,8 +206,10 @@ class FreeWindows:
         return Linear(residual, by_state, by_free, states[0], path_by_state)
 
     def follow(self, p: Array, x0: Array, which: Windows = ALL) -> None:
-        """Let histories run along the trajectories from the initial states x0 (W, 6) of the windows `which` with p (n_p,)."""
+        """Let histories run along the trajectories from the initial states x0 (W, 6) of the windows `which` with p (n_p,), and
+        across gaps between them."""
         self.keep(self._run(p[None], x0[None], which)[0, ..., N:], which)
+        self.bridge(p)
 
     def keep(self, states: Array, which: Windows = ALL) -> None:
         """Let histories run along the states (W, steps + 1, 6) of the windows `which`, where they are finite."""

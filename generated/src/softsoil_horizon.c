@@ -22,7 +22,7 @@ typedef softsoil_horizon_window_t window_t;
 static const double stride = 0.5, window_length = 1.0, run_in = 2.5, linearised_again = 10.0;
 static const double forgetting = 60.0, longest = 120.0, common_error = 0.03;
 static const double stale = 0.1, change = 4.0, least_change = 0.12;
-static const double fastest = 1.5, slowest = 0.5, settling = 0.1, smoothing = 0.25;
+static const double fastest = 1.5, slowest = 0.5, settling = 0.1, bridged = 2.0, smoothing = 0.25;
 static const double longest_step = 0.015, huber = 3.0, ridge = 1e-06, least_curvature = 1e-09;
 static const double trimmed = 4.0;
 enum { RECENTS = 3 };
@@ -187,6 +187,7 @@ int softsoil_horizon_init(softsoil_horizon_t *h, const softsoil_horizon_options_
   h->apart = nearest(stride / chosen.dt) > 1 ? nearest(stride / chosen.dt) : 1;
   h->before = nearest(run_in / chosen.dt);
   h->after = nearest(settling / chosen.dt);
+  h->bridged = nearest(bridged / chosen.dt);
   h->again = nearest(linearised_again / chosen.dt);
   h->half = nearest(smoothing / chosen.dt / 2.0) > 2 ? nearest(smoothing / chosen.dt / 2.0) : 2;
   h->substeps = chosen.dt > longest_step ? (int32_t)ceil(chosen.dt / longest_step - 1e-9) : 1;
@@ -372,6 +373,30 @@ static void recall(const softsoil_horizon_t *h, int64_t i, double (*m)[SOFTSOIL_
   }
 }
 
+/* Rows between the end of a window and the start of the next: histories run along what the model predicts there, from x and m at
+ * the end, led to the state at the start in a straight line; unless that has no finite value. */
+static void bridge(softsoil_horizon_t *h, int64_t end, int64_t to, const softsoil_jobs_t *x, const softsoil_jobs_t *m) {
+  softsoil_jobs_t ahead[SOFTSOIL_N_X], memory[SOFTSOIL_CELLS];
+  double start[NS];
+  int sound = 1;
+  memcpy(ahead, x, sizeof ahead);
+  memcpy(memory, m, sizeof memory);
+  for (int64_t row = end; row < to && sound; ++row) {
+    softsoil_model_step_jobs(1, 0, row_at(h, row)->u, h->options.p, h->options.dt, h->substeps, ahead, memory);
+    for (int i = 0; i < NS; ++i) {
+      sound = sound && isfinite(ahead[i][0]);
+      if (row + 1 < to) row_at(h, row + 1)->path[i] = ahead[i][0];
+    }
+  }
+  if (!sound) return;
+  softsoil_horizon_states(h, to, start);
+  for (int64_t row = end + 1; row < to; ++row) {
+    softsoil_horizon_row_t *here = row_at(h, row);
+    for (int i = 0; i < NS; ++i) here->path[i] += (start[i] - ahead[i][0]) * ((double)(row - end) / (double)(to - end));
+    here->estimated = 1;
+  }
+}
+
 /* Histories at the start of window i, for the estimate and each parameter moved: continued from the window before. */
 static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
   const int slot = (int)(i % KEPT);
@@ -389,8 +414,10 @@ static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
     from = window_at(h, i - 1)->row;
     whole = from >= oldest;
   }
+  int64_t end = to;
   if (whole) {
     recall(h, i - 1, start);
+    end = from + h->steps;
   } else {
     from = to - h->before > oldest ? to - h->before : oldest;
   }
@@ -409,6 +436,7 @@ static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
       for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][j] = start[set][c];
     }
     for (int64_t row = from; row < to; ++row) {
+      if (row == end && to - end <= h->bridged) bridge(h, end, to, x, m);
       softsoil_model_step_jobs(1 + K, 0, row_at(h, row)->u, h->options.p, h->options.dt, h->substeps, x, m);
       softsoil_horizon_states(h, row + 1, states);
       for (int j = 0; j < SOFTSOIL_PASSIVE_AT; ++j) put(x, j, states, n[j <= K ? j : 0]);
@@ -419,7 +447,7 @@ static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
     if (sound) break;
     /* Histories without a finite value: straight ones in their place. */
     status = SOFTSOIL_NUMERICAL;
-    from = to;
+    from = end = to;
     whole = 0;
   }
   for (int j = 0; j <= K; ++j)

@@ -57,9 +57,9 @@ void softsoil_model_measure_jobs(int active, int passive, const double *u, const
                                  softsoil_jobs_t *y);
 
 /* What the horizon shares with what runs beside it. */
-#define SOFTSOIL_HORIZON_MAGIC 0xf2d033c9u
+#define SOFTSOIL_HORIZON_MAGIC 0xa41fff5du
 
-/* States at a row that is kept: of the window over it, else the record smoothed by a quadratic. */
+/* States at a row that is kept: of the windows over it or beside it, else the record smoothed by a quadratic. */
 void softsoil_horizon_states(const softsoil_horizon_t *h, int64_t row, double states[SOFTSOIL_HORIZON_STATES]);
 /* The inverse of a symmetric positive matrix (n x n), 0 where it is not positive; work: 2 n^2 numbers. */
 int softsoil_invert(int n, const double *a, double *inverse, double *work);

@@ -40,6 +40,14 @@ def spoiled(recording, seed=1):
     return replace(recording, channels=channels)
 
 
+def jerked(recording):
+    """A steering that jumps and comes back, as no actuator does: windows leave gaps there."""
+    steer = recording["steer"].copy()
+    for second in (6.0, 9.4, 12.9, 16.1):
+        steer[(recording.t > second) & (recording.t < second + 0.3)] += 0.1
+    return recording.with_channels(steer=steer)
+
+
 def both(recording, model, free, c):
     """Estimates of Python and C after every window: n and its standard deviation (K, A), and both horizons."""
     windows = drive_windows(recording, model, START, HorizonRules())
@@ -59,7 +67,7 @@ def both(recording, model, free, c):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("log", example_logs()[:3], ids=lambda path: path.name.split(".")[0])
-@pytest.mark.parametrize("damage", (None, spoiled), ids=("whole", "spoiled"))
+@pytest.mark.parametrize("damage", (None, spoiled, jerked), ids=("whole", "spoiled", "jerked"))
 def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
     recording = add_noise(read_drive(log), "table5", 2)
     model, c = declared("tracks").build(), CHorizon(library("tracks", FLAGS))

@@ -87,4 +87,4 @@ def test_a_guess_that_leads_into_a_second_mode_does_not_win_because_it_is_the_us
     assert found.n_front[-1] == pytest.approx(case.n, rel=0.1)
     assert found.verdict is not None and found.verdict.word == "identified", found.verdict
     ends = re.search(r"1\.10 ends at ([\d.]+),", found.verdict.reason)
-    assert ends and float(ends[1]) == pytest.approx(1.6, abs=0.03), found.verdict.reason
+    assert ends and float(ends[1]) > 1.45, found.verdict.reason

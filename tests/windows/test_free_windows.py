@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
-from drives import clay_bicycle, clay_drive
+from drives import clay_bicycle, clay_drive, reference_vehicle
+from softsoil.codegen.sampling import STEP
 from softsoil.estimator.promote import tie_parameters
+from softsoil.mpc_demo.synthetic import synthetic_drive
+from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import TABLE5, add_noise
-from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY, SOIL_SIGNALS
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.parameters import Free
 from softsoil.windows.shooting import shooting_drive
@@ -96,6 +100,31 @@ def test_no_window_runs_across_a_steering_faster_than_its_actuator(compiled):
     mine = windows(compiled, drive.with_channels(steer=steer), fastest=1.5)
     step = int(np.searchsorted(drive.t, 6.0))
     assert all(row > step or row + mine.steps < step for row in mine.rows)
+
+
+def test_between_windows_histories_run_along_the_motion_and_not_along_noise():
+    """Steps of the steering leave gaps between windows; what the rear wheels run in there was made by the vehicle's motion."""
+    t = STEP * np.arange(round(20.0 / STEP) + 1)
+    steer = 0.3 * np.sign(np.sin(2 * np.pi * t / 4.8)) * (1 + 0.3 * np.sin(t))
+    model = tie_parameters(bicycle(reference_vehicle(), CLAY), SOIL_SIGNALS["n"], "n_f", "n_r")
+    clean = synthetic_drive(model, reference_vehicle().radius, seconds=20.0, steer=steer)
+    mine = windows(WindowModel(model, STEP), add_noise(clean, "table5", 2), fastest=1.5)
+    between = np.concatenate([np.arange(a + mine.steps, b) for a, b in zip(mine.rows[:-1], mine.rows[1:], strict=True)])
+    assert len(between) > 200
+    slips = [STATE_CHANNELS.index(name) for name in ("u", "v")]
+    true = np.column_stack([clean["u"], clean["v"]])[between]
+    recorded = np.std(mine.along(between)[:, slips] - true, axis=0)
+    fit_windows([mine], [sinkage_exponent()], np.array([0.6]), model.p.nominal)
+    assert np.all(np.std(mine.along(between)[:, slips] - true, axis=0) < 0.3 * recorded)
+
+
+def test_a_gap_that_the_model_cannot_bridge_stays_as_recorded(compiled):
+    drive = clay_drive(12.0)
+    steer = drive["steer"] + 0.1 * (drive.t > 6.0)
+    mine = windows(compiled, drive.with_channels(steer=steer), fastest=1.5)
+    before = mine.along(np.arange(len(mine.drive.t)))
+    mine.bridge(np.full_like(compiled.model.p.nominal, np.nan))
+    assert np.array_equal(mine.along(np.arange(len(mine.drive.t))), before)
 
 
 def test_a_bound_holds_and_is_reported(compiled):
