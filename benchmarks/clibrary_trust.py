@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -70,6 +71,8 @@ def closed_loop_storm(what: str, scratch: Path, steps: int, sanitizers: tuple[st
 def fuzz(what: str, folder: Path, scratch: Path, seconds: int) -> None:
     """libFuzzer on the estimator, controller or driver, the estimator from its committed corpus; what it finds stays in the
     scratch folder."""
+    if shutil.which("clang") is None:
+        raise SystemExit("fuzz: expected clang with libFuzzer (its compiler-rt), found no clang")
     compiler = ["clang", "-O1", "-fsanitize=fuzzer,address,undefined", *SANITIZERS[1:]]
     found = scratch / "corpus"
     found.mkdir()
