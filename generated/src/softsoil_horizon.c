@@ -375,7 +375,7 @@ static void recall(const softsoil_horizon_t *h, int64_t i, double (*m)[SOFTSOIL_
 
 /* Rows between the end of a window and the start of the next: histories run along what the model predicts there, from x and m at
  * the end, led to the state at the start in a straight line; unless that has no finite value. */
-static void bridge(softsoil_horizon_t *h, int64_t end, int64_t to, const softsoil_jobs_t *x, const softsoil_jobs_t *m) {
+static void bridge(softsoil_horizon_t *h, int64_t end, int64_t to, softsoil_jobs_t *x, softsoil_jobs_t *m) {
   softsoil_jobs_t ahead[SOFTSOIL_N_X], memory[SOFTSOIL_CELLS];
   double start[NS];
   int sound = 1;
