@@ -1,6 +1,6 @@
 """The tracing judged on the independent simulator's drives: what it names on each, against what was put in.
 
-Run: python -m benchmarks.refine_drives [--data ../shared/data] [NAME ...]
+Run: python -m benchmarks.refine_drives [--data ../shared/data] [--noise table5] [NAME ...]
 The model is the reference vehicle with its declared effects; nothing in it was fitted to the effect_* drives. The tracing reads
 sensor channels only; what is in each drive is used here, to score.
 """
@@ -14,6 +14,7 @@ from pathlib import Path
 from softsoil.commands.options_model import declaration
 from softsoil.mpc_demo.blind_test import score
 from softsoil.recording.log_names import named_soil
+from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive
 from softsoil.refinement.refine import refine
 from softsoil.refinement.result import Refinement
@@ -32,6 +33,8 @@ EFFECTS = {
     "effect_backlash": ("backlash", "sandy_loam", {"backlash": 0.12 * FULL}),
 }
 """Drive -> effect, soil class, parameters (data/README.md of the drives)."""
+SEED = 3
+"""Of the noise."""
 CLEAN = ("multi_", "steps_", "paper_")
 """Drives on which nothing may be named."""
 
@@ -40,13 +43,14 @@ Traced = tuple[str, str, dict[str, float], Refinement]
 """Name of a drive, the effect that was put in (empty for none), its true parameters, and what the tracing says."""
 
 
-def traced(data: Path, names: Sequence[str]) -> Iterator[Traced]:
-    """The drives below `data` (those of `names`, default all), traced one after the other."""
+def traced(data: Path, names: Sequence[str], noise: str = "none") -> Iterator[Traced]:
+    """The drives below `data` (those of `names`, default all), with sensors of a `noise`, traced one after the other."""
     for path in sorted((data / "chrono_vehicle").glob("*.csv.gz")):
         name = _name(path)
         if name.startswith(("effect_", *CLEAN)) and (not names or name in names):
             effect, soil, truth = EFFECTS.get(name, ("", named_soil(name) or "clay", {}))
-            found = refine([read_drive(path)], declaration(None, soil, "turn_slip", None), workers=1)
+            drive = add_noise(read_drive(path), noise, SEED)
+            found = refine([drive], declaration(None, soil, "turn_slip", None), workers=1)
             yield name, effect, truth, found
 
 
@@ -54,10 +58,11 @@ def main() -> None:
     """Trace the drives and print one line each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("../shared/data"), help="folder of the shared data")
+    parser.add_argument("--noise", default="none", choices=sorted(NOISES), help="of the sensors")
     parser.add_argument("names", nargs="*", help="drives (default: effect_*, multi_*, steps_*, paper_*)")
     told = parser.parse_args()
     right = count = 0
-    for name, effect, truth, found in traced(told.data, told.names):
+    for name, effect, truth, found in traced(told.data, told.names, told.noise):
         good, why = score({"kind": "effect" if effect else "clean", "name": effect, "truth": truth}, found)
         right, count = right + good, count + 1
         named = " + ".join(e.name for e in found.effects) or found.verdict

@@ -25,6 +25,7 @@ from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.inputs import measured_inputs
+from softsoil.windows.shooting import lengths, smoothed
 
 Array = NDArray[np.float64]
 
@@ -108,6 +109,7 @@ class Replay:
         log = on_even_clock(recording)
         self.t, self.dt, self.name = log.t, log.dt, log.name
         self.states, self.recorded = known_states(log), measured_states(log)
+        self._lengths = lengths(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
         choice = log_driveline(log, model, float(model.p.nominal[model.p.index("n_f")]), start)
@@ -145,9 +147,10 @@ class Replay:
         return {f"{horizon:.1f}": self.windows(p, horizon).mse for horizon in horizons}
 
     def rates(self, p: ArrayLike) -> Array:
-        """(N - 1, 6) rates of the states that the model has at the recorded states, each as its step over dt says."""
+        """(N - 1, 6) rates of the states that the model has at the smoothed record, each as its step over dt says: noise of slips
+        would be forces."""
         p = np.concatenate([p, self._nominal[len(np.asarray(p)) :]])
-        full, memory = self._along(p)
+        full, memory = self.predictor.track(smoothed(self.states, self.dt, self._lengths), self.inputs, p)
         after = self.predictor.one_step(full[:-1], self.inputs[:-1], p, memory[:-1])
         return (after - full[:-1])[:, : len(STATE_CHANNELS)] / self.dt
 

@@ -29,7 +29,7 @@ from softsoil.refinement.remarks import inseparable, notes, on_bound, would_sepa
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.second_look import Look, look_twice, strained_words
-from softsoil.refinement.selection import Selection, select
+from softsoil.refinement.selection import Selection, hidden_by_noise, select
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects, settled
 from softsoil.refinement.windowing import Windowing
@@ -145,7 +145,13 @@ def refine(
         for recording, one in zip(recordings, left, strict=True)
         if not one.judged
     )
-    lacks = bool(selection.unnamable) or _lacks(bench, left, look, after)
+    hidden = hidden_by_noise(selection, repeated) if look.strain is None else ()
+    lines += tuple(
+        f"{c.name}: not named, it removes {100 * c.gain:.0f} % of the held-out cost beyond sensor noise, "
+        f"{100 * c.whole:.0f} % of the whole: something is missing, less noise or more drives would show what"
+        for c in hidden[:1]
+    )
+    lacks = bool(selection.unnamable or hidden) or _lacks(bench, left, look, after)
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
     return Refinement(
         verdict=verdict,

@@ -108,12 +108,11 @@ def contended(
     return cross_validated(bench, few, workers, one_wave), [c for c in ranking if c not in few]
 
 
-def supported(candidate: Candidate, effect: Effect, least: float = RULES.least_gain) -> bool:
-    """Whether held-out data support the effect: a gain of at least `least`, its significance, a leading parameter identified."""
-    sigmas = least_sigmas(len(candidate.windows))
-    if not (
-        candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= least_whole(effect)
-    ):
+def supported(candidate: Candidate, effect: Effect, least: float = RULES.least_gain, whole: float | None = None) -> bool:
+    """Whether held-out data support the effect: a gain of at least `least`, and `whole` of the whole cost (default least_whole),
+    its significance, a leading parameter identified."""
+    sigmas, whole = least_sigmas(len(candidate.windows)), least_whole(effect) if whole is None else whole
+    if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= whole):
         return False
     lead = effect.parameters[0].name
     if any(name == lead or name not in effect.parameters for name in candidate.fit.at_bound):
@@ -122,6 +121,14 @@ def supported(candidate: Candidate, effect: Effect, least: float = RULES.least_g
         return False
     beyond_doubt = candidate.gain >= least_sigmas(len(candidate.windows), RULES.beyond_doubt) * candidate.std
     return beyond_doubt or strength(candidate.fit, effect) >= RULES.least_parameter_sigmas
+
+
+def hidden_by_noise(selection: Selection, one_wave: bool) -> tuple[Candidate, ...]:
+    """Where nothing has been accepted, the candidates that explain much beyond noise for sure, and yet too little of the whole to
+    be named: something is missing, and noise does not let one say what. one_wave: as of `select`."""
+    least = RULES.one_wave_gain if one_wave else RULES.later_gain
+    tried = [] if selection.accepted else [c for c in selection.ranking if c.name in selection.tried]
+    return tuple(c for c in tried if supported(c, selection.tried[c.name], least, 0.0))
 
 
 def placed_for_sure(candidate: Candidate, effect: Effect) -> bool:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.recording.clock import on_even_clock
-from softsoil.recording.drive import Recording
+from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.noise import add_noise
 from softsoil.recording.states import measured_states, sensor_std
 from softsoil.refinement.residual import WINDOW, drive_residual, rms, slope, split_by_axle
 from softsoil.refinement.rules import RULES
@@ -18,13 +19,16 @@ from softsoil.windows.inputs import measured_inputs
 
 Array = NDArray[np.float64]
 
+AGAIN = 3
+"""Times that noise is added once more, to see what it makes of axle forces, and how much that scatters."""
 
 
 @dataclass(frozen=True)
 class Structure:
     """Unexplained share of the lateral force per axle (rms over rms), and its correlations.
 
-    share: axle -> rms of the residual force over rms of the force, NaN where v or omega_z is not measured; correlations:
+    share: axle -> rms of the residual force over rms of the force, what sensor noise makes of it taken off, with two standard
+    deviations of that; NaN where v or omega_z is not measured; correlations:
     axle -> signal -> coefficient, the strongest first.
     """
 
@@ -47,23 +51,23 @@ def structure(recording: Recording, model: Model, vehicle: Vehicle, p: Array, st
     residual = drive_residual(recording, model, vehicle, p, start)
     total_f, total_r, signals = axle_windows(recording, model, vehicle, residual.t)
     left = {"front": residual.force_f, "rear": residual.force_r}
-    noise = _noise_force(recording, vehicle)
-    share = {
-        axle: float(np.sqrt(np.maximum(rms(left[axle]) ** 2 - noise[axle] ** 2, 0.0)) / np.maximum(rms(total), 1e-9))
-        for axle, total in (("front", total_f), ("rear", total_r))
-    }
+    more = [drive_residual(_noisier(recording, seed), model, vehicle, p, start) for seed in range(AGAIN)]
+    noisier = {"front": [rms(one.force_f) ** 2 for one in more], "rear": [rms(one.force_r) ** 2 for one in more]}
+    share = {}
+    for axle, total in (("front", total_f), ("rear", total_r)):
+        square = rms(left[axle]) ** 2
+        noise = max(float(np.mean(noisier[axle])) - square, 0.0) + 2.0 * float(np.std(noisier[axle], ddof=1))
+        share[axle] = float(np.sqrt(max(square - noise, 0.0)) / max(rms(total), 1e-9))
     correlations = {axle: _correlations(values, signals) for axle, values in left.items()}
     return Structure(share, correlations)
 
 
-def _noise_force(recording: Recording, vehicle: Vehicle) -> dict[str, float]:
-    """What sensor noise alone makes of a window's axle forces (N): slopes of white noise over the window."""
-    sigma = sensor_std(recording, np.zeros(2), ("v", "omega_z"))
-    count = max(WINDOW / recording.dt, 3.0)
-    rate_v, rate_r = sigma * np.sqrt(12.0 / count) / WINDOW
-    force, moment = vehicle.mass * rate_v, vehicle.yaw_inertia * rate_r
-    front, rear = np.hypot(force * vehicle.l_r, moment), np.hypot(force * vehicle.l_f, moment)
-    return {"front": front / vehicle.wheelbase, "rear": rear / vehicle.wheelbase}
+def _noisier(recording: Recording, seed: int) -> Recording:
+    """The recording with as much noise on its states once more: what is left of the axle forces grows by what noise makes of it,
+    by rates, slips and ruts."""
+    sigma = sensor_std(recording, np.zeros(len(STATE_CHANNELS)))
+    measured = {name: std for name, std in zip(STATE_CHANNELS, sigma, strict=True) if recording.measured(name)}
+    return add_noise(recording, measured, seed)
 
 
 def axle_windows(

@@ -14,7 +14,8 @@ SAMPLES = 7
 
 @dataclass(frozen=True)
 class Windowing:
-    """horizon: length of the windows (s); smoothing: of the recorded states (s), default 0.25 on soil, SAMPLES on hard ground;
+    """horizon: length of the windows (s); smoothing: of the recorded states (s), default by their noise on soil (`lengths` of
+    `softsoil.windows.shooting`), SAMPLES on hard ground;
     substeps: Euler steps in a sample, default as many as the fitted model's fastest motion needs; horizons: s, of the errors.
     """
 
@@ -23,6 +24,6 @@ class Windowing:
     substeps: int | None = None
     horizons: tuple[float, ...] = HORIZONS
 
-    def smooth(self, dt: float, sinks: bool) -> float:
-        """The length that smooths the states of a drive with samples dt (s) apart; sinks: on soil."""
-        return self.smoothing or (SMOOTHING if sinks else min(SAMPLES * dt, SMOOTHING))
+    def smooth(self, dt: float, sinks: bool) -> float | None:
+        """The length that smooths the states of a drive with samples dt (s) apart, None: by their noise; sinks: on soil."""
+        return self.smoothing or (None if sinks else min(SAMPLES * dt, SMOOTHING))

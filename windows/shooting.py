@@ -20,7 +20,7 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import StepLoop
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from softsoil.recording.states import known_states, measured_states
+from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.windows.inputs import measured_inputs
 
@@ -31,7 +31,13 @@ BROKEN = 1e9
 CORRECTIONS = 4
 """Steps of the contraction that finds the states whose outputs were recorded."""
 SMOOTHING = 0.25
-"""s: length of the polynomial that smooths recorded states; much shorter than any motion of a vehicle on soft soil."""
+"""s: least length of the polynomial that smooths recorded states; much shorter than any motion of a vehicle on soft soil."""
+LONGEST_SMOOTHING = 0.6
+"""s: its greatest length, for noisy sensors: as long as a vehicle takes to follow its steering."""
+NEGLIGIBLE = np.array([0.03, 0.03, 0.004, 0.02, 0.015, 0.008])
+"""Noise of a smoothed state that is lost among what models miss (m, m, rad, m/s, m/s, rad/s)."""
+LEFT = 1.3
+"""Standard deviation that a quadratic over N samples leaves of their noise, times the root of N."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +57,13 @@ class Drive:
     first: int
 
 
-def shooting_drive(recording: Recording, model: Model, start: float, smoothing: float = SMOOTHING, live: bool = False) -> Drive:
+def shooting_drive(
+    recording: Recording, model: Model, start: float, smoothing: float | None = None, live: bool = False
+) -> Drive:
     """The drive on an even clock with smoothed states; `start` seconds at its beginning are left out of windows;
-    smoothing: length of the polynomial (s), to be shorter for a smaller and quicker vehicle. Wheel speeds are smoothed with it,
-    since the shear path goes by the size of the slip, which noise only enlarges; not where windows are to be as they are
-    `live`, when no later sample is there.
+    smoothing: length of the polynomial (s), to be shorter for a smaller and quicker vehicle, default by each state's noise
+    (`lengths`). Wheel speeds are smoothed, too, since the shear path goes by the size of the slip, which noise only enlarges;
+    not where windows are to be as they are `live`, when no later sample is there: then it is SMOOTHING.
 
     Raises ValueError for reversing, inputs that the drive cannot give, or a drive shorter than a few seconds.
     """
@@ -64,19 +72,27 @@ def shooting_drive(recording: Recording, model: Model, start: float, smoothing: 
     inputs, _ = measured_inputs(log, model.external)
     spins = [i for i, name in enumerate(model.external.names) if name in WHEEL_CHANNELS]
     if spins and not live:
-        inputs[:, spins] = smoothed(inputs[:, spins], log.dt, smoothing)
+        inputs[:, spins] = smoothed(inputs[:, spins], log.dt, smoothing or SMOOTHING)
     first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
     if len(log) - first < 3.0 / log.dt:
         raise ValueError(f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s")
-    return Drive(log.name, log.dt, log.t, measured, smoothed(known_states(log), log.dt, smoothing), inputs, first)
+    length = smoothing or (SMOOTHING if live else lengths(log))
+    return Drive(log.name, log.dt, log.t, measured, smoothed(known_states(log), log.dt, length), inputs, first)
 
 
-def smoothed(states: Array, dt: float, length: float = SMOOTHING) -> Array:
-    """(N, n) states through a quadratic over `length` seconds, dt apart, missing values interpolated first."""
+def lengths(log: Recording) -> Array:
+    """(6,) lengths (s) of the polynomials that smooth the states of a log on an even clock: what brings a sensor's noise down to
+    NEGLIGIBLE, from SMOOTHING to LONGEST_SMOOTHING. Noise at the start of a window hides what a model lacks."""
+    noise = np.nan_to_num(sensor_std(log, np.zeros(len(STATE_CHANNELS))))
+    return np.clip(log.dt * (LEFT * noise / NEGLIGIBLE) ** 2, SMOOTHING, LONGEST_SMOOTHING)
+
+
+def smoothed(states: Array, dt: float, length: ArrayLike = SMOOTHING) -> Array:
+    """(N, n) states, dt apart, through quadratics over `length` seconds, one or (n,); missing values are interpolated first."""
     out = np.empty_like(states)
     rows = np.arange(len(states))
-    window = max(2 * round(length / dt / 2) + 1, 5)
-    for i in range(states.shape[1]):
+    windows = [max(2 * round(one / dt / 2) + 1, 5) for one in np.broadcast_to(length, states.shape[1])]
+    for i, window in enumerate(windows):
         good = np.isfinite(states[:, i])
         if not good.any():
             raise ValueError(f"channel {STATE_CHANNELS[i]}: expected numbers, found none")

@@ -184,7 +184,7 @@ def test_a_class_of_hard_ground_is_a_file_of_two_numbers(tmp_path):
 
 def test_states_are_smoothed_by_the_sample_rate_on_hard_ground():
     assert Windowing().smooth(0.01, sinks=False) == pytest.approx(0.07)
-    assert Windowing().smooth(0.01, sinks=True) == Windowing().smooth(0.2, sinks=False) == 0.25
+    assert Windowing().smooth(0.2, sinks=False) == 0.25 and Windowing().smooth(0.01, sinks=True) is None
     assert Windowing(smoothing=0.1).smooth(0.01, sinks=True) == 0.1
 
 

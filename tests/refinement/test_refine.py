@@ -27,7 +27,14 @@ from softsoil.refinement.folds import folded
 from softsoil.refinement.refine import held_mse, refine
 from softsoil.refinement.remarks import close_calls, inseparable
 from softsoil.refinement.rules import RULES
-from softsoil.refinement.selection import Selection, least_sigmas, least_whole, placed_for_sure, supported
+from softsoil.refinement.selection import (
+    Selection,
+    hidden_by_noise,
+    least_sigmas,
+    least_whole,
+    placed_for_sure,
+    supported,
+)
 from softsoil.refinement.trace import Candidate, everything, fit_base, gain_of, make_bench
 from softsoil.refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from softsoil.symbolic.catalogue import bicycle, catalogue
@@ -200,6 +207,21 @@ def test_a_change_at_a_place_needs_certainty_and_any_gain(declared, name, sigmas
     candidate = Candidate(name, overall, np.ones(9), gain, 0.1, 0.01, overall)
     assert placed_for_sure(candidate, effect) is sure
     assert not placed_for_sure(replace(candidate, overall=None), effect)
+
+
+@pytest.mark.parametrize(
+    ("gain", "whole", "one", "hidden"), [(0.43, 0.09, False, True), (0.43, 0.09, True, False), (0.2, 0.05, False, False)]
+)
+def test_much_beyond_noise_that_is_too_little_to_be_named_is_missing_all_the_same(declared, gain, whole, one, hidden):
+    effect = catalogue(declared.vehicle)["payload"]
+    lead = effect.parameters[0]
+    free = (Free(lead.name, (lead.name,), 0.1, lead.lower, lead.upper),)
+    fit = Fit(free, np.array([300.0]), np.array([50.0]), np.zeros((1, 1)), 1.0, ())
+    candidate = Candidate("payload", fit, np.ones(9), gain, 0.08, whole)
+    nothing = Selection((), None, (candidate,), (), {"payload": effect})  # type: ignore[arg-type]
+    assert not supported(candidate, effect)
+    assert bool(hidden_by_noise(nothing, one)) is hidden
+    assert hidden_by_noise(replace(nothing, accepted=(candidate,)), one) == ()
 
 
 def test_a_change_too_small_for_its_gain_is_named_by_its_certainty(declared):

@@ -6,11 +6,14 @@ import pytest
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.declaration.model_file import Declaration
+from softsoil.recording.clock import on_even_clock
+from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import CLAY
-from softsoil.windows.shooting import Shooting, shooting_drive
+from softsoil.windows.shooting import LONGEST_SMOOTHING, SMOOTHING, Shooting, lengths, shooting_drive, smoothed
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +29,17 @@ def test_windows_asked_for_are_those_of_all(shooting: Shooting, windows: list[in
     p[1, shooting.model.p.index("velocity_lever")] = 0.5
     chosen = np.array(windows, dtype=int)
     np.testing.assert_array_equal(shooting.residual(p, chosen), shooting.residual(p)[:, chosen])
+
+
+def test_noisy_states_are_smoothed_for_longer_than_good_ones() -> None:
+    clean = on_even_clock(read_drive(MULTI_LOG))
+    assert all((lengths(add_noise(clean, noise, 1)) == SMOOTHING).all() for noise in ("none", "good"))
+    noisy = add_noise(clean, "table5", 1)
+    length = dict(zip(STATE_CHANNELS, lengths(noisy), strict=True))
+    assert all(length[name] == LONGEST_SMOOTHING for name in ("x", "y", "u", "v"))
+    assert SMOOTHING == length["omega_z"] < length["psi"] < LONGEST_SMOOTHING
+    true, (short, long) = clean["v"][:, None], (smoothed(noisy["v"][:, None], clean.dt, one) for one in (SMOOTHING, length["v"]))
+    assert np.std(long - true) < 0.75 * np.std(short - true)
 
 
 def test_no_effect_lets_what_is_measured_depend_on_inputs() -> None:
