@@ -15,14 +15,12 @@ from softsoil.recording.states import sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.windows.free_windows import FreeWindows, Linear, WindowModel
 from softsoil.windows.parameters import Free
-from softsoil.windows.shooting import Drive
+from softsoil.windows.shooting import MODEL_STD, Drive
 
 Array = NDArray[np.float64]
 
 HORIZON = 1.0
 """s: windows of the fit. Longer ones gather what the force law misses, shorter ones see less of the yaw inertia."""
-MODEL_STD = np.array([0.03, 0.03, 0.004, 0.02, 0.015, 0.008])
-"""What a right model misses over such a window, per state (m, m, rad, m/s, m/s, rad/s): some per cent of the lateral force."""
 SUBSTEPS = 2
 """Steps of the model inside one of `substeps_for`: what Euler's method misses in one counts as one per cent of yaw inertia."""
 NOISE_FLOOR = np.full(6, 1e-4)

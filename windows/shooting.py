@@ -34,10 +34,11 @@ SMOOTHING = 0.25
 """s: least length of the polynomial that smooths recorded states; much shorter than any motion of a vehicle on soft soil."""
 LONGEST_SMOOTHING = 0.6
 """s: its greatest length, for noisy sensors: as long as a vehicle takes to follow its steering."""
-NEGLIGIBLE = np.array([0.03, 0.03, 0.004, 0.02, 0.015, 0.008])
-"""Noise of a smoothed state that is lost among what models miss (m, m, rad, m/s, m/s, rad/s)."""
+MODEL_STD = np.array([0.03, 0.03, 0.004, 0.02, 0.015, 0.008])
+"""What a right model misses over a window of 1 s, per state (m, m, rad, m/s, m/s, rad/s): some per cent of the lateral force."""
 LEFT = 1.3
-"""Standard deviation that a quadratic over N samples leaves of their noise, times the root of N."""
+"""A quadratic over N samples leaves 1.5 over the root of N of their noise; taken a little smaller, so that good sensors keep
+SMOOTHING."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +83,9 @@ def shooting_drive(
 
 def lengths(log: Recording) -> Array:
     """(6,) lengths (s) of the polynomials that smooth the states of a log on an even clock: what brings a sensor's noise down to
-    NEGLIGIBLE, from SMOOTHING to LONGEST_SMOOTHING. Noise at the start of a window hides what a model lacks."""
+    MODEL_STD, from SMOOTHING to LONGEST_SMOOTHING. Noise at the start of a window hides what a model lacks."""
     noise = np.nan_to_num(sensor_std(log, np.zeros(len(STATE_CHANNELS))))
-    return np.clip(log.dt * (LEFT * noise / NEGLIGIBLE) ** 2, SMOOTHING, LONGEST_SMOOTHING)
+    return np.clip(log.dt * (LEFT * noise / MODEL_STD) ** 2, SMOOTHING, LONGEST_SMOOTHING)
 
 
 def smoothed(states: Array, dt: float, length: ArrayLike = SMOOTHING) -> Array:
