@@ -6,7 +6,7 @@ from dataclasses import fields
 
 from softsoil.codegen.c_library.horizon import HorizonNumbers
 from softsoil.codegen.predictor import LONGEST_STEP
-from softsoil.estimator.evidence import LATERAL, TRIMMED
+from softsoil.estimator.evidence import TRIMMED
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.late_change import LEAST_PART, SPLITS
 from softsoil.estimator.moving_horizon import SCALE, HorizonRules
@@ -14,6 +14,7 @@ from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import WORDS, VerdictRules
 from softsoil.symbolic.model import Model
+from softsoil.symbolic.vehicle import JUDGED
 from softsoil.windows.free_windows import BRIDGED, FREE_STEP, SETTLING, STATE_STEP
 from softsoil.windows.shooting import SMOOTHING
 from softsoil.windows.window_fit import HUBER, RIDGE
@@ -31,7 +32,7 @@ SENTENCES = {
 
 def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: VerdictRules | None = None) -> HorizonNumbers:
     """The numbers of rules and limits for a model, as the generator takes them."""
-    rules, limits = rules or HorizonRules(), limits or VerdictRules()
+    rules, limits = rules or HorizonRules(), (limits or VerdictRules()).of(model)
     limit_of = dict(limits.unexplained)
     own = {field.name: getattr(rules, field.name) for field in fields(rules)}
     own["common_error"] = common_error(rules.common_error, model)
@@ -43,7 +44,7 @@ def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: Ver
         },
         model_error=rules.model_error, recent=rules.recent,
         limits={name: float(value) for name, value in bounds.items() if name != "unexplained"},
-        unexplained=[limit_of[name] for name in LATERAL], splits=SPLITS, least_part=LEAST_PART,
+        unexplained=[limit_of[name] for name in JUDGED], splits=SPLITS, least_part=LEAST_PART,
         constants={
             "longest_step": LONGEST_STEP, "huber": HUBER, "ridge": RIDGE, "least_curvature": LEAST_CURVATURE,
             "free_step": FREE_STEP, "trimmed": TRIMMED,

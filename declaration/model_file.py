@@ -91,6 +91,7 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     tables |= {f"effects.{name}": values for name, values in vehicle.effects.items()}
     known = {n.name for n in NUMBERS} | {key for values in vehicle.effects.values() for key in values}
     tables |= {"uncertainty": {key: std for key, std in vehicle.uncertainty.items() if key in known}}
+    tables |= {"unexplained": vehicle.unexplained}
     for name, values in tables.items():
         if values or name.startswith("effects."):
             lines += ["", f"[vehicle.{name}]", *(_line(key, value) for key, value in values.items())]

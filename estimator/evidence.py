@@ -18,13 +18,12 @@ from softsoil.estimator.modes import run_guess, standing
 from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, exponents
 from softsoil.estimator.strain import VehicleChange, vehicle_change
 from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.symbolic.vehicle import JUDGED
 from softsoil.windows.free_windows import FreeWindows
 from softsoil.windows.window_fit import reduce_windows
 
 Array = NDArray[np.float64]
 
-LATERAL = ("v", "omega_z")
-"""Channels that n moves and by which a model is judged."""
 THIRD = np.array([1.0, -3.0, 3.0, -1.0])
 TRIMMED = 4.0
 """Third differences beyond this many robust standard deviations are outliers or steps, not noise."""
@@ -79,13 +78,12 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     weight = first.weight(last)
     n, std, information = first.n.copy(), first.std(last), np.sqrt(first.summary.variance(first.n, weight))
     axles, axles_std = _by_axle(windows, first, tied, rules)
-    unexplained, unexplained_std = _unexplained(windows, first)
-    speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
+    left = unexplained(windows, first)
     return Evidence(
-        n, std, information, np.array([run.horizon.n for run in runs]), axles, axles_std, unexplained, unexplained_std,
+        n, std, information, np.array([run.horizon.n for run in runs]), axles, axles_std, *left,
         *inertia_error(windows, first), vehicle_change(windows, first),
         *parts_of(first.summary, first.since, first.share, last),
-        float(np.sqrt(np.mean((speed * turn) ** 2))), len(windows.rows), runs[0].guess,
+        motion_of(windows), len(windows.rows), runs[0].guess,
         tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),
         tuple(float(windows.drive.t[row]) for row in first.changes),
     )  # fmt: skip
@@ -105,8 +103,17 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
     return n, np.sqrt(apart.summary.variance(n, weight, prior))
 
 
-def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:
-    """Share of each lateral channel's variance that the model leaves beyond sensor noise, and its standard error."""
+def motion_of(windows: FreeWindows) -> float:
+    """Root mean square lateral specific force u omega_z of the drive (m/s^2)."""
+    speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
+    return float(np.sqrt(np.mean((speed * turn) ** 2)))
+
+
+def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:
+    """Share of the variance of each channel of JUDGED that the model leaves beyond sensor noise, and its standard error.
+
+    horizon: run to the end of the drive, whose n and initial states the histories of the windows follow.
+    """
     which = np.arange(horizon.since, len(windows.rows))  # windows of an earlier soil are no fault of the model
     x0 = np.array(horizon.summary.states)[which]
     linear = windows.linearise(horizon.parameters(horizon.n), x0, horizon.free, which)
@@ -117,7 +124,7 @@ def _unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str
     sound = np.abs(linear.by_state).max(axis=(1, 2))[:, None] > 0.0
     residual, leverage = linear.residual.reshape(shape) * windows.sigma, leverage.reshape(shape)
     shares, errors = {}, {}
-    for name in LATERAL:
+    for name in JUDGED:
         i = STATE_CHANNELS.index(name)
         seen = np.isfinite(windows.recorded[which][..., i]) & sound
         if not seen.any() or not np.isfinite(windows.sigma[i]):

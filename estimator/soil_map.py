@@ -85,7 +85,7 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     middle = windows.rows + windows.steps // 2
     x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
     information, common = hessian * rules.stride / rules.length, common_error(rules.common_error, windows.compiled.model)
-    verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY), choice)
+    verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)
     return DriveSoil(recording.name, verdict, x, y, n, information, common, recording.origin)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,10 @@ WORDS = (
 BOUNDS = (SOIL_SIGNALS["n"].lower, SOIL_SIGNALS["n"].upper)
 GUESSES = (0.35, 1.1)
 """Initial guesses that are tried beside the user's: a stiff and a soft soil."""
+OWN_MARGIN, OWN_MOST = 1.3, 2.0
+"""What a vehicle's model leaves of other drives over what it leaves of its own logs, at most; the most that may be, over what a
+right model leaves."""
+CHANNEL_WORDS = {"omega_z": "yaw rate", "v": "lateral velocity"}
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,15 @@ class VerdictRules:
     least_motion: float = 0.2
     road: float = 0.4
     road_sigmas: float = 1.0
+
+    def of(self, model: Model) -> VerdictRules:
+        """The limits for a vehicle whose file states what its numbers leave unexplained of its own logs (`OWN_MARGIN`).
+
+        model: of the vehicle.
+        """
+        own: dict[str, float] = getattr(model.geometry, "unexplained", {})
+        limits = [(name, OWN_MARGIN * own.get(name, 0.0), limit) for name, limit in self.unexplained]
+        return replace(self, unexplained=tuple((name, min(max(mine, limit), OWN_MOST * limit)) for name, mine, limit in limits))
 
     def another_mass(self, load: float, std: float) -> bool:
         """Whether a vehicle is heavier or lighter than declared.
@@ -109,7 +122,7 @@ def judge(
         windows = drive_windows(recording, model, start, horizon)
     except ValueError as error:
         return Verdict("not_excited", f"no window of the drive can be judged: {error}")
-    evidence = gather(windows, initial_guesses(n0), tied, horizon)
+    evidence, rules = gather(windows, initial_guesses(n0), tied, horizon), (rules or VerdictRules()).of(model)
     others = () if again is None else (again(float(np.clip(evidence.n[0], *BOUNDS))),)
     verdict = decide(evidence, evidence.n if n is None else np.asarray(n, dtype=float), others, rules)
     if verdict.word not in ("inconsistent", "at_bound", "axles_disagree", "depends_on_first_guess"):
@@ -177,11 +190,10 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
     for name, limit in rules.unexplained:
         left, error = e.unexplained.get(name, 0.0), e.unexplained_std.get(name, np.inf)
         if left - rules.unexplained_sigmas * error > limit**2:
-            what = {"omega_z": "yaw rate", "v": "lateral velocity"}[name]
             low, high = (100 * np.sqrt(max(left + sign * error, 0.0)) for sign in (-1, 1))
             return "inconsistent", (
-                f"the model leaves {low:.1f} to {high:.1f} % of the {what}'s motion unexplained beyond sensor noise, a right one "
-                f"at most {100 * limit:.1f} %: another vehicle, soil class or effect, or a wrong channel"
+                f"the model leaves {low:.1f} to {high:.1f} % of the {CHANNEL_WORDS[name]}'s motion unexplained beyond sensor "
+                f"noise, a right one at most {100 * limit:.1f} %: another vehicle, soil class or effect, or a wrong channel"
                 + (f"; of yaw inertias, {said}" if (said := _inertia(e, rules)) else "")
             )
     return None

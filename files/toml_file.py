@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,14 @@ def finite(value: Any, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(f"{where}: expected a finite number, found {value!r}")
     return float(value)
+
+
+def number_table(table: Mapping[str, Any], name: str, where: str) -> dict[str, float]:
+    """The table called `name` inside another one, all numbers, empty where there is none; ValueError naming `where` else."""
+    values = table.get(name, {})
+    if not isinstance(values, dict):
+        raise ValueError(f"{where}: expected a table [{name}] of numbers, found {values!r}")
+    return {key: finite(value, f"{where}: {name}.{key}".replace("effects: ", "effects.")) for key, value in values.items()}
 
 
 def toml_number(value: float) -> str:

@@ -16,6 +16,7 @@ from softsoil.identification.errors import Errors, departures, errors_of, joint_
 from softsoil.identification.judge import judge
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
+from softsoil.identification.unexplained import doubt, more_than_right, own_logs, own_unexplained
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.log_names import distinct
@@ -90,9 +91,14 @@ def identify(
     vehicle = vehicle_of(known, state.values, {name: found.std * alone.get(name, 1.0) for name, found in numbers.items()})
     there = [name for name in state.errors.names if name in numbers and name not in SIMULATOR]
     joint = joint_error(state.errors, there, rules.model_error_joint)
-    vehicle = vehicle.with_(n_error=n_error(state.n, state.n_std), joint_error=joint)
-    verdict, reason = _verdict(state, numbers, fitted, had, rules)
+    vehicle = vehicle.with_(joint_error=joint)
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
+    left = own_logs(bench, vehicle, {log: value for log, (value, _) in n.items()}, start)
+    more = more_than_right(left)  # what moves n beside its sampling error grows with what the numbers leave
+    n = {log: (value, more * std) for log, (value, std) in n.items()}
+    vehicle = vehicle.with_(n_error=min(more * n_error(state.n, state.n_std), 1.0), unexplained=own_unexplained(left))
+    doubted = doubt(bench, vehicle, left, [c.name for c in state.contradictions], start) if had.steers else ""
+    verdict, reason = ("contradicts_given", doubted) if doubted else _verdict(state, numbers, fitted, had, rules)
     return Identification(
         verdict=verdict,
         reason=reason,
@@ -101,6 +107,7 @@ def identify(
         judged=judgement,
         asks=asks(vehicle, numbers, had, rules.load_share),
         contradictions=state.contradictions,
+        unexplained=left,
         vehicle=vehicle,
         known=known,
         seconds=time.perf_counter() - began,

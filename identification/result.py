@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from softsoil.identification.unexplained import Unexplained
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import NUMBERS
 from softsoil.symbolic.vehicle import Vehicle
@@ -74,7 +75,8 @@ class Identification:
     """The result of `identify`.
 
     verdict: "identified", "needs_data" or "contradicts_given"; reason: one sentence; numbers; n: log -> (value, standard error);
-    judged; asks: manoeuvres, the most useful first; contradictions; vehicle: complete, with uncertainty; known; notes; seconds.
+    judged; asks: manoeuvres, the most useful first; contradictions; unexplained: of each log; vehicle: complete, with
+    uncertainty; known; notes; seconds.
     """
 
     verdict: str
@@ -84,6 +86,7 @@ class Identification:
     judged: Judged
     asks: tuple[str, ...]
     contradictions: tuple[Contradiction, ...]
+    unexplained: tuple[Unexplained, ...]
     vehicle: Vehicle
     known: Known
     seconds: float
@@ -109,6 +112,7 @@ class Identification:
             "effects": self.vehicle.effects,
             "n": {log: {"value": value, "std": std} for log, (value, std) in self.n.items()},
             "n_error": self.vehicle.n_error,
+            "unexplained": {one.log: dict(one.share) for one in self.unexplained},
             "judged_on": self.judged.log,
             "before": {"mse": self.judged.before, "n": self.judged.n_before[0], "rms": self.judged.rms_before},
             "expected": {"mse": self.judged.expected},

@@ -29,12 +29,20 @@ def vehicle_toml(found: Identification) -> str:
         lines += ["", f"[effects.{effect}]"]
         for key, value in values.items():
             lines.append(_line(key, value, found.numbers.get(key), _unit(key), key in FIXED.get(effect, {})))
+    lines += _unexplained(found)
     alone = "# Standard deviations with all other numbers as they are, for commands that doubt the vehicle."
     lines += ["", alone, "[uncertainty]"]
     lines += [f"{key} = {std:.4g}" for key, std in vehicle.uncertainty.items()]
     joint = "# The same whatever the other numbers are, with their correlation, for commands that free all of them at once."
     lines += [] if vehicle.joint_error is None else ["", joint, *vehicle.joint_error.toml()]
     return "\n".join(lines) + "\n"
+
+
+def _unexplained(found: Identification) -> list[str]:
+    """Lines of the table [unexplained]."""
+    own = found.vehicle.unexplained
+    about = "# Share of the motion (root mean square) of its own logs that these numbers leave beyond sensor noise, at most."
+    return ["", about, "[unexplained]", *(f"{key} = {share:.4g}" for key, share in own.items())] if own else []
 
 
 def _line(name: str, value: float, number: Found | None, unit: str, fixed: bool = False, doc: str = "") -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from softsoil.estimator.verdict import CHANNEL_WORDS
 from softsoil.identification.result import Found, Identification
 from softsoil.refinement.words import in_degrees, with_error, with_unit
 
@@ -33,9 +34,12 @@ def state_words(number: Found) -> str:
 
 
 def error_sentence(found: Identification) -> str:
-    """The error that the file makes of every n."""
+    """The error that the file makes of every n, and what its numbers leave of the logs."""
     share = 100 * found.vehicle.n_error
-    return f"n by this file has an error of {share:.1f} % in all drives alike (n_error), which every estimate adds to its own."
+    said = f"n by this file has an error of {share:.1f} % in all drives alike (n_error), which every estimate adds to its own."
+    shares = found.vehicle.unexplained.items()
+    left = " and ".join(f"{100 * share:.1f} % of the {CHANNEL_WORDS[name]}'s" for name, share in shares if share > 0.0)
+    return f"{said} Beyond sensor noise the numbers leave at most {left} motion of these logs unexplained." if left else said
 
 
 def judged_sentences(found: Identification) -> list[str]:

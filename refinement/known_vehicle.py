@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from softsoil.files.steering_map import SteeringMap, steering_from_table
-from softsoil.files.toml_file import finite, read_toml
+from softsoil.files.toml_file import finite, number_table, read_toml
 from softsoil.symbolic.vehicle import DRIVELINE, NUMBERS, SIMULATOR, Vehicle
 
 NEEDED = ("mass", "l_f", "l_r", "track", "radius", "width")
@@ -129,15 +129,11 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
         lower, upper, unit = BOUNDS[key]
         if not lower <= value <= upper:
             raise ValueError(f"{where}: expected {key} in [{lower:g}, {upper:g}] {unit}, found {value:g}")
-    effects = {
-        str(effect): {str(k): finite(v, f"{where}: effects.{effect}.{k}") for k, v in _table(values, where).items()}
-        for effect, values in _table(table.get("effects", {}), where).items()
-    }
-    stds = _table(table.get("uncertainty", {}), where)
-    stated = {str(key): finite(value, f"{where}: uncertainty.{key}") for key, value in stds.items()}
-    simulator = {
-        str(key): finite(value, f"{where}: simulator.{key}") for key, value in _table(table.get("simulator", {}), where).items()
-    }
+    declared = table.get("effects", {})
+    if not isinstance(declared, dict):
+        raise ValueError(f"{where}: expected a table [effects], found {declared!r}")
+    effects = {effect: number_table(declared, effect, f"{where}: effects") for effect in declared}
+    stated, simulator = number_table(table, "uncertainty", where), number_table(table, "simulator", where)
     search = simulator.pop(SEARCH, 0.0)
     if not 0.0 <= search <= numbers["radius"] / 10:
         raise ValueError(f"{where}: simulator.{SEARCH}: expected 0 to a tenth of the radius (m), found {search:g}")
@@ -145,14 +141,8 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
         if key not in SIMULATOR:
             raise ValueError(f"{where}: simulator: expected keys {', '.join((*SIMULATOR.names, SEARCH))}; found {key!r}")
     steering = steering_from_table(table.get("steering", {}), where)
-    driveline = {str(key): finite(v, f"{where}: driveline.{key}") for key, v in _table(table.get("driveline", {}), where).items()}
+    driveline = number_table(table, "driveline", where)
     for key, value in driveline.items():
         if key not in DRIVELINE or not 0.0 <= value <= 1.0:
             raise ValueError(f"{where}: driveline: expected {' and '.join(DRIVELINE.names)} from 0 to 1; found {key} = {value:g}")
     return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator, steering, search, driveline)
-
-
-def _table(value: Any, where: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise ValueError(f"{where}: expected a table of numbers, found {value!r}")
-    return value

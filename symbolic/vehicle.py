@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from softsoil.files.joint_error import JointError, joint_error_from_table
 from softsoil.files.package_data import vehicle_file
 from softsoil.files.steering_map import SteeringMap, steering_from_table
-from softsoil.files.toml_file import finite, read_toml
+from softsoil.files.toml_file import finite, number_table, read_toml
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.wheel import Wheel
 
@@ -54,7 +53,8 @@ class Vehicle:
     effects: declared effects by name, each a table of parameters; simulator: where its logs come from a simulated soil, how that
     meets a wheel (SIMULATOR), empty for a real one; driveline: which wheels are driven (DRIVELINE), empty: logs decide;
     uncertainty: standard deviations of numbers and effects' parameters, by name and in their units, as far as they are known;
-    joint_error: of numbers identified together; steering: command to mean road-wheel angle; source: its file.
+    joint_error: of numbers identified together; unexplained: root mean square share of the motion of its own logs, per channel of
+    JUDGED, that they leave beyond sensor noise; steering: command to mean road-wheel angle; source: its file.
     Raises ValueError for a number outside its physical bounds.
     Example: softsoil.load_vehicle("reference").with_(mass=2000.0).mass == 2000.0
     """
@@ -87,6 +87,7 @@ class Vehicle:
     driveline: dict[str, float] = field(default_factory=dict)
     uncertainty: dict[str, float] = field(default_factory=dict)
     joint_error: JointError | None = None
+    unexplained: dict[str, float] = field(default_factory=dict)
     steering: SteeringMap | None = None
     source: str = field(default="", compare=False)
 
@@ -132,6 +133,8 @@ DRIVELINE = Layout.of(
     Signal("front_drive", "", "share of the torque at the front axle: 1 front, 0 rear, 0.5 open centre", 0.5, 0.0, 1.0),
 )
 """The table [driveline], for logs without wheel speeds (softsoil.declaration.driveline)."""
+JUDGED = ("v", "omega_z")
+"""Channels that n moves and by which a model is judged."""
 
 
 def load_vehicle(source: str | Path) -> Vehicle:
@@ -156,7 +159,7 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
         raise ValueError(f"{where}: expected keys {'; '.join(missing)}; found none of {'these' if missing[1:] else 'that name'}")
     values: dict[str, Any] = {n.name: finite(table[n.name], f"{where}: key {n.name!r}") for n in NUMBERS if n.name in table}
     for part, options in (("simulator", SIMULATOR), ("driveline", DRIVELINE)):
-        values[part] = _table(table, part, where)
+        values[part] = number_table(table, part, where)
         for key, value in values[part].items():
             if key not in options:
                 raise ValueError(f"{where}: {part}: expected keys {', '.join(options.names)}; found {key!r}")
@@ -165,23 +168,20 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     effects = table.get("effects", {})
     if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
         raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
-    effects = {name: _table(effects, name, f"{where}: effects") for name in effects}
-    uncertainty = _table(table, "uncertainty", where)
+    effects = {name: number_table(effects, name, f"{where}: effects") for name in effects}
+    uncertainty = number_table(table, "uncertainty", where)
     there = {*(n.name for n in NUMBERS), *(key for values in effects.values() for key in values)}
     for key, std in uncertainty.items():
         if key not in there or not std > 0:
             what = "a positive standard deviation of a number of the vehicle or of a parameter of its effects"
             raise ValueError(f"{where}: uncertainty.{key}: expected {what}, found {std:g}")
+    values["unexplained"] = number_table(table, "unexplained", where)
+    for key, share in values["unexplained"].items():
+        if key not in JUDGED or not 0.0 <= share <= 1.0:
+            raise ValueError(f"{where}: unexplained: expected {' and '.join(JUDGED)} from 0 to 1, found {key} = {share:g}")
     values["joint_error"] = joint_error_from_table(table.get("joint_error", {}), there, where)
     values["steering"] = steering_from_table(table.get("steering", {}), where)
     try:
         return Vehicle(str(table.get("name", name)), effects=effects, uncertainty=uncertainty, source=where, **values)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
-
-
-def _table(table: Mapping[str, Any], name: str, where: str) -> dict[str, float]:
-    values = table.get(name, {})
-    if not isinstance(values, dict):
-        raise ValueError(f"{where}: expected a table [{name}] of numbers, found {values!r}")
-    return {key: finite(value, f"{where}: {name}.{key}".replace("effects: ", "effects.")) for key, value in values.items()}

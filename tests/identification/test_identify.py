@@ -171,6 +171,8 @@ def test_the_vehicle_file_is_complete_and_says_the_state_of_each_number(identifi
     assert "mass = 1378.33  # kg ± 6.9, given" in text and "identified" in text
     own = [n["std"] / n["value"] for log, n in found["n"].items() if log != found["judged_on"]]
     assert vehicle.n_error == pytest.approx(np.sqrt(np.mean(np.square(own))), rel=1e-4) and 0.025 < vehicle.n_error < 0.04
+    assert vehicle.unexplained["omega_z"] == pytest.approx(max(one["omega_z"] for one in found["unexplained"].values()), rel=1e-3)
+    assert 0.005 < vehicle.unexplained["omega_z"] < 0.04 and set(found["unexplained"]) == set(found["n"])
     report = (folder / "report.html").read_text(encoding="utf-8")
     assert report.count("<img") == 3 and "http" not in report
 

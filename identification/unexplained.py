@@ -1,0 +1,110 @@
+"""What the identified numbers leave of the motion of each log: more than any right model leaves, and something of what was given
+is wrong that is no number of the vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsoil.estimator.evidence import motion_of, unexplained
+from softsoil.estimator.hard_ground import compare_hard_ground, on_hard_ground
+from softsoil.estimator.modes import run_guess
+from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.estimator.verdict import CHANNEL_WORDS, OWN_MOST, VerdictRules
+from softsoil.identification.bench import Bench
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.vehicle import JUDGED, Vehicle
+
+LIMITS = VerdictRules()
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """What a model leaves of one log.
+
+    log; share: of each channel of `JUDGED`, root mean square share of its motion beyond sensor noise, 0 where that is not seen by
+    two standard errors; low: the same two standard errors below; n: sinkage exponent that leaves it. Both are empty where the log
+    hardly turns, or no window of it can be judged.
+    """
+
+    log: str
+    share: Mapping[str, float]
+    low: Mapping[str, float]
+    n: float
+
+    @property
+    def beyond(self) -> str:
+        """The channel of which more is left than is allowed, empty where none is."""
+        return next((name for name, limit in LIMITS.unexplained if self.low.get(name, 0.0) > OWN_MOST * limit), "")
+
+    @property
+    def worst(self) -> float:
+        """Largest of `low` over what a right model leaves."""
+        return max((self.low.get(name, 0.0) / limit for name, limit in LIMITS.unexplained), default=0.0)
+
+
+def own_logs(bench: Bench, vehicle: Vehicle, n: Mapping[str, float], start: float) -> tuple[Unexplained, ...]:
+    """What the identified numbers leave of every log of the bench, those of the fit and the one left out.
+
+    vehicle: identified; n: of each log by the fit, a first guess here; start: seconds left out at the beginning of each.
+    """
+    pairs = zip(bench.recordings, bench.soils, strict=True)
+    return tuple(_unexplained_of(recording, bicycle(vehicle, soil), n[recording.name], start) for recording, soil in pairs)
+
+
+def _unexplained_of(recording: Recording, model: Model, n: float, start: float) -> Unexplained:
+    rules = HorizonRules()
+    try:
+        windows = drive_windows(recording, model, start, rules)
+    except ValueError:
+        return Unexplained(recording.name, {}, {}, n)
+    horizon = run_guess(windows, n, True, rules).horizon
+    found = float(horizon.n[0])
+    if motion_of(windows) < LIMITS.least_motion:
+        return Unexplained(recording.name, {}, {}, found)
+    windows.follow(horizon.parameters(horizon.n), np.array(horizon.summary.states))
+    left, error = unexplained(windows, horizon)
+    low = {name: float(np.sqrt(max(left[name] - LIMITS.unexplained_sigmas * error[name], 0.0))) for name in left}
+    share = {name: float(np.sqrt(left[name])) if low[name] > 0.0 else 0.0 for name in left}
+    return Unexplained(recording.name, share, low, found)
+
+
+def own_unexplained(logs: Sequence[Unexplained]) -> dict[str, float]:
+    """The largest share of each channel over the logs, for the vehicle's file; empty where no log says any."""
+    return {name: max(shares) for name in JUDGED if (shares := [one.share[name] for one in logs if name in one.share])}
+
+
+def more_than_right(logs: Sequence[Unexplained]) -> float:
+    """By which factor the numbers leave more of the logs than a right model does, 1 to `OWN_MOST`."""
+    own = own_unexplained(logs)
+    return min(max([1.0, *(own.get(name, 0.0) / limit for name, limit in LIMITS.unexplained)]), OWN_MOST)
+
+
+def doubt(bench: Bench, vehicle: Vehicle, logs: Sequence[Unexplained], contradicted: Sequence[str], start: float) -> str:
+    """Why the log of which most is left speaks against what was given, empty where no more is left than is allowed.
+
+    bench, vehicle, start: as of `own_logs`; logs: its result; contradicted: given numbers that the fit contradicts.
+    """
+    i = max(range(len(logs)), key=lambda i: logs[i].worst)
+    worst = logs[i]
+    if not worst.beyond:
+        return ""
+    name, model, rules = worst.beyond, bicycle(vehicle, bench.soils[i]), HorizonRules()
+    limit = 100 * dict(LIMITS.unexplained)[name]
+    said = (
+        f"With every number free the model leaves {100 * worst.low[name]:.0f} % or more of the {CHANNEL_WORDS[name]}'s motion of "
+        f"{worst.log} unexplained beyond sensor noise (a right one at most {limit:.1f} %, {OWN_MOST * limit:.1f} % are allowed)"
+    )
+    windows, road = (drive_windows(bench.recordings[i], one, start, rules) for one in (model, on_hard_ground(model)))
+    hard = compare_hard_ground(windows, road, worst.n)
+    if hard.friction >= LIMITS.road and hard.better > LIMITS.road_sigmas * hard.better_std:
+        return f"{said}; hard ground with a coefficient of friction of {hard.friction:.2f} leaves less: this is no soft soil."
+    until = f" Until that is mended, nothing is to be made of what contradicts {', '.join(contradicted)}." if contradicted else ""
+    return (
+        f"{said}: its soil is of another class than declared, something acts that is not declared, or a channel is wrong (a "
+        f"delay, a sign, a scale).{until}"
+    )

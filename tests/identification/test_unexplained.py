@@ -1,0 +1,78 @@
+"""What the numbers leave of their own logs: in the file, in limits and errors of n, and against what was given."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
+from softsoil.control.c_horizon import horizon_numbers
+from softsoil.declaration.ground import HARD_GROUND
+from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
+from softsoil.estimator.verdict import OWN_MARGIN, VerdictRules
+from softsoil.identification.identify import identify
+from softsoil.identification.unexplained import Unexplained, more_than_right, own_unexplained
+from softsoil.mpc_demo.synthetic import synthetic_drive
+from softsoil.plant.manoeuvres import MultiSine
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+from softsoil.refinement.known_vehicle import Known
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY, load_soil
+from softsoil.symbolic.vehicle import load_vehicle
+
+KNOWN = Known(
+    "paper",
+    {"mass": 1378.33, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.330229, "width": 0.2121, "h_cg": 0.63},
+    simulator=load_vehicle("reference").simulator,
+    search=0.0018,
+)
+
+
+def left(log="a", **shares):
+    return Unexplained(log, shares, shares, 0.5)
+
+
+def test_the_largest_share_of_each_channel_counts():
+    logs = [left(omega_z=0.01, v=0.0), left("b", omega_z=0.03, v=0.02), left("straight")]
+    assert own_unexplained(logs) == {"omega_z": 0.03, "v": 0.02} and own_unexplained([left()]) == {}
+    assert more_than_right(logs) == pytest.approx(0.03 / 0.022) and more_than_right(logs[:1]) == 1.0
+    assert more_than_right([left(omega_z=0.5)]) == 2.0
+    assert left(omega_z=0.043).beyond == "" and left(omega_z=0.045).beyond == "omega_z" and left(v=0.21).beyond == "v"
+
+
+@pytest.mark.parametrize(
+    ("own", "limit"), [({}, 0.022), ({"omega_z": 0.01}, 0.022), ({"omega_z": 0.025}, 0.0325), ({"omega_z": 0.2}, 0.044)]
+)
+def test_a_vehicle_is_judged_by_what_its_numbers_leave_of_its_own_logs(own, limit):
+    model = bicycle(load_vehicle("reference").with_(unexplained=own), CLAY)
+    rules = VerdictRules().of(model)
+    assert dict(rules.unexplained) == {"omega_z": pytest.approx(limit), "v": 0.10} and OWN_MARGIN == 1.3
+    assert horizon_numbers(model).unexplained == [0.10, pytest.approx(limit)]
+
+
+def test_what_a_file_states_is_read_back_by_every_command(tmp_path):
+    vehicle = load_vehicle("reference").with_(unexplained={"omega_z": 0.025, "v": 0.0})
+    path = tmp_path / "model.toml"
+    path.write_text(declaration_toml(Declaration(vehicle, CLAY)), encoding="utf-8")
+    assert load_declaration(path).vehicle.unexplained == vehicle.unexplained
+
+
+@pytest.mark.slow
+def test_a_wrong_soil_class_is_no_number_of_the_vehicle():
+    drives = [add_noise(read_drive(log).between(0.0, 24.0), "good", i) for i, log in enumerate((CLAY_LOG, MULTI_LOG, LOAM_LOG))]
+    found = identify(drives, load_soil("sand"), KNOWN)
+    assert found.verdict == "contradicts_given"
+    assert "unexplained beyond sensor noise" in found.reason and "soil is of another class" in found.reason
+
+
+@pytest.mark.slow
+def test_hard_ground_is_no_soil_to_identify_a_vehicle_on():
+    vehicle = load_vehicle("reference")
+    model = bicycle(vehicle, HARD_GROUND.with_(phi=np.arctan(0.6), k=0.003), "hard_ground", {})
+    t = 0.012 * np.arange(1668)
+    waves = (0.42 * np.sin(2 * np.pi * t / 3.0), MultiSine(0.35, seed=2)(t), MultiSine(0.35, seed=3)(t))
+    drives = [synthetic_drive(model, vehicle.radius, seconds=20.0, speed=4.5 + 0.5 * i, steer=s) for i, s in enumerate(waves)]
+    drives = [replace(add_noise(drive, "good", i), name=f"road_{i}") for i, drive in enumerate(drives)]
+    found = identify(drives, load_soil("sandy_loam"), KNOWN)
+    assert found.verdict == "contradicts_given" and "this is no soft soil" in found.reason
