@@ -101,9 +101,13 @@ def _windows(found: TerrainEstimate) -> dict | None:
     inertia = {"share": 1.0 + evidence.inertia, "std": evidence.inertia_std}
     change = evidence.change
     load = change and {"share": change.load, "std": change.load_std}
-    return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia, "strain": change and change.strain, "load": load}
+    soil = {"tenth": evidence.soil.tenth, "std": evidence.soil.std}
+    strain = change and change.strain
+    return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia, "strain": strain, "load": load, "soil": soil}
 
 
+MATTERS = 0.01
+"""Least share of n by which a parameter's tenth moves it that is printed."""
 NEXT = {
     **dict.fromkeys(
         ("inconsistent", "axles_disagree"),
@@ -117,6 +121,18 @@ NEXT = {
 def verdict_line(verdict: Verdict) -> str:
     """The verdict in one line, before any number."""
     return f"{plain(verdict.word)}: {verdict.reason}" + ("" if verdict.usable else "; do not use this n")
+
+
+def _of_class(found: TerrainEstimate) -> list[str]:
+    """What n owes to the other parameters of the declared class, those that matter, the largest first."""
+    evidence = None if found.verdict is None else found.verdict.evidence
+    if evidence is None:
+        return []
+    tenths = sorted(evidence.soil.tenth.items(), key=lambda item: -abs(item[1]))
+    moved = ", ".join(f"{name} {100 * share:+.0f} %" for name, share in tenths if abs(share) >= MATTERS)
+    line = f"n is that of the declared soil: where one of its parameters is a tenth larger, n is another: {moved}"
+    stated = f"; by the errors that its file states ± {100 * evidence.soil.std:.0f} % of n, in its standard deviation"
+    return [line + (stated if evidence.soil.std > 0.0 else "")] if moved else []
 
 
 def _say(found: TerrainEstimate, drive: Recording) -> None:
@@ -142,6 +158,7 @@ def _say(found: TerrainEstimate, drive: Recording) -> None:
             if found.noise_free
             else f"NIS inside its 95 % band {100 * found.nis_inside_95:.1f} % of the time"
         )
+    lines += _of_class(found)
     lines += [f"soil taken to have changed at {t:.1f} s" for t in found.changes]
     if found.drift is not None:
         classes = ", or ".join((found.drift.likely, *found.drift.also))

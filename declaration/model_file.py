@@ -101,6 +101,8 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     lines += ["", "[soil]", f"name = {toml_text(soil.name)}"]
     unused = _unused(declaration)
     lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS if s.name not in unused]
+    stated = [(name, std) for name, std in soil.uncertainty if name not in unused]
+    lines += ["", "[soil.uncertainty]", *(_line(name, std) for name, std in stated)] if stated else []
     return "\n".join(lines) + "\n"
 
 

@@ -76,7 +76,14 @@ def estimate(
     verdict = judge(drive, model, first, n, tied=tied, start=start, again=again if method == "ukf" else None)
     if verdict.evidence is not None and verdict.evidence.guess != first:  # n0 leads into a mode that fits clearly worse
         return estimate(drive, declared, verdict.evidence.guess, method=method, start=start, tuning=tuning)
-    return replace(found, verdict=judged_without_wheels(drive, verdict, choice))
+    return _with_soil_error(replace(found, verdict=judged_without_wheels(drive, verdict, choice)))
+
+
+def _with_soil_error(found: TerrainEstimate) -> TerrainEstimate:
+    """The estimate with what the soil's file states of its class's errors in the standard deviation of n."""
+    share = 0.0 if found.verdict is None or found.verdict.evidence is None else found.verdict.evidence.soil.std
+    front, rear = (np.hypot(std, share * n) for std, n in ((found.n_front_std, found.n_front), (found.n_rear_std, found.n_rear)))
+    return replace(found, n_front_std=front, n_rear_std=rear)
 
 
 def _no_soil(drive: Recording, model: Model) -> TerrainEstimate:

@@ -16,6 +16,7 @@ from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_guess, standing
 from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, exponents
+from softsoil.estimator.soil_error import SoilError, soil_error
 from softsoil.estimator.strain import VehicleChange, vehicle_change
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.vehicle import JUDGED
@@ -39,9 +40,9 @@ class Evidence:
     cost more, of each run that does not stand; n_axles, axles_std (2,): n of the front and of the rear axle, fitted separately;
     unexplained, unexplained_std: mean square that the model leaves of each lateral channel beyond sensor noise, as a share of
     the channel's own variance, and its standard error; inertia, inertia_std: share by which the drive would have the yaw inertia
-    larger than declared, and its standard deviation; change: of the vehicle against its file, None where that states no joint
-    error; parts (2,), parts_sigmas: n of an earlier and of the later part of the
-    present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific force
+    larger than declared, and its standard deviation; soil: what errors of the soil's class make of n; change: of the vehicle
+    against its file, None where that states no joint error; parts (2,), parts_sigmas: n of an earlier and of the later part of
+    the present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific force
     u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s).
     """
 
@@ -55,6 +56,7 @@ class Evidence:
     unexplained_std: dict[str, float]
     inertia: float
     inertia_std: float
+    soil: SoilError
     change: VehicleChange | None
     parts: Array
     parts_sigmas: float
@@ -76,12 +78,13 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     windows.follow(first.parameters(first.n), np.array(first.summary.states))  # histories of this run, not of the last one
     last = len(windows.rows) - 1
     weight = first.weight(last)
-    n, std, information = first.n.copy(), first.std(last), np.sqrt(first.summary.variance(first.n, weight))
+    n, soil, information = first.n.copy(), soil_error(windows, first), np.sqrt(first.summary.variance(first.n, weight))
+    std = np.hypot(first.std(last), soil.std * n)
     axles, axles_std = _by_axle(windows, first, tied, rules)
     left = unexplained(windows, first)
     return Evidence(
         n, std, information, np.array([run.horizon.n for run in runs]), axles, axles_std, *left,
-        *inertia_error(windows, first), vehicle_change(windows, first),
+        *inertia_error(windows, first), soil, vehicle_change(windows, first),
         *parts_of(first.summary, first.since, first.share, last),
         motion_of(windows), len(windows.rows), runs[0].guess,
         tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),

@@ -84,7 +84,8 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     n = np.clip(at - gradient / np.maximum(hessian, 1e-9), bounds.lower, bounds.upper)
     middle = windows.rows + windows.steps // 2
     x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
-    information, common = hessian * rules.stride / rules.length, common_error(rules.common_error, windows.compiled.model)
+    information = hessian * rules.stride / rules.length
+    common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.std))
     verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)
     return DriveSoil(recording.name, verdict, x, y, n, information, common, recording.origin)
 

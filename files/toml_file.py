@@ -30,12 +30,25 @@ def finite(value: Any, where: str) -> float:
     return float(value)
 
 
-def number_table(table: Mapping[str, Any], name: str, where: str) -> dict[str, float]:
-    """The table called `name` inside another one, all numbers, empty where there is none; ValueError naming `where` else."""
+def number_table(
+    table: Mapping[str, Any], name: str, where: str, bounds: Mapping[str, tuple[float, float]] | None = None
+) -> dict[str, float]:
+    """The table called `name` inside another one, all numbers, empty where there is none.
+
+    bounds: of each key that may be there, default any. Raises ValueError naming `where`, key, what was expected and found.
+    """
     values = table.get(name, {})
     if not isinstance(values, dict):
         raise ValueError(f"{where}: expected a table [{name}] of numbers, found {values!r}")
-    return {key: finite(value, f"{where}: {name}.{key}".replace("effects: ", "effects.")) for key, value in values.items()}
+    found = {key: finite(value, f"{where}: {name}.{key}".replace("effects: ", "effects.")) for key, value in values.items()}
+    if bounds is None:
+        return found
+    for key, value in found.items():
+        if key not in bounds:
+            raise ValueError(f"{where}: {name}: expected keys {', '.join(bounds)}; found {key!r}")
+        if not bounds[key][0] <= value <= bounds[key][1]:
+            raise ValueError(f"{where}: {name}.{key}: expected {bounds[key][0]:g} to {bounds[key][1]:g}, found {value:g}")
+    return found
 
 
 def toml_number(value: float) -> str:

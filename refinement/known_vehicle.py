@@ -141,8 +141,5 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
         if key not in SIMULATOR:
             raise ValueError(f"{where}: simulator: expected keys {', '.join((*SIMULATOR.names, SEARCH))}; found {key!r}")
     steering = steering_from_table(table.get("steering", {}), where)
-    driveline = number_table(table, "driveline", where)
-    for key, value in driveline.items():
-        if key not in DRIVELINE or not 0.0 <= value <= 1.0:
-            raise ValueError(f"{where}: driveline: expected {' and '.join(DRIVELINE.names)} from 0 to 1; found {key} = {value:g}")
+    driveline = number_table(table, "driveline", where, {s.name: (s.lower, s.upper) for s in DRIVELINE})
     return Known(str(table.get("name", name)), numbers, effects, stated, where, simulator, steering, search, driveline)

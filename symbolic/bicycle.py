@@ -120,13 +120,14 @@ def vehicle_law(vehicle: Vehicle, law: ForceLaw | str) -> ForceLaw:
 
 
 def soil_parameters(soil: Soil) -> Layout:
-    """Layout of the soil parameters: n_f, n_r, then the others, with `soil`'s values as nominal."""
+    """Layout of the soil parameters: n_f, n_r, then the others, with `soil`'s values as nominal and its errors as spread."""
     n = SOIL_SIGNALS["n"]
     values = soil.parameters()
     both = Layout.of(*(replace(n, name=f"n_{a}", doc=f"{n.doc}, {where}") for a, where in (("f", "front"), ("r", "rear"))))
     both = both.with_nominal(n_f=values["n"], n_r=values["n"])
-    rest = SOIL_SIGNALS.without("n")
-    return both + rest.with_nominal(**{name: values[name] for name in rest.names})
+    stds = dict(soil.uncertainty)
+    rest = (replace(s, nominal=values[s.name], spread=stds.get(s.name, s.spread)) for s in SOIL_SIGNALS.without("n"))
+    return both + Layout.of(*rest)
 
 
 def _inputs(q: Quantities) -> Quantities:

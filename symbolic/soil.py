@@ -6,11 +6,13 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from softsoil.files.toml_file import finite, read_toml
+from softsoil.files.toml_file import finite, number_table, read_toml
 from softsoil.symbolic.signals import Layout, Signal
 
 Scalar = Any
 """A float, or a CasADi scalar where a parameter is free."""
+Stated = Any
+"""Pairs of a parameter's name and its standard deviation."""
 
 SOIL_SIGNALS = Layout.of(
     Signal("k_phi", "N/m^(n+2)", "frictional modulus of sinkage", 692200.0, 0.0, 1e9),
@@ -23,6 +25,8 @@ SOIL_SIGNALS = Layout.of(
     Signal("R", "Pa s/m", "damping of the sinkage rate", 3e4, 0.0, 1e7),
 )
 """Names, units, reference values (clay of Table 6) and bounds of the soil parameters."""
+CLASS_NUMBERS = ("k_phi", "k_c", "c", "phi", "k")
+"""What a class of soil states beside n and may be wrong about (the paper's tables have one value of each)."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,8 @@ class Soil:
     """A soil: sigma = (k_c/b + k_phi) h^n, tau = (c + sigma tan phi)(1 - exp(-j/k)) (paper, eqs. (1)-(3)).
 
     Fields in SI units as in SOIL_SIGNALS; K and R are the elastic stiffness and the damping of the soil contact model.
-    Each may be a float or a CasADi scalar. Raises ValueError for a float outside its bounds.
+    Each may be a float or a CasADi scalar. uncertainty: name and standard deviation of each that is known with an error, in its
+    unit. Raises ValueError for a float outside its bounds.
     Example: softsoil.Soil("loam", k_phi=1.5e6, k_c=5300.0, n=0.7, c=1700.0, phi=0.5, k=0.025).with_(n=0.6).n == 0.6
     """
 
@@ -43,6 +48,7 @@ class Soil:
     k: Scalar
     K: Scalar = 2e8
     R: Scalar = 3e4
+    uncertainty: Stated = ()
 
     def __post_init__(self) -> None:
         for signal in SOIL_SIGNALS:
@@ -94,10 +100,9 @@ def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
     if missing:
         keys = "; ".join(f"{s.name!r} ({s.doc}, {s.unit})" for s in missing)
         raise ValueError(f"{where}: expected key{'s' if missing[1:] else ''} {keys}, found none")
-    values: dict[str, float] = {}
-    for signal in (s for s in SOIL_SIGNALS if s.name in table):
-        values[signal.name] = finite(table[signal.name], f"{where}: key {signal.name!r}")
+    values = {s.name: finite(table[s.name], f"{where}: key {s.name!r}") for s in SOIL_SIGNALS if s.name in table}
+    stds = number_table(table, "uncertainty", where, {key: (1e-12, 10 * abs(values[key]) + 1e-12) for key in CLASS_NUMBERS})
     try:
-        return Soil(str(table.get("name", name)), **values)
+        return Soil(str(table.get("name", name)), **values, uncertainty=tuple(stds.items()))
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None

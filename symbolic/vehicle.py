@@ -159,12 +159,7 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
         raise ValueError(f"{where}: expected keys {'; '.join(missing)}; found none of {'these' if missing[1:] else 'that name'}")
     values: dict[str, Any] = {n.name: finite(table[n.name], f"{where}: key {n.name!r}") for n in NUMBERS if n.name in table}
     for part, options in (("simulator", SIMULATOR), ("driveline", DRIVELINE)):
-        values[part] = number_table(table, part, where)
-        for key, value in values[part].items():
-            if key not in options:
-                raise ValueError(f"{where}: {part}: expected keys {', '.join(options.names)}; found {key!r}")
-            if not (low := options[key].lower) <= value <= (high := options[key].upper):
-                raise ValueError(f"{where}: {part}.{key}: expected {low:g} to {high:g}, found {value:g}")
+        values[part] = number_table(table, part, where, {s.name: (s.lower, s.upper) for s in options})
     effects = table.get("effects", {})
     if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
         raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
@@ -175,10 +170,7 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
         if key not in there or not std > 0:
             what = "a positive standard deviation of a number of the vehicle or of a parameter of its effects"
             raise ValueError(f"{where}: uncertainty.{key}: expected {what}, found {std:g}")
-    values["unexplained"] = number_table(table, "unexplained", where)
-    for key, share in values["unexplained"].items():
-        if key not in JUDGED or not 0.0 <= share <= 1.0:
-            raise ValueError(f"{where}: unexplained: expected {' and '.join(JUDGED)} from 0 to 1, found {key} = {share:g}")
+    values["unexplained"] = number_table(table, "unexplained", where, dict.fromkeys(JUDGED, (0.0, 1.0)))
     values["joint_error"] = joint_error_from_table(table.get("joint_error", {}), there, where)
     values["steering"] = steering_from_table(table.get("steering", {}), where)
     try:

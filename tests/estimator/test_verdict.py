@@ -13,6 +13,7 @@ from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows, estimate_horizon
+from softsoil.estimator.soil_error import SoilError
 from softsoil.estimator.soil_map import ON_THE_WAY
 from softsoil.estimator.strain import VehicleChange
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
@@ -150,7 +151,8 @@ def test_an_unknown_method_is_refused(noisy):
 EVIDENCE = Evidence(
     n=np.array([0.5]), std=np.array([0.02]), information_std=np.array([0.01]), by_guess=np.array([[0.5], [0.49], [0.51]]),
     n_axles=np.array([0.5, 0.5]), axles_std=np.array([0.01, 0.01]), unexplained={"v": 0.0, "omega_z": 1e-4},
-    unexplained_std={"v": 0.01, "omega_z": 1e-5}, inertia=0.05, inertia_std=0.01, change=None,
+    unexplained_std={"v": 0.01, "omega_z": 1e-5}, inertia=0.05, inertia_std=0.01,
+    soil=SoilError({}, 0.0), change=None,
     parts=np.array([0.48, 0.51]), parts_sigmas=1.0, motion=2.0, windows=30, guess=0.7,
 )  # fmt: skip
 

@@ -114,8 +114,8 @@ def test_vehicle_round_trip_and_declared_effects(tmp_path):
         ({"colour": 3}, "found 'colour'"),
         ({"effects": 3}, "expected .effects.<name>. tables"),
         ({"unexplained": 3}, "expected a table .unexplained. of numbers"),
-        ({"unexplained": "{omega_z = 1.5}"}, "unexplained: expected v and omega_z from 0 to 1, found omega_z = 1.5"),
-        ({"unexplained": "{psi = 0.5}"}, "found psi = 0.5"),
+        ({"unexplained": "{omega_z = 1.5}"}, "unexplained.omega_z: expected 0 to 1, found 1.5"),
+        ({"unexplained": "{psi = 0.5}"}, "unexplained: expected keys v, omega_z; found 'psi'"),
     ],
 )
 def test_vehicle_faults_name_file_and_key(tmp_path, changes, words):

@@ -1,0 +1,82 @@
+"""What errors of the soil's class make of n: as measured by other classes, in its error bar, in files and on the terminal."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from drives import MULTI_LOG
+from softsoil.commands.cli import app
+from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
+from softsoil.estimator.estimate import estimate
+from softsoil.estimator.soil_map import drive_soil
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY, load_soil
+from softsoil.symbolic.vehicle import load_vehicle
+
+VEHICLE = load_vehicle("reference")
+STATED = (("phi", 0.01), ("k_phi", 1e5))
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return add_noise(read_drive(MULTI_LOG).between(0.0, 24.0), "good", 1)
+
+
+def n_of(drive, soil):
+    return estimate(drive, bicycle(VEHICLE, soil), method="horizon")
+
+
+def test_n_moves_with_the_class_as_stated(drive):
+    """A class with a parameter 2 % larger moves n by a fifth of what a tenth of it is said to."""
+    found = n_of(drive, CLAY)
+    tenth = found.verdict.evidence.soil.tenth
+    assert set(tenth) == {"k_phi", "k_c", "c", "phi", "k"} and found.verdict.evidence.soil.std == 0.0
+    for name in ("phi", "k", "k_phi"):
+        other = n_of(drive, CLAY.with_(**{name: 1.02 * getattr(CLAY, name)}))
+        assert other.n_front[-1] / found.n_front[-1] - 1 == pytest.approx(0.2 * tenth[name], rel=0.25, abs=0.001), name
+
+
+def test_stated_errors_of_the_class_are_in_the_error_bar(drive):
+    plain, stated = n_of(drive, CLAY), n_of(drive, CLAY.with_(uncertainty=STATED))
+    tenth = plain.verdict.evidence.soil.tenth
+    share = np.hypot(*(10 * tenth[name] * std / getattr(CLAY, name) for name, std in STATED))
+    assert stated.n_front[-1] == plain.n_front[-1] and stated.verdict.word == plain.verdict.word
+    assert stated.n_front_std[-1] == pytest.approx(np.hypot(plain.n_front_std[-1], share * plain.n_front[-1]), rel=1e-9)
+    assert stated.verdict.evidence.std[0] == pytest.approx(stated.n_front_std[-1], rel=1e-6)
+    exact, wide = (drive_soil(drive, bicycle(VEHICLE, soil), 0.7).common for soil in (CLAY, CLAY.with_(uncertainty=STATED)))
+    assert wide == pytest.approx(np.hypot(exact, share), rel=1e-3)
+
+
+def test_stated_errors_are_read_from_files_and_written_to_them(tmp_path):
+    values = {**CLAY.parameters(), "name": "mine"}
+    text = "\n".join(f'{k} = "{v}"' if k == "name" else f"{k} = {v}" for k, v in values.items())
+    path = tmp_path / "mine.toml"
+    path.write_text(f"{text}\n[uncertainty]\nphi = 0.01\nk_phi = 1e5\n", encoding="utf-8")
+    soil = load_soil(path)
+    assert soil == replace(CLAY, name="mine", uncertainty=STATED)
+    whole = tmp_path / "model.toml"
+    whole.write_text(declaration_toml(Declaration(VEHICLE, soil)), encoding="utf-8")
+    assert load_declaration(whole).soil == soil
+    said = CliRunner().invoke(app, ["estimate", str(MULTI_LOG), "--soil", str(path), "--out", str(tmp_path / "out")])
+    assert said.exit_code == 0, said.output
+    assert "n is that of the declared soil" in said.output and "by the errors that its file states" in said.output
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("phi = -0.1", "uncertainty.phi: expected"),
+        ("n = 0.1", "uncertainty: expected keys k_phi, k_c, c, phi, k; found 'n'"),
+        ("phi = true", "expected a finite number"),
+    ],
+)
+def test_stated_errors_that_make_no_sense_are_refused(tmp_path, table, words):
+    path = tmp_path / "mine.toml"
+    values = "\n".join(f"{k} = {v}" for k, v in CLAY.parameters().items())
+    path.write_text(f"{values}\n[uncertainty]\n{table}\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=words):
+        load_soil(path)
