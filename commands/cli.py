@@ -21,6 +21,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "map": ("softsoil.commands.map", "map_soil"),
         "residual": ("softsoil.commands.residual", "residual"),
         "identify": ("softsoil.commands.identify", "identify_command"),
+        "soil": ("softsoil.commands.soil", "soil_command"),
         "refine": ("softsoil.commands.refine", "refine_command"),
         "generate": ("softsoil.commands.generate", "generate"),
         "drive": ("softsoil.commands.drive", "drive"),

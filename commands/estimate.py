@@ -106,6 +106,7 @@ def _windows(found: TerrainEstimate) -> dict | None:
     return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia, "strain": strain, "load": load, "soil": soil}
 
 
+NOT_STATED = "; a soil file may state their errors, which softsoil soil fits"
 MATTERS = 0.01
 """Least share of n by which a parameter's tenth moves it that is printed."""
 NEXT = {
@@ -132,7 +133,7 @@ def _of_class(found: TerrainEstimate) -> list[str]:
     moved = ", ".join(f"{name} {100 * share:+.0f} %" for name, share in tenths if abs(share) >= MATTERS)
     line = f"n is that of the declared soil: where one of its parameters is a tenth larger, n is another: {moved}"
     stated = f"; by the errors that its file states ± {100 * evidence.soil.std:.0f} % of n, in its standard deviation"
-    return [line + (stated if evidence.soil.std > 0.0 else "")] if moved else []
+    return [line + (stated if evidence.soil.std > 0.0 else NOT_STATED)] if moved else []
 
 
 def _say(found: TerrainEstimate, drive: Recording) -> None:

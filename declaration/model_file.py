@@ -98,12 +98,21 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     joint = None if vehicle.joint_error is None else vehicle.joint_error.only(known)
     lines += [] if joint is None else ["", *joint.toml("vehicle.joint_error")]
     lines += [] if vehicle.steering is None else ["", *vehicle.steering.toml("vehicle.steering")]
-    lines += ["", "[soil]", f"name = {toml_text(soil.name)}"]
-    unused = _unused(declaration)
+    lines += ["", "[soil]", *_soil_lines(soil, _unused(declaration), "soil.uncertainty")]
+    return "\n".join(lines) + "\n"
+
+
+def soil_toml(soil: Soil, notes: tuple[str, ...] = ()) -> str:
+    """A soil (with the errors that it states) as TOML text, `notes` as comments on top; `load_soil` reads it back."""
+    return "\n".join([*(f"# {note}" for note in notes), *_soil_lines(soil, (), "uncertainty")]) + "\n"
+
+
+def _soil_lines(soil: Soil, unused: tuple[str, ...], errors: str) -> list[str]:
+    """The soil's keys, and its errors in a table called `errors`, without what its law does not use."""
+    lines = [f"name = {toml_text(soil.name)}"]
     lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS if s.name not in unused]
     stated = [(name, std) for name, std in soil.uncertainty if name not in unused]
-    lines += ["", "[soil.uncertainty]", *(_line(name, std) for name, std in stated)] if stated else []
-    return "\n".join(lines) + "\n"
+    return lines + (["", f"[{errors}]", *(_line(name, std) for name, std in stated)] if stated else [])
 
 
 def _line(key: str, value: float, comment: str = "") -> str:

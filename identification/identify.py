@@ -93,11 +93,12 @@ def identify(
     joint = joint_error(state.errors, there, rules.model_error_joint)
     vehicle = vehicle.with_(joint_error=joint)
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
-    left = own_logs(bench, vehicle, {log: value for log, (value, _) in n.items()}, start)
+    left = own_logs(bench.recordings, bench.soils, vehicle, {log: value for log, (value, _) in n.items()}, start)
     more = more_than_right(left)  # what moves n beside its sampling error grows with what the numbers leave
     n = {log: (value, more * std) for log, (value, std) in n.items()}
     vehicle = vehicle.with_(n_error=min(more * n_error(state.n, state.n_std), 1.0), unexplained=own_unexplained(left))
-    doubted = doubt(bench, vehicle, left, [c.name for c in state.contradictions], start) if had.steers else ""
+    contradicted = [c.name for c in state.contradictions]
+    doubted = doubt(bench.recordings, bench.soils, vehicle, left, contradicted, start) if had.steers else ""
     verdict, reason = ("contradicts_given", doubted) if doubted else _verdict(state, numbers, fitted, had, rules)
     return Identification(
         verdict=verdict,

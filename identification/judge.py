@@ -47,7 +47,7 @@ def judge(bench: Bench, after: Mapping[str, float], model_error: float) -> Judge
         guess = first_n(part, values)
         fit = fit_windows(part.windows, free_n(len(part.windows)), np.array(guess), one.parameters(values, guess))
         std = float(np.hypot(errors_of(fit).std["n_0"], model_error * fit.value[0]))
-        results.append((_errors(compiled, drive, fit.p[0], row), (float(fit.value[0]), std), float(np.sqrt(fit.cost))))
+        results.append((path_errors(compiled, drive, fit.p[0], row), (float(fit.value[0]), std), float(np.sqrt(fit.cost))))
     (table_0, n_0, rms_0), (guessed, _, _), (table_1, n_1, rms_1) = results
     return Judged(bench.names[0], n_0, n_1, table_0, guessed, table_1, rms_0, rms_1)
 
@@ -62,8 +62,11 @@ def _declared(bench: Bench) -> Bench:
     return replace(bench, vehicle=vehicle, model=model, windows=(mine,), balances=(), p=model.p.nominal[None])
 
 
-def _errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict[str, dict[str, float]]:
-    """Horizon -> state -> mean squared error over windows after `row` that start at the recorded states."""
+def path_errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict[str, dict[str, float]]:
+    """Horizon (s) -> state -> mean squared error over windows after `row` that start at the recorded states.
+
+    p (n_p,): parameters of the compiled model.
+    """
     table = {}
     for horizon in HORIZONS:
         means = np.full(len(STATE_CHANNELS), np.nan)

@@ -50,11 +50,21 @@ class Judged:
 
         horizon (s), as in the tables; expected: against the expected numbers in the place of the declared vehicle.
         """
-        before, after = (self.expected if expected else self.before).get(horizon, {}), self.after.get(horizon, {})
-        ratios = [before[s] / after[s] for s in JUDGED_STATES if before.get(s, 0.0) > 0.0 and after.get(s, 0.0) > 0.0]
-        if len(ratios) < len(JUDGED_STATES) or not all(map(math.isfinite, ratios)):
-            return None
-        return math.exp(sum(map(math.log, ratios)) / len(ratios))
+        return mse_ratio(self.expected if expected else self.before, self.after, horizon)
+
+
+def mse_ratio(
+    first: Mapping[str, Mapping[str, float]], second: Mapping[str, Mapping[str, float]], horizon: str
+) -> float | None:
+    """How many times smaller the second mean squared error is, geometric mean over JUDGED_STATES; None without windows.
+
+    first, second: horizon -> state -> mean squared error; horizon (s), as in them.
+    """
+    before, after = first.get(horizon, {}), second.get(horizon, {})
+    ratios = [before[s] / after[s] for s in JUDGED_STATES if before.get(s, 0.0) > 0.0 and after.get(s, 0.0) > 0.0]
+    if len(ratios) < len(JUDGED_STATES) or not all(map(math.isfinite, ratios)):
+        return None
+    return math.exp(sum(map(math.log, ratios)) / len(ratios))
 
 
 @dataclass(frozen=True)

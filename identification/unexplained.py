@@ -13,10 +13,10 @@ from softsoil.estimator.hard_ground import compare_hard_ground, on_hard_ground
 from softsoil.estimator.modes import run_guess
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.verdict import CHANNEL_WORDS, OWN_MOST, VerdictRules
-from softsoil.identification.bench import Bench
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import JUDGED, Vehicle
 
 LIMITS = VerdictRules()
@@ -47,12 +47,14 @@ class Unexplained:
         return max((self.low.get(name, 0.0) / limit for name, limit in LIMITS.unexplained), default=0.0)
 
 
-def own_logs(bench: Bench, vehicle: Vehicle, n: Mapping[str, float], start: float) -> tuple[Unexplained, ...]:
-    """What the identified numbers leave of every log of the bench, those of the fit and the one left out.
+def own_logs(
+    recordings: Sequence[Recording], soils: Sequence[Soil], vehicle: Vehicle, n: Mapping[str, float], start: float
+) -> tuple[Unexplained, ...]:
+    """What identified numbers leave of every log.
 
-    vehicle: identified; n: of each log by the fit, a first guess here; start: seconds left out at the beginning of each.
+    soils: of each; vehicle: identified; n: of each log by the fit, a first guess here; start: seconds left out at the beginning.
     """
-    pairs = zip(bench.recordings, bench.soils, strict=True)
+    pairs = zip(recordings, soils, strict=True)
     return tuple(_unexplained_of(recording, bicycle(vehicle, soil), n[recording.name], start) for recording, soil in pairs)
 
 
@@ -84,22 +86,29 @@ def more_than_right(logs: Sequence[Unexplained]) -> float:
     return min(max([1.0, *(own.get(name, 0.0) / limit for name, limit in LIMITS.unexplained)]), OWN_MOST)
 
 
-def doubt(bench: Bench, vehicle: Vehicle, logs: Sequence[Unexplained], contradicted: Sequence[str], start: float) -> str:
+def doubt(
+    recordings: Sequence[Recording],
+    soils: Sequence[Soil],
+    vehicle: Vehicle,
+    logs: Sequence[Unexplained],
+    contradicted: Sequence[str],
+    start: float,
+) -> str:
     """Why the log of which most is left speaks against what was given, empty where no more is left than is allowed.
 
-    bench, vehicle, start: as of `own_logs`; logs: its result; contradicted: given numbers that the fit contradicts.
+    recordings, soils, vehicle, start: as of `own_logs`; logs: its result; contradicted: given numbers that the fit contradicts.
     """
     i = max(range(len(logs)), key=lambda i: logs[i].worst)
     worst = logs[i]
     if not worst.beyond:
         return ""
-    name, model, rules = worst.beyond, bicycle(vehicle, bench.soils[i]), HorizonRules()
+    name, model, rules = worst.beyond, bicycle(vehicle, soils[i]), HorizonRules()
     limit = 100 * dict(LIMITS.unexplained)[name]
     said = (
         f"With every number free the model leaves {100 * worst.low[name]:.0f} % or more of the {CHANNEL_WORDS[name]}'s motion of "
         f"{worst.log} unexplained beyond sensor noise (a right one at most {limit:.1f} %, {OWN_MOST * limit:.1f} % are allowed)"
     )
-    windows, road = (drive_windows(bench.recordings[i], one, start, rules) for one in (model, on_hard_ground(model)))
+    windows, road = (drive_windows(recordings[i], one, start, rules) for one in (model, on_hard_ground(model)))
     hard = compare_hard_ground(windows, road, worst.n)
     if hard.friction >= LIMITS.road and hard.better > LIMITS.road_sigmas * hard.better_std:
         return f"{said}; hard ground with a coefficient of friction of {hard.friction:.2f} leaves less: this is no soft soil."

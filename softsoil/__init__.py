@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from softsoil.estimator.horizons import predict
     from softsoil.files.package_data import example_logs
     from softsoil.identification.identify import identify
+    from softsoil.identification.soil_numbers import identify_soil
     from softsoil.plant.simulate import simulate
     from softsoil.recording.drive import Recording
     from softsoil.recording.read import read_drive, write_drive
@@ -55,6 +56,7 @@ __all__ = [
     "example_logs",
     "generate",
     "identify",
+    "identify_soil",
     "load_declaration",
     "load_soil",
     "load_vehicle",
@@ -82,6 +84,7 @@ if not TYPE_CHECKING:
         "recording.drive": ("Recording",),
         "recording.read": ("read_drive", "write_drive"),
         "identification.identify": ("identify",),
+        "identification.soil_numbers": ("identify_soil",),
         "refinement.refine": ("refine",),
         "refinement.residual": ("residual",),
         "symbolic.catalogue": ("bicycle", "catalogue"),

@@ -72,16 +72,16 @@ def simulator(radius: float) -> dict[str, float]:
     return {"contact_step": STEP, "contact_entry": 0.1, "patch_length": round(patch, 2)}
 
 
-def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None = None) -> Log:
+def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None = None, on: Soil | None = None) -> Log:
     """A log of a case's vehicle.
 
     kind: "lock", "multi", "held" or "steps"; number: of the log, by which soil, n, speed and heading are drawn; effects: of the
-    plant, switched on.
+    plant, switched on; on: a soil, with its n, in the place of a drawn one.
     """
     rng = np.random.default_rng([case.seed, 5, number])
     name = str(rng.choice(list(N_RANGES)))
     n = float(rng.uniform(*N_RANGES[name]))
-    soil = SOILS[name].with_(n=n)
+    soil = SOILS[name].with_(n=n) if on is None else on
     limit = case.drawn.vehicle.max_steer
     speed, period = float(rng.uniform(4.5, 6.0)), float(rng.uniform(9.0, 13.0))
     multi = MultiSine(amplitude=0.85 * limit, seed=1000 * case.seed + number)
@@ -96,7 +96,8 @@ def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None
     made = Effects.from_table(dict(effects or {}))
     plant = Plant(soil, vehicle=case.drawn.vehicle, effects=made, start=start, spacing=case.drawn.spacing)
     drive = simulate(Manoeuvre(f"{kind}_{number}", steer, throttle), soil, SECONDS[kind], plant=plant)
-    return Log(Recording(f"{kind}_{number}", drive.channels, {}, drive.notes), SOILS[name], n)
+    declared, n = (SOILS[name], n) if on is None else (on, float(on.n))
+    return Log(Recording(f"{kind}_{number}", drive.channels, {}, drive.notes), declared, n)
 
 
 def effects_of(case: Case) -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:

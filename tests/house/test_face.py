@@ -15,7 +15,7 @@ from drives import MULTI_LOG, PROJECT
 from softsoil.commands.cli import app
 from softsoil.recording.read import read_drive
 
-SLOW = ("Nmpc", "estimate", "generate", "identify", "predict", "refine", "residual", "simulate", "to_do_mpc")
+SLOW = ("Nmpc", "estimate", "generate", "identify", "identify_soil", "predict", "refine", "residual", "simulate", "to_do_mpc")
 NAMES = [name for name in softsoil.__all__ if name != "__version__"]
 
 

@@ -1,0 +1,77 @@
+"""Numbers of a soil from drives: recovered on the model itself, refused without stated errors, doubted in a wrong class."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from drives import MULTI_LOG
+from softsoil.commands.cli import app
+from softsoil.declaration.model_file import soil_toml
+from softsoil.files.joint_error import JointError
+from softsoil.identification.soil_numbers import identify_soil
+from softsoil.mpc_demo.synthetic import synthetic_drive
+from softsoil.plant.manoeuvres import MultiSine
+from softsoil.recording.noise import add_noise
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY, load_soil
+from softsoil.symbolic.vehicle import load_vehicle
+
+VEHICLE = load_vehicle("reference")
+STATED = (("phi", 0.03), ("k", 0.003), ("k_phi", 70000.0))
+GROUND = CLAY.with_(phi=0.25, k=0.008, n=0.6)
+
+
+def drive_on(soil, seed, seconds=24.0):
+    t = 0.012 * np.arange(round(seconds / 0.012) + 1)
+    made = synthetic_drive(bicycle(VEHICLE, soil), VEHICLE.radius, seconds=seconds, steer=MultiSine(0.35, seed=seed)(t))
+    return add_noise(made, "good", seed)
+
+
+@pytest.mark.slow
+def test_friction_and_shear_modulus_are_recovered_and_n_with_them():
+    error = JointError(("yaw_inertia", "track"), (20.0, 0.01), ((), (0.3,)))
+    vehicle = VEHICLE.with_(joint_error=error, n_error=0.02)
+    found = identify_soil([drive_on(GROUND, 1), drive_on(GROUND.with_(n=0.5), 2)], CLAY.with_(uncertainty=STATED), vehicle)
+    assert found.verdict == "identified" and len(found.n) == 2
+    for name in ("phi", "k"):
+        one = found.numbers[name]
+        assert one.state == "identified" and one.std < 0.3 * one.given_std
+        assert abs(one.value - getattr(GROUND, name)) < 3 * one.std, name
+    for (value, std), true in zip(found.n.values(), (0.6, 0.5), strict=True):
+        assert abs(value - true) < 3 * std < 0.4 * true
+    wrong = [abs(value - true) for (value, _), true in zip(found.n_before.values(), (0.6, 0.5), strict=True)]
+    assert max(wrong) > 0.08, "with the class as given n takes its errors up"
+    assert found.ratio is not None and found.ratio > 1.2
+    assert dict(found.soil.uncertainty) == {name: one.std for name, one in found.numbers.items()}
+    assert not found.unexplained[0].beyond
+
+
+@pytest.mark.slow
+def test_a_soil_far_from_its_class_contradicts_it():
+    near = CLAY.with_(uncertainty=(("phi", 0.002), ("k", 0.003)))
+    found = identify_soil([drive_on(GROUND, 1)], near, VEHICLE)
+    assert found.verdict == "contradicts_given" and "phi" in found.reason
+
+
+def test_a_soil_without_stated_errors_is_refused():
+    with pytest.raises(ValueError, match=r"soil clay: expected a table .uncertainty. .* found none"):
+        identify_soil([drive_on(CLAY, 1, 6.0)], CLAY, VEHICLE)
+
+
+@pytest.mark.slow
+def test_the_command_writes_a_soil_that_every_command_takes(tmp_path):
+    field = tmp_path / "field.toml"
+    declared = CLAY.with_(name="field", phi=0.24, uncertainty=STATED[:2])
+    field.write_text(soil_toml(declared, ("from a shear vane",)), encoding="utf-8")
+    assert load_soil(field) == declared
+    run = CliRunner().invoke(app, ["soil", str(MULTI_LOG), "--soil", str(field), "--noise", "good", "--out", str(tmp_path)])
+    assert run.exit_code == 0, run.output
+    assert "vehicle: reference" in run.output and "Identified: the drives give numbers of the soil" in run.output
+    soil = load_soil(tmp_path / "soil.toml")
+    found = json.loads((tmp_path / "soil.json").read_text(encoding="utf-8"))
+    assert soil.phi == found["numbers"]["phi"]["value"] and abs(soil.phi - 0.2269) < 3 * dict(soil.uncertainty)["phi"]
+    assert found["verdict"] == "identified" and set(found["before"]["mse"]) == set(found["after"]["mse"])
+    refused = CliRunner().invoke(app, ["soil", str(MULTI_LOG), "--soil", "clay", "--out", str(tmp_path / "none")])
+    assert refused.exit_code == 2 and "expected a table [uncertainty]" in refused.output
