@@ -69,7 +69,7 @@ class SoilNumber:
 class SoilIdentification:
     """The result of `identify_soil`.
 
-    verdict: "identified", "needs_data" or "contradicts_given"; reason: one sentence; numbers, by name; n_before, n: log -> (value,
+    verdict: "identified", "needs_data" or "contradicts_given"; reason: one sentence; numbers; n_before, n: log -> (value,
     standard deviation) with the class as declared and with the identified numbers; before, after: horizon (s) -> state -> mean
     squared error over the last third of the drives, with n, and with all numbers, of their first two thirds; unexplained: what is
     left of each log; soil: with its numbers and their uncertainty, n that of the first log; seconds.
