@@ -2,11 +2,11 @@
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
     [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
-    [--absent v] [--judged-absent v]
+    [--absent v] [--judged-absent v] [--robots]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
-measured with its errors. Fitted: one lock and one multi-sine drive with the noise "good" or --fit-noise, less --absent, on soils
-and n drawn by the seed, beside one that the identification leaves out. Judged, on three other drives on other n with Table-5
-noise: n by windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the
+measured with its errors; with --robots one of 180 to 350 kg. Fitted: one lock and one multi-sine drive with the noise "good" or
+--fit-noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on three
+other drives on other n with Table-5 noise (robots: "good", their lateral velocity is less than Table 5's noise): n by windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the
 plant's bodies; with --effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and
 on drives without one, and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of
 --logs, traced in one call, each on a soil of its own; and what `estimate`, and the vehicle's generated library, say of n on each
@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judges.library_look import by_library
-from benchmarks.judges.plant_vehicles import FIT, JUDGE, Case, Log, case_of, effects_of, log_of
+from benchmarks.judges.plant_vehicles import FIT, JUDGE, ROBOTS, Case, Log, case_of, effects_of, log_of
 from benchmarks.judges.vehicle_judge import TRUSTED, Judgement, joined, judge_drive, lines, without, words
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import METHODS, estimate
@@ -35,6 +35,7 @@ from softsoil.estimator.verdict import IDENTIFIED
 from softsoil.identification.identify import identify
 from softsoil.identification.vehicle_toml import vehicle_toml
 from softsoil.mpc_demo.blind_test import as_the_catalogue_says, relative_error, score
+from softsoil.plant.drawn_vehicle import DRAW
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.refine import refine
@@ -82,12 +83,13 @@ def main() -> None:
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
+    parser.add_argument("--robots", action="store_true", help="light robots in the place of cars and trucks")
     parser.add_argument("--again", action="store_true", help="judge the files in the folder in the place of new ones")
     asked = parser.parse_args()
     asked.vehicles.mkdir(parents=True, exist_ok=True)
     inertias, departures, judged, named = [], [], [], []
     for seed in range(asked.first, asked.first + asked.seeds):
-        case, file = case_of(seed), asked.vehicles / f"vehicle_{seed}.toml"
+        case, file = case_of(seed, ROBOTS if asked.robots else DRAW), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
         vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent)
         off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
@@ -102,7 +104,7 @@ def main() -> None:
             f"radius {rolls:+.2f} % of {case.drawn.measured['radius']:.4f} m"
         )
         if not (asked.only_effects or asked.only_numbers):
-            judged.append(_judged(case, vehicle, asked.judged_absent.split(",")))
+            judged.append(_judged(case, vehicle, asked.judged_absent.split(","), "good" if asked.robots else "table5"))
         if asked.effects or asked.only_effects:
             switches = asked.switches.split(",") if asked.switches else []
             named += _traced(case, vehicle, asked.logs.split(","), switches, asked.noise)
@@ -145,11 +147,12 @@ def identified(case: Case, file: Path, noise: str = "good", absent: str = "") ->
     return found.vehicle
 
 
-def _judged(case: Case, vehicle: Vehicle, absent: Sequence[str]) -> Judgement:
+def _judged(case: Case, vehicle: Vehicle, absent: Sequence[str], noise: str) -> Judgement:
     parts = []
     for number, kind in enumerate(JUDGE, FIRST_JUDGE):
         log = log_of(case, kind, number)
-        part = judge_drive(vehicle, case.known, log.drive, log.soil, log.n, 1000 * case.seed + number, absent=absent)
+        seed = 1000 * case.seed + number
+        part = judge_drive(vehicle, case.known, log.drive, log.soil, log.n, seed, absent=absent, noise=noise)
         print(f"  {kind} {log.soil.name} n {log.n:.2f}: {words(part)}", flush=True)
         parts.append(part)
     return joined(parts)

@@ -47,9 +47,9 @@ def identify(
     """The numbers of the vehicle and of its effects that predict its logs, with their standard errors, from sensor channels only.
 
     logs: two drives or more, or their files, checked and completed as by `softsoil.estimate`; soils: class of all or of each, n
-    unknown; known: what the owner has measured, as a table of numbers or its file; judged: index of the log that is left out of
-    every fit and judges; start: seconds left out at the beginning of each; rules: thresholds; progress: called with the share
-    that is done.
+    unknown; errors that a class states are in the standard deviations of n; known: what the owner has measured, as a table of
+    numbers or its file; judged: index of the log that is left out of every fit and judges; start: seconds left out at the
+    beginning of each; rules: thresholds; progress: called with the share that is done.
     Raises ValueError for fewer than two logs, logs that cannot be used, known numbers that are too few or out of bounds, or
     logs without wheel speeds where `known` does not say which wheels are driven.
 
@@ -95,7 +95,8 @@ def identify(
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
     left = own_logs(bench.recordings, bench.soils, vehicle, {log: value for log, (value, _) in n.items()}, start)
     more = more_than_right(left)  # what moves n beside its sampling error grows with what the numbers leave
-    n = {log: (value, more * std) for log, (value, std) in n.items()}
+    wide = {one.log: one.class_std for one in left}
+    n = {log: (value, float(np.hypot(more * std, wide[log] * value))) for log, (value, std) in n.items()}
     vehicle = vehicle.with_(n_error=min(more * n_error(state.n, state.n_std), 1.0), unexplained=own_unexplained(left))
     contradicted = [c.name for c in state.contradictions]
     doubted = doubt(bench.recordings, bench.soils, vehicle, left, contradicted, start) if had.steers else ""

@@ -12,6 +12,7 @@ from softsoil.estimator.evidence import motion_of, unexplained
 from softsoil.estimator.hard_ground import compare_hard_ground, on_hard_ground
 from softsoil.estimator.modes import run_guess
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.estimator.soil_error import soil_error
 from softsoil.estimator.verdict import CHANNEL_WORDS, OWN_MOST, VerdictRules
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.catalogue import bicycle
@@ -27,14 +28,16 @@ class Unexplained:
     """What a model leaves of one log.
 
     log; share: of each channel of `JUDGED`, root mean square share of its motion beyond sensor noise, 0 where that is not seen by
-    two standard errors; low: the same two standard errors below; n: sinkage exponent that leaves it. Both are empty where the log
-    hardly turns, or no window of it can be judged.
+    two standard errors; low: the same two standard errors below; n: sinkage exponent that leaves it; class_std: standard
+    deviation of n, as a share, by the errors that the soil's file states. The first two are empty where the log hardly turns, or
+    no window of it can be judged.
     """
 
     log: str
     share: Mapping[str, float]
     low: Mapping[str, float]
     n: float
+    class_std: float = 0.0
 
     @property
     def beyond(self) -> str:
@@ -69,10 +72,11 @@ def _unexplained_of(recording: Recording, model: Model, n: float, start: float) 
     if motion_of(windows) < LIMITS.least_motion:
         return Unexplained(recording.name, {}, {}, found)
     windows.follow(horizon.parameters(horizon.n), np.array(horizon.summary.states))
+    class_std = soil_error(windows, horizon).std
     left, error = unexplained(windows, horizon)
     low = {name: float(np.sqrt(max(left[name] - LIMITS.unexplained_sigmas * error[name], 0.0))) for name in left}
     share = {name: float(np.sqrt(left[name])) if low[name] > 0.0 else 0.0 for name in left}
-    return Unexplained(recording.name, share, low, found)
+    return Unexplained(recording.name, share, low, found, class_std)
 
 
 def own_unexplained(logs: Sequence[Unexplained]) -> dict[str, float]:

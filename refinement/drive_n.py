@@ -52,7 +52,9 @@ class FittedDrives:
         found = []
         for (n, std), (recording, model, guess) in zip(self._by_fit(), self._models(), strict=True):
             verdict = judge(recording, model, guess, (n,) if self.joint else None, tied=True, start=self.start)
-            if verdict.evidence is not None and not self.joint:
+            if verdict.evidence is not None and self.joint:
+                std = float(np.hypot(std, verdict.evidence.soil.std * n))
+            elif verdict.evidence is not None:
                 n, std = float(verdict.evidence.n[0]), float(verdict.evidence.std[0])
             found.append(DriveN(n, std, verdict))
         return tuple(found)

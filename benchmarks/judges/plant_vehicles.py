@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from softsoil.mpc_demo.blind_cases import N_RANGES
-from softsoil.plant.drawn_vehicle import DrawnVehicle, draw_vehicle
+from softsoil.plant.drawn_vehicle import DRAW, Draw, DrawnVehicle, draw_vehicle
 from softsoil.plant.effects import Effects
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steer, Steps
 from softsoil.plant.simulate import simulate
@@ -27,6 +27,10 @@ SINKAGE = 0.03
 """m: of a wheel, about, on the soils that are drawn."""
 REACH_ERROR = 2.0
 """Errors of measuring stay within so many standard deviations."""
+SMALL = 1.8
+"""m: wheelbase below which a vehicle drives slower, as its times of turning do."""
+ROBOTS = Draw(mass=(180.0, 350.0), radius=(0.18, 0.3), wheelbase=(1.1, 1.8), pressure=(15e3, 30e3))
+"""Light robots."""
 FIT = ("lock", "multi", "held")
 """Manoeuvres of the logs that an identification gets, the last of which it leaves out."""
 SECONDS = {"lock": 30.0, "multi": 45.0, "held": 40.0, "steps": 30.0}
@@ -53,9 +57,9 @@ class Log:
     n: float
 
 
-def case_of(seed: int) -> Case:
+def case_of(seed: int, draw: Draw = DRAW) -> Case:
     """The vehicle of a seed, measured with the errors that the table of numbers states for scale and tape."""
-    drawn = draw_vehicle(seed)
+    drawn = draw_vehicle(seed, draw)
     rng = np.random.default_rng([seed, 4])
     numbers = by_name()
     exact = Known(drawn.vehicle.name, dict(drawn.measured))
@@ -82,14 +86,15 @@ def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None
     name = str(rng.choice(list(N_RANGES)))
     n = float(rng.uniform(*N_RANGES[name]))
     soil = SOILS[name].with_(n=n) if on is None else on
-    limit = case.drawn.vehicle.max_steer
-    speed, period = float(rng.uniform(4.5, 6.0)), float(rng.uniform(9.0, 13.0))
+    limit, measured = case.drawn.vehicle.max_steer, case.drawn.measured
+    slower = math.sqrt(min((measured["l_f"] + measured["l_r"]) / SMALL, 1.0))  # as a smaller vehicle turns alike
+    speed, period = slower * float(rng.uniform(4.5, 6.0)), slower * float(rng.uniform(9.0, 13.0))
     multi = MultiSine(amplitude=0.85 * limit, seed=1000 * case.seed + number)
     steers: dict[str, tuple[Steer, Speed]] = {
-        "lock": (Sine(0.98 * limit, 3.0), Speed(speed - 0.5, 0.4, period)),
-        "multi": (multi, Speed(speed, 1.5, period)),
-        "held": (multi, Speed(speed, 1.2, period)),
-        "steps": (Steps(tuple(share * limit for share in (0.3, 0.5, 0.7, 0.9))), Speed(speed, 0.5, period)),
+        "lock": (Sine(0.98 * limit, 3.0 * slower), Speed(speed - 0.5 * slower, 0.4 * slower, period)),
+        "multi": (multi, Speed(speed, 1.5 * slower, period)),
+        "held": (multi, Speed(speed, 1.2 * slower, period)),
+        "steps": (Steps(tuple(share * limit for share in (0.3, 0.5, 0.7, 0.9))), Speed(speed, 0.5 * slower, period)),
     }
     steer, throttle = steers[kind]
     start = Start(u=speed, psi=float(rng.uniform(-math.pi, math.pi)))

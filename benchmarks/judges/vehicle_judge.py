@@ -12,7 +12,7 @@ from softsoil.estimator.estimate import run_method
 from softsoil.estimator.evidence import gather
 from softsoil.estimator.horizons import START_UP, Replay
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
-from softsoil.estimator.verdict import BOUNDS, decide, initial_guesses
+from softsoil.estimator.verdict import BOUNDS, VerdictRules, decide, initial_guesses
 from softsoil.identification.result import JUDGED_STATES
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
@@ -87,16 +87,17 @@ def judge_drive(
     seed: int,
     horizon_guesses: Sequence[float] = GUESSES[1:],
     absent: Sequence[str] = (),
+    noise: str = "table5",
 ) -> Judgement:
     """The vehicle on one drive; verdicts as of `softsoil.estimate`, each from its own guess and those tried beside it.
 
     vehicle: judged file; known: what its owner knows; clean: without noise; soil: class; n: true one; seed: of the noise;
     horizon_guesses: first guesses of the horizon, the last of which predictions take n from; the filter has GUESSES; absent:
-    channels that the log lacks where n is estimated.
+    channels that the log lacks where n is estimated; noise: of its sensors.
     """
-    noisy = usable(without(add_noise(clean, "table5", seed), absent), vehicle)
+    noisy = usable(without(add_noise(clean, noise, seed), absent), vehicle)
     model = Declaration(vehicle, soil).build()
-    rules = HorizonRules()
+    rules, limits = HorizonRules(), VerdictRules().of(model)
     windows = drive_windows(noisy, model, START_UP, rules)
     evidence = {guess: gather(windows, initial_guesses(guess), True, rules) for guess in {*GUESSES, *horizon_guesses}}
 
@@ -105,7 +106,7 @@ def judge_drive(
         return float(found.n_front[-1]), float(found.n_front_std[-1])
 
     def estimated(method: str, guess: float, end: tuple[float, float], others: tuple[float, ...] = ()) -> Estimated:
-        word = decide(evidence[guess], np.array(end[:1]), others).word
+        word = decide(evidence[guess], np.array(end[:1]), others, limits).word
         return Estimated(clean.name, method, guess, end[0] / n - 1.0, word, end[1] / n, vehicle.n_error * end[0] / n)
 
     by_horizon = [(guess, (float(evidence[guess].n[0]), float(evidence[guess].std[0]))) for guess in horizon_guesses]

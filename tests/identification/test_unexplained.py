@@ -76,3 +76,12 @@ def test_hard_ground_is_no_soil_to_identify_a_vehicle_on():
     drives = [replace(add_noise(drive, "good", i), name=f"road_{i}") for i, drive in enumerate(drives)]
     found = identify(drives, load_soil("sandy_loam"), KNOWN)
     assert found.verdict == "contradicts_given" and "this is no soft soil" in found.reason
+
+
+@pytest.mark.slow
+def test_stated_errors_of_a_class_are_in_n_of_every_log_and_not_in_that_of_the_vehicle():
+    drives = [add_noise(read_drive(log).between(0.0, 20.0), "good", i) for i, log in enumerate((CLAY_LOG, MULTI_LOG))]
+    exact, wide = (identify(drives, CLAY.with_(uncertainty=stated), KNOWN) for stated in ((), (("phi", 0.02),)))
+    for log, (value, std) in exact.n.items():
+        assert wide.n[log][0] == value and wide.n[log][1] > std + 0.05 * value
+    assert wide.vehicle.n_error == exact.vehicle.n_error
