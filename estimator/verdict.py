@@ -48,7 +48,8 @@ class VerdictRules:
     drive shows a load that n would take up; parts, parts_sigmas:
     the same of n in the earlier and the later part of the drive, over n; least_motion: root mean square lateral specific
     force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
-    fits better than soil, by `road_sigmas` standard errors, was on hard ground.
+    fits better than soil, by `road_sigmas` standard errors, was on hard ground; of_class: largest standard deviation of n, over
+    n, by the errors that the soil's file states of its class.
     """
 
     excited: float = 0.05
@@ -69,6 +70,7 @@ class VerdictRules:
     least_motion: float = 0.2
     road: float = 0.4
     road_sigmas: float = 1.0
+    of_class: float = 0.10
 
     def of(self, model: Model) -> VerdictRules:
         """The limits for a vehicle whose file states what its numbers leave unexplained of its own logs (`OWN_MARGIN`).
@@ -154,7 +156,7 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    of_drive = (_consistent, _as_heavy_to_turn, _as_identified, _excited, _shows_a_load)
+    of_drive = (_consistent, _as_heavy_to_turn, _as_identified, _excited, _class_is_known, _shows_a_load)
     for check in (*of_drive, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil):
         found = check(evidence, n, others, rules)
         if found is not None:
@@ -254,6 +256,15 @@ def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules
             f"specific force {e.motion:.2f} m/s^2 rms over {e.windows} windows): steer more, at several speeds"
         )
     return None
+
+
+def _class_is_known(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    if e.soil.std <= rules.of_class:
+        return None
+    return "not_excited", (
+        f"the errors that the soil's file states of its class make n uncertain by ± {100 * e.soil.std:.0f} % (limit "
+        f"{100 * rules.of_class:.0f} %): softsoil soil fits them to drives"
+    )
 
 
 def _shows_a_load(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:

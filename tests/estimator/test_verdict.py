@@ -165,6 +165,8 @@ EVIDENCE = Evidence(
         ({"unexplained": {"omega_z": 0.0025}, "unexplained_std": {"omega_z": 0.002}}, 0.5, (), "identified"),
         ({"information_std": np.array([0.05])}, 0.5, (), "not_excited"),
         ({"information_std": np.array([np.nan])}, 0.5, (), "not_excited"),
+        ({"soil": SoilError({}, 0.11)}, 0.5, (), "not_excited"),
+        ({"soil": SoilError({}, 0.09)}, 0.5, (), "identified"),
         ({"n": np.array([0.2])}, 0.2, (), "at_bound"),
         ({"by_guess": np.array([[0.5], [0.9]])}, 0.5, (), "depends_on_first_guess"),
         ({}, 0.5, (0.7,), "depends_on_first_guess"),
