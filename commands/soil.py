@@ -12,6 +12,7 @@ from softsoil.commands.error_table import error_table
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
 from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle, say_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.commands.vehicle_check import refuse_another
 from softsoil.declaration.model_file import soil_toml
 from softsoil.estimator.horizons import START_UP
 from softsoil.identification.soil_numbers import SoilIdentification, identify_soil
@@ -46,6 +47,8 @@ def soil_command(
     say_vehicle(vehicle)
     declared, geometry = load_soil(soil), declared_vehicle(vehicle, None)
     drives = [open_drive(path, columns, noise, seed + 10 * i, geometry=geometry)[1] for i, path in enumerate(logs)]
+    for drive in drives:
+        refuse_another(drive, geometry)
     with progress(", ".join(drive.name for drive in drives)) as told:
         found = identify_soil(drives, declared, geometry, start=skip, progress=told)
     _say(found)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from drives import MULTI_LOG
+from drives import MULTI_LOG, PROJECT
 from softsoil.commands.cli import app
 from softsoil.declaration.model_file import soil_toml
 from softsoil.files.joint_error import JointError
@@ -73,5 +73,11 @@ def test_the_command_writes_a_soil_that_every_command_takes(tmp_path):
     found = json.loads((tmp_path / "soil.json").read_text(encoding="utf-8"))
     assert soil.phi == found["numbers"]["phi"]["value"] and abs(soil.phi - 0.2269) < 3 * dict(soil.uncertainty)["phi"]
     assert found["verdict"] == "identified" and set(found["before"]["mse"]) == set(found["after"]["mse"])
+    other = tmp_path / "other.toml"
+    text = (PROJECT / "vehicles" / "reference.toml").read_text(encoding="utf-8")
+    other.write_text(text.replace("radius = 0.3312", "radius = 0.40"), encoding="utf-8")
+    arguments = ["soil", str(MULTI_LOG), "--soil", str(field), "--vehicle", str(other), "--out", str(tmp_path / "none")]
+    refused = CliRunner().invoke(app, arguments)
+    assert refused.exit_code == 2 and "--vehicle names the vehicle that drove" in refused.output
     refused = CliRunner().invoke(app, ["soil", str(MULTI_LOG), "--soil", "clay", "--out", str(tmp_path / "none")])
     assert refused.exit_code == 2 and "expected a table [uncertainty]" in refused.output
