@@ -75,7 +75,7 @@ def test_the_command_writes_a_soil_that_every_command_takes(tmp_path):
     assert found["verdict"] == "identified" and set(found["before"]["mse"]) == set(found["after"]["mse"])
     other = tmp_path / "other.toml"
     text = (PROJECT / "vehicles" / "reference.toml").read_text(encoding="utf-8")
-    other.write_text(text.replace("radius = 0.3312", "radius = 0.40"), encoding="utf-8")
+    other.write_text(text.replace("radius = 0.3312", "radius = 0.28"), encoding="utf-8")
     arguments = ["soil", str(MULTI_LOG), "--soil", str(field), "--vehicle", str(other), "--out", str(tmp_path / "none")]
     refused = CliRunner().invoke(app, arguments)
     assert refused.exit_code == 2 and "--vehicle names the vehicle that drove" in refused.output
