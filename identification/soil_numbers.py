@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from softsoil.estimator.tuning import Tuning
 from softsoil.files.joint_error import JointError
+from softsoil.identification.asks import Excitation, excitation
 from softsoil.identification.judge import path_errors
 from softsoil.identification.result import mse_ratio
 from softsoil.identification.rules import RULES, Rules
@@ -150,7 +151,7 @@ def identify_soil(
     )  # fmt: skip
     left = own_logs(recordings, [found] * len(recordings), vehicle, {log: value for log, (value, _) in n.items()}, start)
     doubted = doubt(recordings, [found] * len(recordings), vehicle, left, (), start)
-    verdict, reason = ("contradicts_given", doubted) if doubted else _verdict(numbers, n)
+    verdict, reason = ("contradicts_given", doubted) if doubted else _verdict(numbers, n, whole, excitation(recordings, start))
     return SoilIdentification(
         verdict, reason, numbers, bench.n(plain), n, before, after, left, found, time.perf_counter() - began
     )
@@ -264,11 +265,17 @@ def _values(fit: WindowFit) -> dict[str, float]:
     return {name: value for name, (value, _) in fit.named().items()}
 
 
-def _verdict(numbers: dict[str, SoilNumber], n: dict[str, tuple[float, float]]) -> tuple[str, str]:
+def _verdict(
+    numbers: dict[str, SoilNumber], n: dict[str, tuple[float, float]], fit: WindowFit, had: Excitation
+) -> tuple[str, str]:
     seen = [name for name, one in numbers.items() if one.state == "identified"]
     far = [name for name, one in numbers.items() if one.departs > FARTHEST]
     rest = [name for name in numbers if name not in seen]
     worst = max(std / value for value, std in n.values())
+    if had.steers and not had.many_waves:
+        return "needs_data", "Every log repeats one steering wave, whose amplitude and phase n and the soil change alike."
+    if fit.at_bound:
+        return "contradicts_given", f"At a bound of its range ends {', '.join(fit.at_bound)}: is it that class, that vehicle?"
     if not seen:
         return "needs_data", "The drives say no more of the soil than its class states: steer to full lock, at several speeds."
     if far:

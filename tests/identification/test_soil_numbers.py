@@ -55,6 +55,22 @@ def test_a_soil_far_from_its_class_contradicts_it():
     assert found.verdict == "contradicts_given" and "phi" in found.reason
 
 
+@pytest.mark.slow
+def test_drives_of_one_steering_wave_say_nothing_of_the_soil():
+    t = 0.012 * np.arange(1501)
+    wave = bicycle(VEHICLE, GROUND)
+    made = synthetic_drive(wave, VEHICLE.radius, seconds=18.0, steer=0.4 * np.sin(2 * np.pi * t / 3.0))
+    found = identify_soil([add_noise(made, "good", 1)], CLAY.with_(uncertainty=STATED[:1]), VEHICLE)
+    assert found.verdict == "needs_data" and "one steering wave" in found.reason
+
+
+@pytest.mark.slow
+def test_an_n_at_a_bound_is_no_n():
+    near = CLAY.with_(uncertainty=(("k", 1e-5),))
+    found = identify_soil([drive_on(CLAY.with_(phi=0.45, n=0.25), 1, 18.0)], near, VEHICLE)
+    assert found.verdict == "contradicts_given"
+
+
 def test_a_soil_without_stated_errors_is_refused():
     with pytest.raises(ValueError, match=r"soil clay: expected a table .uncertainty. .* found none"):
         identify_soil([drive_on(CLAY, 1, 6.0)], CLAY, VEHICLE)
