@@ -9,8 +9,8 @@ step drives among it; how: `benchmarks/judges/identified.py`.
 With --declared, the numbers of vehicles/reference.toml that logs can see, in the structure that the file declares: windows with
 free initial states, weighted as the moving horizon weights them, on one multi-sine and one full-lock drive of clay and of sandy
 loam. Numbers of the hardpoints count with the error of measuring them, yaw inertia, kappa and the pull with their priors, and the
-radius as a tape says it. The file holds such a fit by an earlier form of the law in ruts: its numbers lie within the errors of
-what is printed, its standard deviations are wider. With what is printed, `refine` named a load beside the bank of effect_bank.
+radius as a tape says it. The file's numbers are that fit; its standard deviations are of an earlier form of the law in ruts,
+and wider: with the printed ones of that time, `refine` named a load beside the bank of effect_bank.
 """
 
 from __future__ import annotations
@@ -59,9 +59,10 @@ HELD = "multi_clay_n0.65"
 DECLARED_FITTED = ("multi_clay_n0.50", "multi_sandyloam_n0.70", "paper_clay_n0.70", "paper_sandyloam_n0.90")
 SEEN = (
     "yaw_inertia", "radius", "scrub", "toe", "toe_rear", "ackermann", "yaw_moment", "kappa", "transfer_height", "roll_sweep",
-    "pressure_share", "lean_steer",
+    "pressure_share",
 )  # fmt: skip
-"""Numbers of the reference file that such drives see; the tracks and the roll of the body need circles (as identify asks for)."""
+"""Numbers of the reference file that such drives see; the tracks and the roll of the body need circles (as identify asks for),
+and how the front wheels lean with steering is what the hardpoints say: motion alone cannot separate it from yaw inertia."""
 UNKNOWN = ("yaw_inertia", "kappa", "yaw_moment")
 """Those that nobody measures."""
 

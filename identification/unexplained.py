@@ -93,31 +93,40 @@ def more_than_right(logs: Sequence[Unexplained]) -> float:
 def doubt(
     recordings: Sequence[Recording],
     soils: Sequence[Soil],
-    vehicle: Vehicle,
+    before: Vehicle,
     logs: Sequence[Unexplained],
     contradicted: Sequence[str],
     start: float,
 ) -> str:
     """Why the log of which most is left speaks against what was given, empty where no more is left than is allowed.
 
-    recordings, soils, vehicle, start: as of `own_logs`; logs: its result; contradicted: given numbers that the fit contradicts.
+    recordings, soils, start: as of `own_logs`; before: the vehicle as expected before the fit, whose numbers no fit of soft soil
+    to a road has bent; logs: result of `own_logs`; contradicted: given numbers that the fit contradicts.
     """
     i = max(range(len(logs)), key=lambda i: logs[i].worst)
     worst = logs[i]
     if not worst.beyond:
         return ""
-    name, model, rules = worst.beyond, bicycle(vehicle, soils[i]), HorizonRules()
+    name = worst.beyond
     limit = 100 * dict(LIMITS.unexplained)[name]
     said = (
         f"With every number free the model leaves {100 * worst.low[name]:.0f} % or more of the {CHANNEL_WORDS[name]}'s motion of "
         f"{worst.log} unexplained beyond sensor noise (a right one at most {limit:.1f} %, {OWN_MOST * limit:.1f} % are allowed)"
     )
-    windows, road = (drive_windows(recordings[i], one, start, rules) for one in (model, on_hard_ground(model)))
-    hard = compare_hard_ground(windows, road, worst.n)
-    if hard.friction >= LIMITS.road and hard.better > LIMITS.road_sigmas * hard.better_std:
-        return f"{said}; hard ground with a coefficient of friction of {hard.friction:.2f} leaves less: this is no soft soil."
+    friction = _friction(recordings[i], bicycle(before, soils[i]), worst.n, start)
+    if friction > 0.0:
+        return f"{said}; hard ground with a coefficient of friction of {friction:.2f} leaves less: this is no soft soil."
     until = f" Until that is mended, nothing is to be made of what contradicts {', '.join(contradicted)}." if contradicted else ""
     return (
         f"{said}: its soil is of another class than declared, something acts that is not declared, or a channel is wrong (a "
         f"delay, a sign, a scale).{until}"
     )
+
+
+def _friction(recording: Recording, model: Model, n: float, start: float) -> float:
+    """Coefficient of friction of the hard ground that leaves less of a log than soft soil does, 0 where none does."""
+    rules = HorizonRules()
+    windows, road = (drive_windows(recording, one, start, rules) for one in (model, on_hard_ground(model)))
+    hard = compare_hard_ground(windows, road, float(run_guess(windows, n, True, rules).horizon.n[0]))
+    better = hard.friction >= LIMITS.road and hard.better > LIMITS.road_sigmas * hard.better_std
+    return float(hard.friction) if better else 0.0

@@ -185,6 +185,7 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
     contact = Contact(
         v_x=v_x * cos + v_y * sin - corner.scrub * steer_rate,
         v_y=-v_x * sin + v_y * cos,
+        dv_y=-steer_rate * (v_x * cos + v_y * sin),
         omega=corner.spin,
         load=corner.load,
         yaw_rate=steer_rate + q["omega_z"],
@@ -198,8 +199,7 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
 def forces(q: Quantities, law: ForceLaw) -> Quantities:
     """The wheels with the force of a law on each: the stage "forces"."""
     wheel = Wheel(q["radius"], q["width"])
-    wheels = tuple(c.with_(force=law(c.soil, wheel, c.contact)) for c in q["wheels"])
-    return {"wheels": wheels}
+    return {"wheels": tuple(c.with_(force=law(c.soil, wheel, c.contact)) for c in q["wheels"])}
 
 
 def body_force(corner: Corner) -> tuple[Scalar, Scalar]:

@@ -79,6 +79,7 @@ class Vehicle:
     toe: float = _number("rad", -0.2, 0.2, "front: delta_l - delta_r when pointing ahead", "wheel alignment", 0.0, spread=0.01)
     toe_rear: float = _number("rad", -0.2, 0.2, "rear: delta_l - delta_r at rest", "wheel alignment", 0.0, spread=0.005)
     toe_rear_load: float = _number("rad/N", -0.1, 0.1, "rear toe per axle load beyond rest", "loads added", 0.0, spread=4e-6)
+    swing_rear: float = _number("1", -2.0, 2.0, "rear rims roll on per travel, radius over arm", "a tape", 0.0, spread=0.05)
     max_steer: float = _number("rad", 0.01, 1.5, "greatest steering angle", "turn plates", 0.5, share=0.05, modelled=False)
     max_steer_rate: float = _number("rad/s", 0.01, 50.0, "greatest steering rate", "steering log", 1.0, share=0.2, modelled=False)
     n_error: float = _number("1", 0.0, 1.0, "error of n that they make, as a share", "identify", 0.0, spread=0.01, modelled=False)

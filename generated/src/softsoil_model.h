@@ -11,7 +11,7 @@
 #define SOFTSOIL_ACTIVE 4
 #define SOFTSOIL_ACTIVE_POINTS (2 * SOFTSOIL_ACTIVE + 1)
 #define SOFTSOIL_CALLS 4
-#define SOFTSOIL_ARGUMENTS 10
+#define SOFTSOIL_ARGUMENTS 11
 #define SOFTSOIL_OUTPUTS 7
 #define SOFTSOIL_FORCES (SOFTSOIL_CALLS * SOFTSOIL_OUTPUTS)
 #define SOFTSOIL_MEASURES_FORCES 0
@@ -57,7 +57,7 @@ void softsoil_model_measure_jobs(int active, int passive, const double *u, const
                                  softsoil_jobs_t *y);
 
 /* What the horizon shares with what runs beside it. */
-#define SOFTSOIL_HORIZON_MAGIC 0xbfcb8896u
+#define SOFTSOIL_HORIZON_MAGIC 0x633518d7u
 
 /* States at a row that is kept: of the windows over it or beside it, else the record smoothed by a quadratic. */
 void softsoil_horizon_states(const softsoil_horizon_t *h, int64_t row, double states[SOFTSOIL_HORIZON_STATES]);

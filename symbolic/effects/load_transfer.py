@@ -17,28 +17,28 @@ end; less than `softsoil.symbolic.body_roll.ROLL_TIME`, of which the body's iner
 TORQUE_TIME = 0.2
 """s: first-order lag of the torque; a suspended body rolls no faster, and measured wheel speeds are noisy."""
 LEAST_HEIGHT = 0.05
-"""transfer_height over the front track from which on the vehicle has two tracks; below, they come in smoothly, so that at 0 the
-absent effect leaves a single track."""
+"""transfer_height over the front track from which on there are two tracks; below, they come in smoothly."""
 ROLLED = ("mass", "h_cg", "roll_gain", "burden")
 """What the body's roll depends on beside the moment on it."""
 TRACKS = (
     "mass", "delta", "load_f", "load_r", "rest_load_r", "body_moment", "aside_f", "aside_r", "track", "track_rear", "scrub",
-    "ackermann", "toe", "toe_rear", "toe_rear_load", "roll_stiffness_front", "roll_damping_front",
-    "spin_fl", "spin_fr", "spin_rl", "spin_rr",
+    "ackermann", "toe", "toe_rear", "toe_rear_load", "swing_rear", "roll_stiffness_front", "roll_damping_front", "roll_gain",
+    "burden", "radius", "spin_fl", "spin_fr", "spin_rl", "spin_rr",
 )  # fmt: skip
 
 
 def effect(vehicle: Vehicle) -> Effect:
     """Body roll: each wheel its own load, Delta F_z = share (M a h + moment)/T, and rear contacts that move with the body.
 
-    a is the lateral specific force as the rolled body has followed it (first order, `body_roll`), and what the dampers
-    carry on the way: of each axle DAMPER_TIME da/dt times its share of the dampers over that of the springs. Two tracks then
-    carry the yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. The rear contacts stand
+    a is the lateral specific force as the rolled body has followed it (first order, `body_roll`), and what the dampers carry on
+    the way: of each axle DAMPER_TIME da/dt times its share of the dampers over that of the springs. Two tracks then carry the
+    yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. The rear contacts stand
     roll_sweep phi left of where they are with an upright body, and while it rolls they move sideways, v_y += roll_sweep dphi/dt:
-    h_cg for wheels that stay upright to the body and a centre of gravity that swings over them. A moment on the body loads one
-    side more and rolls it when driving straight, too: shaft_share of the wheels' driving torque, which a propeller shaft hands
-    on to the chassis (1/final drive, negative where it rolls to the left), and roll_moment, which is always there (a centre of
-    gravity off the middle).
+    h_cg for wheels upright to the body and a centre of gravity that swings over them. A trailing arm turns with its travel and
+    its wheel with it, which a speed sensor on the arm does not see: rims roll on by the swing_rear of the vehicle times the
+    travel. A moment on the body loads one side more and rolls it when driving straight, too: shaft_share of the wheels' driving
+    torque, which a propeller shaft hands on to the chassis (1/final drive, negative where it rolls to the left), and
+    roll_moment, which is always there (a centre of gravity off the middle).
     """
     tip = GRAVITY * vehicle.mass * vehicle.track
     parameters = Layout.of(
@@ -92,20 +92,21 @@ def _two_tracks(q: Quantities) -> Quantities:
     springs = q["mass"] * q["transfer_height"] * q["roll_a"] + q["body_moment"]
     dampers = q["mass"] * q["transfer_height"] * DAMPER_TIME * q["roll_a_rate"]
     held, damped = q["roll_stiffness_front"], q["roll_damping_front"]
-    # Of each axle: track, moment on its wheels' loads, how far out of line and back a wheel stands, its angle.
+    swing = q["swing_rear"] * q["track_rear"] / 2 * q["roll_gain"] * q["burden"] * q["roll_a_rate"] / q["radius"]
+    # Of each axle: track, moment on its wheels' loads, how far out of line and back a wheel stands, its angle, its arms' turning.
     axles = {
-        "f": (q["track"], held * springs + damped * dampers, out, back, q["delta"], spread),
-        "r": (q["track_rear"], (1.0 - held) * springs + (1.0 - damped) * dampers, 0.0, 0.0, 0.0, toe_rear / 2),
+        "f": (q["track"], held * springs + damped * dampers, out, back, q["delta"], spread, 0.0),
+        "r": (q["track_rear"], (1.0 - held) * springs + (1.0 - damped) * dampers, 0.0, 0.0, 0.0, toe_rear / 2, swing),
     }
     corners = []
-    for axle, (track, moment, outward, backward, delta, apart) in axles.items():
+    for axle, (track, moment, outward, backward, delta, apart, more) in axles.items():
         load, moved = q[f"load_{axle}"] / 2, moment / track
         mean = (q[f"spin_{axle}l"] + q[f"spin_{axle}r"]) / 2
         for side, letter in ((1, "l"), (-1, "r")):
             y = two * side * (track / 2 + outward) + q[f"aside_{axle}"]
             # A wheel that has lifted carries nothing.
             carried = load + two * (smooth_positive(load - side * moved, 50.0) - load)
-            spin = mean + two * (q[f"spin_{axle}{letter}"] - mean)
+            spin = mean + two * (q[f"spin_{axle}{letter}"] - mean - side * more)
             x, turned, scrub = (two * side * value for value in (-backward, apart, q["scrub"]))
             corners.append(Corner(axle, side, 1, y, carried, delta, spin, x=x, apart=turned, scrub=scrub))
     return {"wheels": tuple(corners)}

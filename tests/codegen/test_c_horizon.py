@@ -78,7 +78,7 @@ def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
     parts, sigmas = parts_of(python.summary, python.since, python.share, len(n) - 1)
     assert np.array(c.head.parts) == pytest.approx(parts, abs=1e-5) and c.head.parts_sigmas == pytest.approx(sigmas, rel=1e-3)
     share, share_std = inertia_error(python.windows, python)  # linearises every window again at the end, C does not
-    assert c.head.inertia == pytest.approx(share, abs=max(0.005, 1.5 * share_std))
+    assert c.head.inertia == pytest.approx(share, abs=max(0.005, 2.0 * share_std))
     assert c.head.inertia_std == pytest.approx(share_std, rel=0.3)
 
 

@@ -38,6 +38,8 @@ def test_the_evidence_has_it_and_a_straight_drive_knows_nothing_of_it():
     windows = drive_windows(add_noise(straight, "good", 4), clay_bicycle(), 1.0, rules)
     evidence = gather(windows, (0.55,), True, rules)
     assert abs(evidence.inertia) < 3.0 * evidence.inertia_std + 0.02
-    frozen = straight.with_channels(**{name: np.zeros(len(straight)) for name in ("v", "omega_z", "steer")})
-    windows = drive_windows(add_noise(frozen, "good", 4), clay_bicycle(), 1.0, rules)
+    way = np.concatenate([[0.0], np.cumsum(straight["u"][:-1]) * straight.dt])
+    still = {name: np.zeros(len(straight)) for name in ("y", "psi", "v", "omega_z", "steer")}
+    along = straight.with_channels(x=way, **still)
+    windows = drive_windows(add_noise(along, "good", 4), clay_bicycle(), 1.0, rules)
     assert gather(windows, (0.55,), True, rules).inertia_std > 0.5

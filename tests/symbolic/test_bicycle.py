@@ -144,3 +144,17 @@ def test_quantities_of_other_symbols_are_those_of_the_models_own_and_a_caller_ma
     ]
     assert np.array_equal(values[0], values[1])
     assert np.all(values[0] != 0)
+
+
+def test_a_steered_wheel_knows_that_its_slip_grows(model):
+    """dv_y of the front contact is what steering alone changes of its lateral velocity; the rear wheels are not steered."""
+
+    def contacts(q):
+        return {f"{value}_{w.axle}": getattr(w.contact, value) for w in q["wheels"] for value in ("v_y", "dv_y")}
+
+    probe = model.correct("contacts", contacts).probe("v_y_f", "dv_y_f", "dv_y_r")
+    x, step = [0, 0, 0, 5.0, 0.3, 0.4], 1e-4
+    turned = (inputs(steer=0.2 + k * step, steer_rate=0.7) for k in (-1, 0, 1))
+    before, at, after = (np.asarray(probe(x, u, model.p.nominal))[:, 0] for u in turned)
+    assert at[1] == pytest.approx(0.7 * (after[0] - before[0]) / (2 * step), rel=1e-6) and at[1] < -3.0
+    assert at[2] == 0.0

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from axles import axle_of
+from axles import axle_of, swing_of
 from softsoil.mpc_demo.blind_test import PLANT_VEHICLE
 from softsoil.plant.bed import SoilBed
 from softsoil.plant.effects import Effects
@@ -64,6 +64,11 @@ def test_the_declared_lean_with_the_steering_is_what_the_hardpoints_do():
     )
     slope = np.polyfit(np.arctan2(-axles[:, 0], axles[:, 1]), axles[:, 2], 1)[0]
     assert load_vehicle(PLANT_VEHICLE).effects["wheel_lean"]["lean_steer"] == pytest.approx(slope, rel=0.05)
+
+
+def test_the_declared_swing_of_the_trailing_arms_is_what_the_hardpoints_do():
+    assert load_vehicle(PLANT_VEHICLE).swing_rear == pytest.approx(swing_of(2), rel=0.02)
+    assert swing_of(2) == pytest.approx(swing_of(3)) and abs(swing_of(0)) < 0.06  # wishbones in front
 
 
 @pytest.fixture(scope="module")
@@ -235,3 +240,18 @@ def test_a_roll_moment_loads_one_side(bare):
     share = vehicle.roll_stiffness_front
     moved = 300.0 * (share / vehicle.track + (1.0 - share) / vehicle.rear_track)
     assert sides[300.0] - sides[0.0] == pytest.approx([-moved, moved], rel=1e-3)
+
+
+def test_trailing_arms_roll_the_rims_on_as_the_body_rolls(bare):
+    """While it rolls to the right, the right wheel travels up at half the track times the rate of roll on the springs, and its
+    rim runs faster than its sensor says by swing_rear times that; the left one slower, the front ones as measured."""
+
+    def spins(q):
+        return {f"omega_{w.axle}{w.side}": w.contact.omega for w in q["wheels"]}
+
+    vehicle = load_vehicle(PLANT_VEHICLE)
+    model = add_effect(bare, catalogue(vehicle)["load_transfer"], {"transfer_height": 0.8}).correct("contacts", spins)
+    u = model.u.pack(omega_fl=15.0, omega_fr=15.0, omega_rl=15.0, omega_rr=15.0, roll_a_rate=4.0)
+    found = model.probe("omega_f1", "omega_f-1", "omega_r1", "omega_r-1")(model.x.pack(u=5.0), u, model.p.nominal).full()[:, 0]
+    more = vehicle.swing_rear * vehicle.roll_gain * 4.0 * vehicle.rear_track / 2 / vehicle.radius
+    assert found - 15.0 == pytest.approx([0.0, 0.0, -more, more], abs=1e-9)
