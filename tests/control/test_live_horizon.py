@@ -88,7 +88,7 @@ def test_a_weave_is_identified_and_its_n_goes_to_the_controller():
     assert last.n == last.n_used == n
     assert abs(n - CLAY.n) < abs(N_0 - CLAY.n)
     first = next(c for c in commands if c.verdict == "identified")
-    assert 3.0 < first.t < 18.0
+    assert 3.0 < first.t < 19.0
 
 
 def test_before_that_the_controller_drives_on_the_safe_side():
