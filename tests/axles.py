@@ -1,9 +1,9 @@
-"""Which way the plant's wheels point and how they turn with their travel, from its suspension's hardpoints."""
+"""Which way the plant's wheels point, from its suspension's hardpoints."""
 
 import numpy as np
 
 from softsoil.plant.machine import load_plant_vehicle
-from softsoil.plant.suspension import AXLE_X, AXLE_Z, COUNT, TURN, carrier
+from softsoil.plant.suspension import AXLE_X, AXLE_Z, COUNT, carrier
 
 
 def axle_of(wheel: int, travel: float, pitman: float) -> np.ndarray:
@@ -12,12 +12,3 @@ def axle_of(wheel: int, travel: float, pitman: float) -> np.ndarray:
     carrier(load_plant_vehicle().machine.paths[wheel], travel, pitman, value, by_travel, by_angle)
     across = np.sqrt(1.0 - value[AXLE_X] ** 2 - value[AXLE_Z] ** 2)
     return np.array([value[AXLE_X], across, value[AXLE_Z]])
-
-
-def swing_of(wheel: int) -> float:
-    """How far a wheel's rim rolls on at the ground per travel (m/m) while its axle stands still: the carrier turns, its centre
-    moves backward."""
-    vehicle = load_plant_vehicle()
-    value, by_travel, by_angle = np.empty(COUNT), np.empty(COUNT), np.empty(COUNT)
-    carrier(vehicle.machine.paths[wheel], 0.0, 0.0, value, by_travel, by_angle)
-    return float(vehicle.machine.radius[wheel] * value[TURN + 1] - by_travel[0])

@@ -12,9 +12,11 @@ import numpy as np
 from softsoil.mpc_demo.blind_cases import N_RANGES
 from softsoil.plant.drawn_vehicle import DRAW, Draw, DrawnVehicle, draw_vehicle
 from softsoil.plant.effects import Effects
+from softsoil.plant.machine import PlantVehicle
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steer, Steps
 from softsoil.plant.simulate import simulate
 from softsoil.plant.start import Start
+from softsoil.plant.suspension import COUNT, TURN, carrier
 from softsoil.plant.world import STEP, Plant
 from softsoil.recording.drive import Recording
 from softsoil.refinement.known_vehicle import Known
@@ -27,6 +29,8 @@ SINKAGE = 0.03
 """m: of a wheel, about, on the soils that are drawn."""
 REACH_ERROR = 2.0
 """Errors of measuring stay within so many standard deviations."""
+SWING_ERROR = 0.05
+"""Standard deviation of swing_rear by a tape on arm and wheel."""
 SMALL = 1.8
 """m: wheelbase below which a vehicle drives slower, as its times of turning do."""
 ROBOTS = Draw(mass=(180.0, 350.0), radius=(0.18, 0.3), wheelbase=(1.1, 1.8), pressure=(15e3, 30e3))
@@ -58,7 +62,8 @@ class Log:
 
 
 def case_of(seed: int, draw: Draw = DRAW) -> Case:
-    """The vehicle of a seed, measured with the errors that the table of numbers states for scale and tape."""
+    """The vehicle of a seed, measured with the errors that the table of numbers states for scale and tape; the arms of a trailing
+    rear suspension, too."""
     drawn = draw_vehicle(seed, draw)
     rng = np.random.default_rng([seed, 4])
     numbers = by_name()
@@ -67,7 +72,18 @@ def case_of(seed: int, draw: Draw = DRAW) -> Case:
     for name, value in drawn.measured.items():
         std = numbers[name].measured(exact, value)
         told[name] = value + std * float(np.clip(rng.standard_normal(), -REACH_ERROR, REACH_ERROR))
+    if drawn.layouts[1] == "trailing":
+        error = float(np.clip(rng.standard_normal(), -REACH_ERROR, REACH_ERROR))
+        told["swing_rear"] = swing_of(drawn.vehicle, 2) + SWING_ERROR * error
     return Case(seed, drawn, Known(drawn.vehicle.name, told, file=f"seed {seed}", simulator=simulator(drawn.measured["radius"])))
+
+
+def swing_of(vehicle: PlantVehicle, wheel: int) -> float:
+    """How far a wheel's rim rolls on at the ground per travel (m/m) while its axle stands still: the carrier turns, its centre
+    moves backward. vehicle: of the plant; wheel: fl, fr, rl, rr by number."""
+    value, by_travel, by_angle = np.empty(COUNT), np.empty(COUNT), np.empty(COUNT)
+    carrier(vehicle.machine.paths[wheel], 0.0, 0.0, value, by_travel, by_angle)
+    return float(vehicle.machine.radius[wheel] * value[TURN + 1] - by_travel[0])
 
 
 def simulator(radius: float) -> dict[str, float]:
