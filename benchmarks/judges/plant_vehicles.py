@@ -79,8 +79,8 @@ def case_of(seed: int, draw: Draw = DRAW) -> Case:
 
 
 def swing_of(vehicle: PlantVehicle, wheel: int) -> float:
-    """How far a wheel's rim rolls on at the ground per travel (m/m) while its axle stands still: the carrier turns, its centre
-    moves backward. vehicle: of the plant; wheel: fl, fr, rl, rr by number."""
+    """How far a wheel's rim rolls on at the ground per travel (m/m) beyond what a speed sensor on its carrier says: the
+    carrier turns by so much, less what its centre moves forward. vehicle: of the plant; wheel: fl, fr, rl, rr by number."""
     value, by_travel, by_angle = np.empty(COUNT), np.empty(COUNT), np.empty(COUNT)
     carrier(vehicle.machine.paths[wheel], 0.0, 0.0, value, by_travel, by_angle)
     return float(vehicle.machine.radius[wheel] * value[TURN + 1] - by_travel[0])
