@@ -22,7 +22,7 @@ def say(found: Identification) -> None:
     """Print the summary, the verdict first."""
     console.print(verdict_sentence(found), style="bold", highlight=False)
     for words in found.asks:
-        console.print(f"Drive next: {words}.", highlight=False)
+        console.print(f"Next: {words}.", highlight=False)
     console.print(number_table(found))
     for log, (value, std) in found.n.items():
         console.print(f"{log}: n {with_error(value, std)}", highlight=False)

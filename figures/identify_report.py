@@ -22,7 +22,7 @@ KINDS = {"identified": "", "needs_data": "unexplained", "contradicts_given": "un
 def write_report(result: Identification, path: Path, about: Mapping[str, Mapping[str, str]]) -> Path:
     """Write the report and return its path; about: software and vehicle."""
     logs = ", ".join(result.n)
-    lines = (verdict_sentence(result), *(f"Drive next: {ask}." for ask in result.asks))
+    lines = (verdict_sentence(result), *(f"Next: {ask}." for ask in result.asks))
     inside = "".join(paragraph(line) for line in lines)
     errors = paragraph("Rms errors.") + rms_table(result.judged.before, result.judged.after)
     parts = [

@@ -1,4 +1,4 @@
-"""The manoeuvre that would pin down what logs leave open."""
+"""The manoeuvre, or the tape, that would pin down what logs leave open."""
 
 from __future__ import annotations
 
@@ -107,7 +107,8 @@ def _pins(manoeuvre: Manoeuvre, name: str) -> bool:
 
 
 def asks(vehicle: Vehicle, numbers: Mapping[str, Found], had: Excitation, least: float) -> tuple[str, ...]:
-    """Manoeuvres that the logs lack, in the order of what they would take off n's error; at least one where something is open.
+    """What would take most off n's error: to measure a number that no log shows, and manoeuvres that the logs lack, at least one
+    where something is open.
 
     least: change of n (%) by a number's error below which it is no matter.
     """
@@ -119,4 +120,17 @@ def asks(vehicle: Vehicle, numbers: Mapping[str, Found], had: Excitation, least:
         gains.append((lacking, gain, manoeuvre))
     gains.sort(key=lambda entry: (entry[0], entry[2].name != "circles", entry[1]), reverse=True)
     wanted = [m for lacking, gain, m in gains if lacking and (gain >= least or m.name != "circles")]
-    return tuple(m.words(vehicle) for m in (wanted or [gains[0][2]])[:2])
+    return (*_to_measure(numbers, least), *(m.words(vehicle) for m in (wanted or [gains[0][2]])[:2]))
+
+
+def _to_measure(numbers: Mapping[str, Found], least: float) -> list[str]:
+    """Numbers that nobody gave and no log shows, where they may move n by `least` (%) or more."""
+    said = []
+    for name, number in by_name().items():
+        one = numbers.get(name)
+        if not number.free and one is not None and one.given is None and abs(one.n_percent_per_std) >= least:
+            said.append(
+                f"measure {name} ({number.how}) and give it with the known numbers: {number.doc}, {number.why}; no log shows it, "
+                f"and without it n may be {abs(one.n_percent_per_std):.0f} % off"
+            )
+    return said

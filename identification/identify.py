@@ -14,6 +14,7 @@ from softsoil.identification.asks import Excitation, asks, excitation
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
 from softsoil.identification.judge import judge
+from softsoil.identification.n_errors import model_error, n_error, n_stds, unmeasured
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
 from softsoil.identification.unexplained import doubt, more_than_right, own_logs, own_unexplained
@@ -84,7 +85,8 @@ def identify(
     moved, place = _by_motion(bench, rules)
     state = _fit(fitted, moved, rules, progress)
     had = excitation(fitted.recordings, start)
-    judgement = judge(bench.only([last]), state.values, _model_error(recordings[last], bool(bench.balances), rules))
+    beside = float(np.hypot(model_error(recordings[last], bool(bench.balances), rules), state.unmeasured))
+    judgement = judge(bench.only([last]), state.values, beside)
     numbers = _numbers(fitted, state)
     # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
@@ -119,26 +121,20 @@ def identify(
 
 @dataclass(frozen=True)
 class _State:
-    """Result of the fits: values, standard errors and states of all numbers, n of each drive, their costs, contradictions,
-    errors with every number free, and a note of the radius by rolling."""
+    """Result of the fits: values, standard errors and states of all numbers, n of each drive, what numbers that nobody measured
+    make of it (a share), costs of all numbers, contradictions, errors with every number free, and a note of the radius by
+    rolling."""
 
     values: Values
     std: Values
     states: dict[str, str]
     n: tuple[float, ...]
     n_std: tuple[float, ...]
+    unmeasured: float
     costs: Values
     contradictions: tuple[Contradiction, ...]
     errors: Errors
     rolls: str
-
-
-def n_error(n: Sequence[float], std: Sequence[float]) -> float:
-    """Error of n that an identified vehicle makes in all drives alike, as a share: root mean square of those of its own drives.
-
-    n, std: of the drives of its fit.
-    """
-    return float(np.clip(np.sqrt(np.mean((np.array(std) / np.array(n)) ** 2)), 0.0, 1.0))
 
 
 def _without_wheels(recordings: Sequence[Recording]) -> str:
@@ -196,6 +192,8 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     if len(kept) < len(names):
         last = fit_numbers(bench, free_numbers(bench, kept, doubted), values, n)
         values, n = {**values, **_values(last)}, _n(last)
+    progress(0.8)
+    moved = unmeasured(bench, free_numbers(bench, names, doubted), fit)
     progress(0.9)
     every = fit_numbers(bench, free_numbers(bench, [number.name for number in NUMBERS], doubted), values, n, 0)
     # Standard errors are those with every number free: fixing one does not make it known. What the model misses is in them.
@@ -205,20 +203,11 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     states = {name: _state(bench.known, name, kept) for name in by_name()}
     for name in (*(c.name for c in contradictions), *_moved(bench, by_motion)):
         states[name] = "identified"
-    index = [errors.names.index(f"n_{i}") for i in range(len(bench.windows))]
-    n_std = tuple(
-        float(np.hypot(np.sqrt(errors.covariance[i, i]), _model_error(recording, bool(bench.balances), rules) * one))
-        for i, one, recording in zip(index, n, bench.recordings, strict=True)
-    )
+    n_std = n_stds(bench, n, errors, moved, rules)
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}
-    return _State(all_values, stds, states, tuple(n), n_std, n_costs(every, stds), tuple(contradictions), errors, rolls)
-
-
-def _model_error(recording: Recording, rolling: bool, rules: Rules) -> float:
-    """Share of n by which the model's own error moves it in a drive: more where the side slip is not measured, or not in all logs
-    the speed of every wheel (`rolling`)."""
-    unseen = (not recording.measured("v")) + (not rolling)
-    return float(np.hypot(rules.model_error_n, rules.unseen_error_n * unseen**0.5))
+    costs = {**n_costs(every, stds), **{name: 100.0 * float(max(by, key=abs)) for name, by in moved.items()}}
+    share = float(np.sqrt(sum(np.mean(by**2) for by in moved.values())))
+    return _State(all_values, stds, states, tuple(n), n_std, share, costs, tuple(contradictions), errors, rolls)
 
 
 def _state(known: Known, name: str, kept: Sequence[str]) -> str:

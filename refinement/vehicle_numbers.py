@@ -119,6 +119,9 @@ OWN: tuple[Number, ...] = (
             "0.35 to 0.65 on cars", _plain(0.05), "drawings"),
     _number("roll_damping_front", "front share of the dampers that resist roll", lambda k: (0.5, 0.12),
             "as the springs'", _plain(0.05), "drawings"),
+    _number("swing_rear", "way that the rear rims roll on per travel, unseen by a speed sensor that turns along",
+            lambda k: (0.0, 0.25), "0 on wishbones, rigid axles and for a sensor of the whole spin, 0.3 to 0.6 on trailing arms",
+            _plain(0.05), "tape, radius over the length of a trailing arm", free=False),
     Number("contact_step", "", "s", SIMULATOR["contact_step"].doc, 0.0, SIMULATOR["contact_step"].upper, lambda k: (0.0, 0.001),
            "0 for a real soil; simulators of soil contact step by 0.5 to 2 ms", _plain(1e-6), "settings of the simulator"),
 )  # fmt: skip

@@ -8,7 +8,8 @@ import pytest
 from drives import clay_drive, reference_vehicle
 from softsoil.identification.asks import asks, excitation
 from softsoil.identification.errors import Errors, departures, errors_of, n_costs
-from softsoil.identification.identify import _model_error, by_rolling
+from softsoil.identification.identify import by_rolling
+from softsoil.identification.n_errors import model_error
 from softsoil.identification.result import Found
 from softsoil.identification.rules import RULES
 from softsoil.recording.derive import completed
@@ -156,9 +157,9 @@ def test_channels_that_are_derived_say_nothing_of_the_front_axle(absent):
 def test_n_of_a_log_without_side_slip_or_wheels_is_less_sure():
     drive = moving(1.4)
     without = drive.with_channels(v=np.full(len(drive), np.nan))
-    assert _model_error(drive, True, RULES) == RULES.model_error_n < RULES.unseen_error_n
-    assert _model_error(without, True, RULES) == _model_error(drive, False, RULES) > RULES.unseen_error_n
-    assert _model_error(without, False, RULES) > _model_error(drive, False, RULES)
+    assert model_error(drive, True, RULES) == RULES.model_error_n < RULES.unseen_error_n
+    assert model_error(without, True, RULES) == model_error(drive, False, RULES) > RULES.unseen_error_n
+    assert model_error(without, False, RULES) > model_error(drive, False, RULES)
 
 
 def test_a_log_of_another_vehicle_is_refused_and_its_own_is_not():
@@ -218,3 +219,12 @@ def test_the_manoeuvre_asked_for_is_one_that_the_logs_lack():
     open_ = {"yaw_inertia": Found(1800.0, 500.0, "kg m^2", "not_identifiable", 9.0, None, (1800.0, 500.0))}
     assert asks(vehicle, open_, excitation([several], 2.0), 2.0)[0].startswith("20 s of sine steering to full lock (27 deg)")
     assert asks(vehicle, open_, excitation([drive], 2.0), 2.0)[0].startswith("45 s of steering by several sines")
+
+
+def test_a_number_that_no_log_shows_is_asked_for_where_it_costs_n_much():
+    vehicle, had = reference_vehicle(), excitation([clay_drive()], 2.0)
+    arms = Found(0.0, 0.25, "", "not_identifiable", -5.0, None, (0.0, 0.25))
+    first = asks(vehicle, {"swing_rear": arms}, had, 2.0)[0]
+    assert first.startswith("measure swing_rear (tape") and "5 % off" in first
+    for known in (replace(arms, n_percent_per_std=-1.0), replace(arms, given=0.0, state="given")):
+        assert not any("swing_rear" in words for words in asks(vehicle, {"swing_rear": known}, had, 2.0))
