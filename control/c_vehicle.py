@@ -1,4 +1,4 @@
-"""What the C library knows of the vehicle's numbers, where its file states their joint error."""
+"""What the C library knows of the vehicle's numbers, where its file states their errors."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.wheel import ForceLaw
 from softsoil.windows.free_starts import SUBSTEPS, joint_prior
-from softsoil.windows.own_numbers import load_of, with_load, with_own_numbers
+from softsoil.windows.own_numbers import load_of, stated_error, with_load, with_own_numbers
 
 
 def vehicle_numbers(declared: Declaration, promote: tuple[str, ...] = ()) -> VehicleNumbers | None:
-    """Of the declared vehicle; None where its file states no joint error, or where a load is estimated as a state.
+    """Of the declared vehicle; None where its file states no errors of them, or where a load is estimated as a state.
 
     promote: further parameters that the library's filter estimates.
     """
     vehicle = declared.vehicle
-    error, load = vehicle.joint_error, load_of(vehicle).parameters[0].name
+    error, load = stated_error(vehicle), load_of(vehicle).parameters[0].name
     if error is None or load in promote:
         return None
 

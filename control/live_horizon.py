@@ -32,7 +32,7 @@ class LiveEvidence:
     the yaw inertia larger than declared, and its standard deviation; parts, parts_sigmas: n of the earlier and the later windows
     where these differ most, and by how many standard deviations; motion: root mean square lateral specific force (m/s^2);
     windows: that the estimate rests on; changes: how often the soil has changed; strain, load, load_std: how the windows would
-    have the vehicle other than its file (`softsoil.estimator.strain`), NaN where that states no joint error of its numbers, and
+    have the vehicle other than its file (`softsoil.estimator.strain`), NaN where that states no errors of its numbers, and
     before a window has been looked at.
     """
 
@@ -54,7 +54,7 @@ class LiveEvidence:
 class LiveHorizon:
     """A `Judge`: windows of the last two minutes, in C; a tick that completes a window takes about a millisecond.
 
-    Where the vehicle's file states the joint error of its numbers, each tick looks at the vehicle, too: less than a millisecond.
+    Where the vehicle's file states errors of its numbers, each tick looks at the vehicle, too: less than a millisecond.
     declared: vehicle, soil, law and effects; std (6,): of the sensors of x, y, psi, u, v, omega_z (SI); tick: s between samples.
     The effects are those of a driver's model. Raises ValueError where there is no C compiler, or more than one n.
     """

@@ -41,7 +41,7 @@ class Evidence:
     unexplained, unexplained_std: mean square that the model leaves of each lateral channel beyond sensor noise, as a share of
     the channel's own variance, and its standard error; inertia, inertia_std: share by which the drive would have the yaw inertia
     larger than declared, and its standard deviation; soil: what errors of the soil's class make of n; change: of the vehicle
-    against its file, None where that states no joint error; parts (2,), parts_sigmas: n of an earlier and of the later part of
+    against its file, None where that states no errors; parts (2,), parts_sigmas: n of an earlier and of the later part of
     the present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific force
     u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s).
     """

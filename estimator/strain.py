@@ -1,6 +1,6 @@
-"""Whether a drive is one of the vehicle that was identified: one Gauss-Newton step of n and its numbers from its windows.
+"""Whether a drive is one of the vehicle that is declared: one Gauss-Newton step of n and its numbers from its windows.
 
-Only where the vehicle's file states the joint error of its numbers. A load, lower tyres or a bent link move them together; n
+Only where the vehicle's file states errors of its numbers. A load, lower tyres or a bent link move them together; n
 takes that up, and neither the windows' residual nor a filter's innovations need to show it. A load is what changes from one
 drive to the next and what n takes up most, while the numbers hardly move where sensors are noisy: it is looked for by itself.
 """
@@ -17,7 +17,7 @@ from softsoil.estimator.moving_horizon import MovingHorizon
 from softsoil.estimator.tuning import Tuning
 from softsoil.windows.free_starts import JointPrior, joint_prior, steps_of
 from softsoil.windows.free_windows import FreeWindows, Linear, WindowModel
-from softsoil.windows.own_numbers import load_of
+from softsoil.windows.own_numbers import load_of, stated_error
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import last_step, marginal, strain
 from softsoil.windows.window_fit import reduce_windows
@@ -42,7 +42,7 @@ class VehicleChange:
 
 
 def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChange | None:
-    """What the windows of one drive say of the vehicle; None where its file states no joint error.
+    """What the windows of one drive say of the vehicle; None where its file states no errors of its numbers.
 
     windows: of the drive (`drive_windows`); horizon: run to its end.
     """
@@ -95,6 +95,6 @@ def _of_good_sensors(sigma: Array, model_error: Array) -> Array:
 def known_numbers(windows: FreeWindows) -> JointPrior | None:
     """What is known together of the numbers that are parameters of the windows' model; None where the vehicle states nothing."""
     model = windows.compiled.model
-    error = getattr(model.geometry, "joint_error", None)
-    error = error and error.only({*model.p.names})
-    return error and joint_prior(error, model, {name: float(model.p[name].nominal) for name in error.names})
+    stated = stated_error(model.geometry)
+    error = None if stated is None else stated.only({*model.p.names})
+    return None if error is None else joint_prior(error, model, {name: float(model.p[name].nominal) for name in error.names})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,6 +65,11 @@ def joint_error_of(names: tuple[str, ...], covariance: NDArray[np.float64]) -> J
     matrix = np.clip(covariance / np.outer(std, std), -1.0, 1.0)
     rows = tuple(tuple(round(float(matrix[i, k]), 6) for k in range(i)) for i in range(len(names)))
     return JointError(names, tuple(float(f"{value:.6g}") for value in std), rows)
+
+
+def independent_error(stds: Mapping[str, float]) -> JointError | None:
+    """The error of numbers that were measured one by one; stds: standard deviation of each, None for none of them."""
+    return JointError((*stds,), (*stds.values(),), tuple((0.0,) * row for row in range(len(stds)))) if stds else None
 
 
 def joint_error_from_table(value: Any, known: Set[str], where: str) -> JointError | None:

@@ -9,6 +9,7 @@
 
 #include "softsoil.h"
 #include "softsoil_horizon.h"
+#include "softsoil_vehicle.h"
 
 #define LINE 8192
 #define COLUMNS 128
@@ -120,6 +121,8 @@ int main(int argc, char **argv) {
   double u[SOFTSOIL_N_U], y[SOFTSOIL_N_Y], x0[SOFTSOIL_N_X], std0[SOFTSOIL_N_X];
   softsoil_options_t options;
   softsoil_horizon_options_t about;
+  static softsoil_vehicle_t look;
+  softsoil_vehicle_init(&look);
   const double skip = argc > 2 ? strtod(argv[2], NULL) : 2.0;
   printf("sizeof(softsoil_t) = %lu bytes\n", (unsigned long)softsoil_size());
   if (argc < 2) {
@@ -152,6 +155,7 @@ int main(int argc, char **argv) {
     for (int i = 0; i < SOFTSOIL_N_Y; ++i) y[i] = cell(&table, row, measurement_names[i]);
     softsoil_horizon_push(&h, u, y, NULL, cell(&table, row, "t"));
     softsoil_horizon_update(&h);
+    softsoil_vehicle_update(&look, &h);
   }
   double said = s.t;
   for (size_t row = first; row + 1 < table.rows && status < SOFTSOIL_BAD_ARGUMENT; ++row) {
@@ -167,6 +171,9 @@ int main(int argc, char **argv) {
   }
   say(&s);
   judge(&h);
+  if (look.windows == 0) printf("vehicle: not looked at yet\n");
+  else printf("vehicle: load %+.1f +- %.1f %% of its mass, strain %.1f%s\n", 100 * look.load, 100 * look.load_std,
+              look.strain, look.change == SOFTSOIL_VEHICLE_UNKNOWN ? ", a load would not show yet" : "");
   for (int i = 1; i < SOFTSOIL_STATUS_COUNT; ++i)
     if (s.counts[i]) printf("%8lu x %s\n", (unsigned long)s.counts[i], softsoil_status_text(i));
   free(table.values);

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from softsoil.files.joint_error import JointError, independent_error
 from softsoil.symbolic.bicycle import vehicle_quantities
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect, add_effect
@@ -14,6 +15,16 @@ from softsoil.symbolic.vehicle import NUMBERS, Vehicle
 
 MODELLED = {number.name: number for number in NUMBERS if number.modelled}
 """Numbers that a model reads, by name."""
+
+
+def stated_error(vehicle: object) -> JointError | None:
+    """What a vehicle's file states of the errors of its numbers, but that of a load: their joint error, else the standard
+    deviations of its table [uncertainty], each for itself. None where it states neither."""
+    if not isinstance(vehicle, Vehicle):
+        return None
+    load = load_of(vehicle).parameters
+    own = {name: std for name, std in vehicle.uncertainty.items() if name not in load}
+    return vehicle.joint_error or independent_error(own)
 
 
 def with_own_numbers(model: Model, names: Sequence[str]) -> Model:

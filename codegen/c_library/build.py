@@ -12,7 +12,7 @@ from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno")
 SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c", "src/softsoil_horizon.c", "src/softsoil_vehicle.c")
-"""Of the library; the last only where the vehicle's file states the joint error of its numbers."""
+"""Of the library; the last only where the vehicle's file states errors of its numbers."""
 
 
 def sources(folder: Path) -> list[Path]:

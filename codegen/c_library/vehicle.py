@@ -1,4 +1,4 @@
-"""The C library's look at the vehicle, where the joint error of its numbers is known: values of the templates' keys."""
+"""The C library's look at the vehicle, where the errors of its numbers are known: values of the templates' keys."""
 
 from __future__ import annotations
 

@@ -25,12 +25,12 @@ class CVehicle:
     """One look at the vehicle beside a horizon: softsoil_vehicle_t in memory of Python's.
 
     horizon: of the same library. `head` has the fields of softsoil_vehicle_t up to its results.
-    Raises ValueError for a library of a vehicle whose file states no joint error of its numbers.
+    Raises ValueError for a library of a vehicle whose file states no errors of its numbers.
     """
 
     def __init__(self, horizon: CHorizon) -> None:
         if not looks_at_vehicle(horizon.library):
-            raise ValueError("C library: expected a vehicle's file with [joint_error] behind it, found none")
+            raise ValueError("C library: expected a vehicle's file with [joint_error] or [uncertainty] behind it, found none")
         self.horizon, self.c = horizon, horizon.c
         self.c.softsoil_vehicle_size.restype = ctypes.c_size_t
         self._memory = bytearray(int(self.c.softsoil_vehicle_size()))

@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 
 import identified
-from c_folders import IDENTIFIED, declared, library
+from c_folders import IDENTIFIED, declared, library, library_of
+from drives import reference_vehicle
 from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.codegen.c_library.statuses import STATUSES
-from softsoil.codegen.c_library.vehicle_binding import CVehicle
+from softsoil.codegen.c_library.vehicle_binding import CVehicle, looks_at_vehicle
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator import verdict
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, drive_windows
 from softsoil.estimator.strain import vehicle_change
 from softsoil.recording.states import sensor_std
+from softsoil.symbolic.soil import CLAY
 from softsoil.windows.shooting import shooting_drive
 
 pytestmark = pytest.mark.compiler
@@ -111,6 +114,11 @@ def test_without_a_start_nothing_is_done(logs):
     assert c.c.softsoil_vehicle_update(*both) == WORDS.index("NOT_INITIALISED")
 
 
-def test_a_library_without_joint_error_says_so():
+def test_a_library_without_stated_errors_says_so():
+    bare = Declaration(reference_vehicle().with_(effects={}, uncertainty={}), CLAY)
     with pytest.raises(ValueError, match="joint_error"):
-        CVehicle(CHorizon(library("plain", FLAGS)))
+        CVehicle(CHorizon(library_of(bare)))
+
+
+def test_numbers_stated_one_by_one_are_looked_at_too():
+    assert looks_at_vehicle(library("plain", FLAGS))

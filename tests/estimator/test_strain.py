@@ -1,4 +1,4 @@
-"""A drive of another vehicle than the one that was identified: said where its file states the joint error of its numbers."""
+"""A drive of another vehicle than the one that was identified: said where its file states errors of its numbers."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,12 @@ from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.strain import vehicle_change
 from softsoil.estimator.tuning import Tuning
-from softsoil.files.joint_error import joint_error_of
+from softsoil.files.joint_error import independent_error, joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.own_numbers import stated_error
 
 WIDE = joint_error_of(NUMBERS, np.diag([100.0, 0.004]) ** 2)
 
@@ -96,6 +97,21 @@ def test_a_declared_load_does_not(loaded):
     assert found.verdict.word == "identified" and change.strain < 3.0 and abs(change.load) < 3.0 * change.load_std
 
 
-def test_without_a_joint_error_nothing_is_said_of_it(loaded):
-    found = estimate(loaded, bicycle(vehicle(None), CLAY), method="horizon")
+def test_numbers_stated_one_by_one_say_it_too(loaded):
+    stated = vehicle(None).with_(uncertainty=dict(zip(NUMBERS, STD, strict=True)))
+    found = estimate(loaded, bicycle(stated, CLAY), method="horizon")
+    assert found.verdict.word == "inconsistent" and "heavier" in found.verdict.reason
+    kept = estimate(drive({}, "good"), bicycle(stated, CLAY), method="horizon").verdict
+    assert kept.word == "identified" and kept.evidence.change.strain < 3.0
+
+
+def test_a_joint_error_stands_before_numbers_stated_one_by_one_and_no_load_is_among_them():
+    stated = vehicle(None).with_(uncertainty={"track": 0.01, "payload_mass": 20.0})
+    assert stated_error(stated) == independent_error({"track": 0.01}) and stated_error(None) is None
+    assert stated_error(stated.with_(joint_error=WIDE)) is WIDE
+
+
+def test_without_stated_errors_nothing_is_said_of_it(loaded):
+    bare = vehicle(None).with_(uncertainty={})
+    found = estimate(loaded, bicycle(bare, CLAY), method="horizon")
     assert found.verdict.evidence.change is None and "strain" not in found.verdict.reason

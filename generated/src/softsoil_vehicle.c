@@ -1,0 +1,296 @@
+/* Whether the vehicle is the one that was identified: windows of the horizon, differentiated by its numbers and by a load. */
+#include "softsoil_vehicle.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "softsoil_lanes.h"
+#include "softsoil_model.h"
+
+#include "softsoil_vehicle_kernels.h"
+
+#define K SOFTSOIL_HORIZON_N
+#define NS SOFTSOIL_HORIZON_STATES
+#define NUMBERS SOFTSOIL_VEHICLE_NUMBERS
+#define Q SOFTSOIL_VEHICLE_ASKED
+#define D SOFTSOIL_VEHICLE_COLUMNS
+#define LOAD (Q - 1)
+#define LARGEST (Q > NS ? Q : NS) /* matrix */
+#define N_P 31
+#define CALLS 4
+#define ARGUMENTS 11
+#define OUTPUTS 7
+#define SUBSTEPS 2 /* inside one of the horizon's: those in which the numbers were identified */
+#define MAGIC 0xc438f3dfu
+
+/* Parameters of the model with the vehicle's numbers among them: where the horizon has each, -1 for none, and as declared. */
+static const int shared[N_P] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, -1, -1, 12, 13, 14, 15, 16, 17, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+static const double declared[N_P] = {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 0.0, 2.1768, 0.901, -0.145, 0.965, 0.953, 0.095, 23.0, 1848.0, 1.194, 1.227, 0.3309, 0.0464, -0.0195, 0.0096, 0.633, 0.0148, 0.34, 0.66};
+/* The numbers and the load: their parameters, units (standard deviations; the mass), and steps of the differences in these. */
+static const int at_parameter[NUMBERS + 1] = {20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 19, 7, 8, 14, 11, 15, 16, 17, 18, 12};
+static const double unit[NUMBERS + 1] = {51.5, 0.0081, 0.0079, 0.00026, 0.007, 0.0027, 0.0015, 0.072, 0.00065, 0.038, 0.046, 12.5, 0.031, 0.012, 0.044, 0.047, 0.0098, 0.037, 0.021, 0.0063, 1378.33}, step_of[NUMBERS + 1] = {2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 5e-07};
+/* What is known of the numbers together: inverse of their covariance, in their units; of a load, as a share of the mass. */
+static const double known[NUMBERS][NUMBERS] = {{1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0}};
+static const double known_load = 1.0, declared_load_std = 0.0;
+static const double most_strain = 3.5, least_load = 0.08, load_sigmas = 2.5, load_seen = 0.06;
+static const double best_sensor[SOFTSOIL_N_Y] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005};
+
+static const double stride = 0.5, window_length = 1.0, forgetting = 60.0, huber = 3.0, ridge = 1e-06;
+static const double least_curvature = 1e-09, most_std = 0.05;
+static const double state_step[NS] = {0.0001, 0.0001, 1e-05, 0.0001, 0.0001, 1e-05};
+static const double free_step = 5e-06;
+static const int at_state[K] = {SOFTSOIL_X_n}, is_soil[K] = {1};
+static const double scale[K] = {0.1}, highest[K] = {1.6};
+static const double nominal[SOFTSOIL_N_X] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5};
+static const int32_t y_wraps[SOFTSOIL_N_Y] = {0, 0, 1, 0, 0, 0};
+
+size_t softsoil_vehicle_size(void) { return sizeof(softsoil_vehicle_t); }
+
+int softsoil_vehicle_init(softsoil_vehicle_t *v) {
+  if (!v) return SOFTSOIL_NULL_POINTER;
+  memset(v, 0, sizeof *v);
+  v->next = -1;
+  v->change = SOFTSOIL_VEHICLE_UNKNOWN;
+  v->load_std = 1e9;
+  v->magic = MAGIC;
+  return SOFTSOIL_OK;
+}
+
+static double larger(double a, double b) { return a > b ? a : b; }
+
+static int invert(int n, const double *a, double *inverse) {
+  double work[2 * LARGEST * LARGEST];
+  return softsoil_invert(n, a, inverse, work);
+}
+
+/* States x and histories m one sample of dt later, in so many Euler steps, with the vehicle's numbers in p. */
+static void advance(const double *u, const double *p, double dt, int substeps, double *x, double *m) {
+  double full[SOFTSOIL_N_U + SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)], next[SOFTSOIL_CELLS], rate[SOFTSOIL_N_X];
+  double arguments[SOFTSOIL_SOME(CALLS * ARGUMENTS)], force[SOFTSOIL_SOME(CALLS * OUTPUTS)];
+  memcpy(full, u, SOFTSOIL_N_U * sizeof *u);
+  own_read(x, u, p, m, full + SOFTSOIL_N_U);
+  for (int k = 0; k < substeps; ++k) {
+    own_before(x, full, p, arguments);
+#define RUN(first, wheels, law) \
+  for (int call = first; call < first + wheels; ++call) law(arguments + call * ARGUMENTS, p, force + call * OUTPUTS);
+    SOFTSOIL_OWN_LAWS(RUN)
+#undef RUN
+    own_after(x, full, p, force, rate);
+    if (k == 0) own_advance(x, full, p, m, &dt, force, next);
+    for (int i = 0; i < SOFTSOIL_N_X; ++i) x[i] += dt / substeps * rate[i];
+  }
+  for (int i = 0; i < SOFTSOIL_N_M; ++i) m[i] = next[i];
+}
+
+static void put(double *x, const double *states, const double *n) {
+  memcpy(x, nominal, sizeof nominal);
+  memcpy(x, states, NS * sizeof *states);
+  for (int k = 0; k < K; ++k) x[at_state[k]] = n[k];
+}
+
+static const softsoil_horizon_row_t *row_at(const softsoil_horizon_t *h, int64_t row) {
+  return &h->row[row % SOFTSOIL_HORIZON_ROWS];
+}
+
+static const softsoil_horizon_window_t *window_at(const softsoil_horizon_t *h, int64_t i) {
+  return &h->window[i % SOFTSOIL_HORIZON_WINDOWS];
+}
+
+/* Standard deviation that residuals of a measurement are taken in: no sensor is better than the filter believes one to be. */
+static double sigma_of(const softsoil_horizon_options_t *o, int c) {
+  const double noise = larger(o->r_std[c], best_sensor[c]);
+  return sqrt(noise * noise + o->model_error[c] * o->model_error[c]);
+}
+
+/* Choose the horizon's newest window, and where its histories are run from: two windows before, where these follow each other. */
+static int begin(softsoil_vehicle_t *v, const softsoil_horizon_t *h) {
+  const int64_t i = h->taken - 1, oldest = h->rows - SOFTSOIL_HORIZON_ROWS;
+  int64_t first = i;
+  if (h->taken < v->taken || h->changes != v->changes) {
+    softsoil_vehicle_init(v);
+    v->changes = h->changes;
+  }
+  if (i < h->since || i < v->taken || h->steps + 1 > SOFTSOIL_VEHICLE_SAMPLES) return 0;
+  for (int k = 0; k < K; ++k)
+    if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k])) return 0;
+  while (first > h->since && first > i - 2 && first > 0 && window_at(h, first)->row - window_at(h, first - 1)->row == h->apart)
+    --first;
+  v->row = window_at(h, i)->row;
+  v->from = window_at(h, first)->row;
+  if (v->from < oldest || i - first >= SOFTSOIL_HORIZON_KEPT) return 0;
+  v->taken = i + 1;
+  v->steps = h->steps;
+  v->next = 0;
+  memcpy(v->n, h->n, sizeof v->n);
+  memcpy(v->state, window_at(h, i)->state, sizeof v->state);
+  memcpy(v->memory[0], h->m[first % SOFTSOIL_HORIZON_KEPT][0], sizeof v->memory[0]);
+  return 1;
+}
+
+/* The window with its initial states, parameters, numbers and load as declared (0), or one of them moved (1 to D); 0 where the
+ * model has no usable answer. */
+static int run(softsoil_vehicle_t *v, const softsoil_horizon_t *h, int column) {
+  const softsoil_horizon_options_t *o = &h->options;
+  const int own = column - 1 - NS - K, soil = column - 1 - NS, state = column - 1;
+  double p[N_P], n[K], x[SOFTSOIL_N_X], m[SOFTSOIL_CELLS], y[SOFTSOIL_N_Y], start[NS], moved = 1.0;
+  double full[SOFTSOIL_N_U + SOFTSOIL_SOME(SOFTSOIL_N_PROVIDED)] = {0.0};
+  const double no_force[SOFTSOIL_SOME(CALLS * OUTPUTS)] = {0.0};
+  for (int i = 0; i < N_P; ++i) p[i] = shared[i] >= 0 ? o->p[shared[i]] : declared[i];
+  memcpy(n, v->n, sizeof n);
+  memcpy(start, v->state, sizeof start);
+  if (own >= 0) {
+    moved = step_of[own];
+    p[at_parameter[own]] += moved * unit[own];
+  } else if (soil >= 0) {
+    moved = free_step * scale[soil] * (n[soil] + free_step * scale[soil] > highest[soil] ? -1.0 : 1.0);
+    n[soil] += moved;
+  } else if (state >= 0) {
+    moved = state_step[state];
+    start[state] += moved;
+  }
+  if (column > 0 && soil < 0) {
+    memcpy(m, v->memory[1], sizeof m);
+  } else {
+    double states[NS];
+    memcpy(m, v->memory[0], sizeof m);
+    for (int64_t row = v->from; row < v->row; ++row) {
+      softsoil_horizon_states(h, row, states);
+      put(x, states, n);
+      advance(row_at(h, row)->u, p, o->dt, SUBSTEPS * h->substeps, x, m);
+    }
+    if (column == 0) memcpy(v->memory[1], m, sizeof m);
+  }
+  put(x, start, n);
+  for (int s = 0; s <= v->steps; ++s) {
+    const softsoil_horizon_row_t *row = row_at(h, v->row + s);
+    memcpy(full, row->u, sizeof row->u);
+    own_measure(x, full, p, no_force, y);
+    for (int c = 0; c < SOFTSOIL_N_Y; ++c) {
+      const double sigma = sigma_of(o, c);
+      if (!(fabs(y[c]) < 1e12)) return 0;
+      if (column > 0) {
+        v->slope[column - 1][s][c] = isfinite(sigma) ? (y[c] - v->at[s][c]) / sigma / moved : 0.0;
+        continue;
+      }
+      double error = y[c] - row->y[c];
+      if (y_wraps[c]) error -= 6.283185307179586 * floor(error / 6.283185307179586 + 0.5);
+      v->at[s][c] = y[c];
+      v->residual[s][c] = row->seen[c] && isfinite(sigma) ? error / sigma : 0.0;
+      v->weight[s][c] = !row->seen[c] ? 0.0 : fabs(v->residual[s][c]) > huber ? huber / fabs(v->residual[s][c]) : 1.0;
+    }
+    if (s < v->steps) advance(row->u, p, o->dt, SUBSTEPS * h->substeps, x, m);
+  }
+  return 1;
+}
+
+/* The window's quadratic in what is asked, its initial state eliminated, added to those before it, which count less. */
+static int take(softsoil_vehicle_t *v, double dt) {
+  double normal[D][D] = {{0.0}}, lean[D] = {0.0}, a[NS * NS], inverse[NS * NS], solved[NS][Q], one[Q][Q], own[Q];
+  for (int s = 0; s <= v->steps; ++s)
+    for (int c = 0; c < SOFTSOIL_N_Y; ++c) {
+      if (!(v->weight[s][c] > 0.0)) continue;
+      for (int i = 0; i < D; ++i) {
+        const double weighted = v->weight[s][c] * v->slope[i][s][c];
+        lean[i] += weighted * v->residual[s][c];
+        for (int j = 0; j <= i; ++j) normal[i][j] += weighted * v->slope[j][s][c];
+      }
+    }
+  for (int r = 0; r < NS; ++r)
+    for (int c = 0; c < NS; ++c) a[r * NS + c] = (r > c ? normal[r][c] : normal[c][r]) + (r == c ? ridge : 0.0);
+  if (!invert(NS, a, inverse)) return 0;
+  for (int r = 0; r < NS; ++r)
+    for (int k = 0; k < Q; ++k) {
+      solved[r][k] = 0.0;
+      for (int c = 0; c < NS; ++c) solved[r][k] += inverse[r * NS + c] * normal[NS + k][c];
+    }
+  for (int k = 0; k < Q; ++k) {
+    own[k] = lean[NS + k];
+    for (int r = 0; r < NS; ++r) own[k] -= solved[r][k] * lean[r];
+    for (int l = 0; l < Q; ++l) {
+      one[k][l] = k > l ? normal[NS + k][NS + l] : normal[NS + l][NS + k];
+      for (int r = 0; r < NS; ++r) one[k][l] -= normal[NS + k][r] * solved[r][l];
+      if (!isfinite(one[k][l])) return 0;
+    }
+    if (!isfinite(own[k])) return 0;
+  }
+  const double elapsed = v->windows ? (double)(v->row - v->before) * dt : stride;
+  const double keep = v->windows ? exp(-elapsed / forgetting) : 0.0, share = elapsed < window_length ? elapsed / window_length : 1.0;
+  for (int k = 0; k < Q; ++k) {
+    v->lean[k] = keep * v->lean[k] - share * own[k];
+    for (int l = 0; l < Q; ++l) {
+      v->information[k][l] = keep * v->information[k][l] + share * one[k][l];
+      if (l < K) v->lean[k] += share * one[k][l] * v->n[l];
+    }
+  }
+  v->before = v->row;
+  ++v->windows;
+  return 1;
+}
+
+/* Strain of the numbers without a load, and the load with the numbers free within their joint error. */
+static void judge(softsoil_vehicle_t *v) {
+  double a[Q * Q], inverse[Q * Q], step[Q], marginal[NUMBERS * NUMBERS], soil[K * K], soil_inverse[K * K];
+  double square = 0.0, expected = NUMBERS;
+  for (int with_load = 0; with_load < 2; ++with_load) {
+    const int size = Q - 1 + with_load;
+    for (int k = 0; k < size; ++k)
+      for (int l = 0; l < size; ++l) {
+        const int r = k - K, c = l - K;
+        a[k * size + l] = v->information[k][l] + (k == l && k < K ? least_curvature : 0.0);
+        if (r >= 0 && c >= 0 && r < NUMBERS && c < NUMBERS) a[k * size + l] += known[r][c];
+        if (k == LOAD && l == LOAD) a[k * size + l] += known_load;
+      }
+    if (!invert(size, a, inverse)) return;
+    for (int k = 0; k < size; ++k) {
+      step[k] = 0.0;
+      for (int l = 0; l < size; ++l) step[k] += inverse[k * size + l] * v->lean[l];
+    }
+    if (with_load) break;
+    for (int r = 0; r < NUMBERS; ++r)
+      for (int c = 0; c < NUMBERS; ++c) square += step[K + r] * known[r][c] * step[K + c];
+  }
+  const double load_variance = inverse[LOAD * Q + LOAD];
+  for (int k = 0; k < K; ++k)
+    for (int l = 0; l < K; ++l) soil[k * K + l] = v->information[k][l] + (k == l ? least_curvature : 0.0);
+  if (!invert(K, soil, soil_inverse)) return;
+  for (int r = 0; r < NUMBERS; ++r)
+    for (int c = 0; c < NUMBERS; ++c) {
+      double sum = v->information[K + r][K + c] + known[r][c];
+      for (int k = 0; k < K; ++k)
+        for (int l = 0; l < K; ++l) sum -= v->information[K + r][k] * soil_inverse[k * K + l] * v->information[l][K + c];
+      marginal[r * NUMBERS + c] = sum;
+    }
+  if (!invert(NUMBERS, marginal, inverse)) return;
+  for (int r = 0; r < NUMBERS; ++r)
+    for (int c = 0; c < NUMBERS; ++c) expected -= inverse[r * NUMBERS + c] * known[c][r];
+  const double strain = square / larger(expected, 1.0);
+  if (!isfinite(strain) || !isfinite(step[LOAD]) || !(load_variance >= 0.0)) return;
+  v->strain = strain;
+  v->load = step[LOAD];
+  v->load_std = sqrt(load_variance + declared_load_std * declared_load_std);
+  v->change = fabs(v->load) > larger(least_load, load_sigmas * v->load_std) ? SOFTSOIL_VEHICLE_OTHER_MASS
+              : strain > most_strain                                      ? SOFTSOIL_VEHICLE_STRAINED
+              : sqrt(load_variance) <= load_seen                          ? SOFTSOIL_VEHICLE_SAME
+                                                                          : SOFTSOIL_VEHICLE_UNKNOWN;
+}
+
+int softsoil_vehicle_update(softsoil_vehicle_t *v, softsoil_horizon_t *h) {
+  int taken = 0;
+  if (!v || !h) return SOFTSOIL_NULL_POINTER;
+  if (v->magic != MAGIC || h->magic != SOFTSOIL_HORIZON_MAGIC) return SOFTSOIL_NOT_INITIALISED;
+  if (v->next >= 0 && (h->taken < v->taken || h->changes != v->changes || v->from < h->rows - SOFTSOIL_HORIZON_ROWS)) v->next = -1;
+  if (v->next >= 0 || begin(v, h)) {
+    if (!run(v, h, v->next)) {
+      v->next = -1;
+    } else if (++v->next > D) {
+      v->next = -1;
+      taken = take(v, h->options.dt);
+      if (taken) judge(v);
+    }
+  }
+  if (h->vehicle != v->change) {
+    h->vehicle = v->change;
+    h->verdict = softsoil_horizon_verdict(h);
+  }
+  return taken;
+}
