@@ -1,6 +1,7 @@
 """What an identification is made of: known numbers, priors, geometry by motion, standard errors, manoeuvres to ask for."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from drives import clay_drive, reference_vehicle
 from softsoil.identification.asks import asks, excitation
 from softsoil.identification.errors import Errors, departures, errors_of, n_costs
 from softsoil.identification.identify import by_rolling
-from softsoil.identification.n_errors import model_error
+from softsoil.identification.n_errors import model_error, n_stds
 from softsoil.identification.result import Found
 from softsoil.identification.rules import RULES
 from softsoil.recording.derive import completed
@@ -228,3 +229,11 @@ def test_a_number_that_no_log_shows_is_asked_for_where_it_costs_n_much():
     assert first.startswith("measure swing_rear (tape") and "5 % off" in first
     for known in (replace(arms, n_percent_per_std=-1.0), replace(arms, given=0.0, state="given")):
         assert not any("swing_rear" in words for words in asks(vehicle, {"swing_rear": known}, had, 2.0))
+
+
+def test_what_an_unmeasured_number_makes_of_n_is_in_its_standard_deviation():
+    bench = SimpleNamespace(balances=(), recordings=(moving(1.4),))
+    errors = Errors(("n_0",), np.array([0.5]), np.array([[0.01**2]]), np.ones(1), np.zeros(1), np.ones(1))
+    own = n_stds(bench, [0.5], errors, {}, RULES)[0]
+    with_arms = n_stds(bench, [0.5], errors, {"swing_rear": np.array([-0.06])}, RULES)[0]
+    assert own > 0.01 and with_arms == pytest.approx(np.hypot(own, 0.06 * 0.5))
