@@ -19,12 +19,13 @@ MODELLED = {number.name: number for number in NUMBERS if number.modelled}
 
 def stated_error(vehicle: object) -> JointError | None:
     """What a vehicle's file states of the errors of its numbers, but that of a load: their joint error, else the standard
-    deviations of its table [uncertainty], each for itself. None where it states neither."""
+    deviations of its table [uncertainty], each for itself. None where it states neither, or those of effects alone, as `refine`
+    writes them: of the vehicle itself that says nothing."""
     if not isinstance(vehicle, Vehicle):
         return None
     load = load_of(vehicle).parameters
-    own = {name: std for name, std in vehicle.uncertainty.items() if name not in load}
-    return vehicle.joint_error or independent_error(own)
+    one_by_one = {name: std for name, std in vehicle.uncertainty.items() if name not in load}
+    return vehicle.joint_error or (independent_error(one_by_one) if MODELLED.keys() & one_by_one.keys() else None)
 
 
 def with_own_numbers(model: Model, names: Sequence[str]) -> Model:

@@ -111,6 +111,14 @@ def test_a_joint_error_stands_before_numbers_stated_one_by_one_and_no_load_is_am
     assert stated_error(stated.with_(joint_error=WIDE)) is WIDE
 
 
+def test_errors_of_effects_alone_say_nothing_of_the_vehicle():
+    stated = vehicle(None).with_(effects={"multipass": {"kappa": 1.0}}, uncertainty={"kappa": 0.05})
+    assert stated_error(stated) is None
+    assert stated_error(stated.with_(joint_error=WIDE)) is WIDE
+    both = stated.with_(uncertainty={"kappa": 0.05, "track": 0.01})
+    assert stated_error(both) == independent_error({"kappa": 0.05, "track": 0.01})
+
+
 def test_without_stated_errors_nothing_is_said_of_it(loaded):
     bare = vehicle(None).with_(uncertainty={})
     found = estimate(loaded, bicycle(bare, CLAY), method="horizon")
