@@ -1,8 +1,8 @@
 """The sinkage exponent of each drive and the verdict on it, by windows with free initial states.
 
 Windows that start at recorded states carry their noise into n, more than anything else that a right model is off by. Where the
-vehicle's file states errors of its numbers, n is that of the joint fit of all drives (`softsoil.refinement.joint_fit`); else a
-moving horizon over the drive has it, as in `softsoil estimate --method horizon`.
+vehicle's file states a joint error, n is that of the joint fit of all drives (`softsoil.refinement.joint_fit`); else a moving
+horizon over the drive has it, as in `softsoil estimate --method horizon`.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_starts import JointPrior, free_windows, joint_prior, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
-from softsoil.windows.own_numbers import adds_mass, load_of, stated_error, with_load
+from softsoil.windows.own_numbers import adds_mass, load_of, with_load
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import last_step, marginal, strain
 from softsoil.windows.window_fit import WindowFit, fit_windows, window_costs
@@ -184,11 +184,10 @@ class JointFit:
         return replace(bench, absent=absent, accepted=_own(fit.free, effects), loose=self.numbers), last
 
 
-def doubted_error(declaration: Declaration, bench: Bench) -> JointError | None:
-    """What the vehicle's file states of the errors of numbers that drives may doubt (`windows.own_numbers.stated_error`); None
-    on rigid ground."""
-    stated = stated_error(declaration.vehicle)
-    return stated.only({*doubts(declaration.vehicle)}) if stated and bench.sinks else None
+def stated_error(declaration: Declaration, bench: Bench) -> JointError | None:
+    """The joint error that the vehicle's file states of numbers that drives may doubt; None on rigid ground."""
+    joint = declaration.vehicle.joint_error
+    return joint.only({*doubts(declaration.vehicle)}) if joint and bench.sinks else None
 
 
 def _own(free: Sequence[Free], effects: Sequence[Effect]) -> tuple[Free, ...]:

@@ -188,8 +188,8 @@ def refine(
 def _lacks(bench: Bench, left: Sequence[Structure], look: Look, found: Sequence[DriveN]) -> bool:
     """Whether the drives show that something is missing, whatever it is.
 
-    Where the vehicle's file states errors of its numbers that is their strain, and the verdicts on n: they see what changes
-    before the axle forces do. Else it is what the axle forces lack; where these are not judged, an n on its bound.
+    With a joint error of the vehicle's numbers that is their strain, and the verdicts on n: they see what changes before the axle
+    forces do. Else it is what the axle forces lack; where these are not judged, an n on its bound.
     """
     if look.strain is not None:
         return look.strained or any(one.verdict.word == "inconsistent" for one in found)

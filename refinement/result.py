@@ -54,7 +54,7 @@ class Refinement:
     horizon -> state -> mean squared error on held-out windows, declared model and refined model, both fitted on the fit windows
     alone; n_before, n_after: by windows with free initial states, with the declared and the refined model, n_std of n_after,
     judged: verdict on n_after, per drive, all empty on hard ground, which ground has: of each class its friction and tread;
-    structure: what is left at the end; strain: of the numbers whose errors the vehicle's file states, about 1 where it
+    structure: what is left at the end; strain: of the numbers whose joint error the vehicle's file states, about 1 where it
     has not changed; load: share of its mass by which the drives have the vehicle heavier than the refined model, and its standard
     error, None where that carries a load; both None where not looked at;
     declaration: the refined one, by the whole drives, on the soil of the first; bench: the declared model's; selection, its bench

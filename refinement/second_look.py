@@ -2,9 +2,8 @@
 
 A load and n explain much of the same: what separates them is small, less than what sensor noise makes of windows that start at
 recorded states. Windows with free initial states use the measurements better, but there the vehicle's numbers, each free by
-itself, imitate a load. With the joint error of an identified vehicle, or the errors that a file states one by one
-(`softsoil.refinement.joint_fit`), they cannot, and the effect stands out; and where the drives strain the numbers, the vehicle
-has changed, whether or not an effect can be named.
+itself, imitate a load. With the joint error of an identified vehicle (`softsoil.refinement.joint_fit`) they cannot, and the
+effect stands out; and where the drives strain the numbers, the vehicle has changed, whether or not an effect can be named.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.verdict import CHANGED, VerdictRules, heavier_words
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
-from softsoil.refinement.joint_fit import Fits, JointFit, doubted_error
+from softsoil.refinement.joint_fit import Fits, JointFit, stated_error
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, least_sigmas, size, strength
 from softsoil.refinement.trace import Bench, Candidate, everything, settled
@@ -75,10 +74,9 @@ def look_twice(
     tell whether the vehicle's numbers are strained.
 
     recordings: of the drives; bench: with the declared model; effects: that are tried, by name; more: whether an effect that
-    the tracing has not named may be. Only on soil, for a vehicle whose file states errors of its numbers; else the selection as
-    it is.
+    the tracing has not named may be. Only on soil, for a vehicle whose file states a joint error; else the selection as it is.
     """
-    error = doubted_error(declaration, bench)
+    error = stated_error(declaration, bench)
     if error is None:
         return Look(selection)
 

@@ -11,7 +11,7 @@ from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.joint_fit import JointFit, doubted_error
+from softsoil.refinement.joint_fit import JointFit, stated_error
 from softsoil.refinement.refine import refine
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.second_look import Look, look_twice, still_there, strained_words, worth_it
@@ -167,7 +167,7 @@ def test_a_first_n_beyond_a_ridge_is_left_behind(clean):
     look = look_twice(clean.recordings, declared, bench, clean.selection, {})
     fitted, last = look.declared
     assert last.named()[fitted.ground[0].name][0] == pytest.approx(N, rel=0.05) and look.strain < 3.0
-    problem = JointFit.of(clean.recordings, declared, doubted_error(declared, bench), bench, [])
+    problem = JointFit.of(clean.recordings, declared, stated_error(declared, bench), bench, [])
     assert problem.fitted()[1] > 1.005 * problem.plain()[1]
 
 
@@ -266,9 +266,9 @@ def test_another_mass_is_a_change_until_an_effect_explains_it(load, strained):
 def test_one_step_tells_another_mass(clean, without):
     for found, share in ((clean, 0.0), (without, LOAD / vehicle().mass)):
         declared = Declaration(vehicle(), CLAY)
-        problem = JointFit.of(found.recordings, declared, doubted_error(declared, clean.bench), found.bench, ["payload"])
+        problem = JointFit.of(found.recordings, declared, stated_error(declared, clean.bench), found.bench, ["payload"])
         load, std = problem.load(problem.plain()[0])
         assert 0.0 < std < 0.1 and abs(load - share) < 3.0 * std
-    plain = JointFit.of(clean.recordings, declared, doubted_error(declared, clean.bench), clean.bench, [])
+    plain = JointFit.of(clean.recordings, declared, stated_error(declared, clean.bench), clean.bench, [])
     load, std = plain.load(plain.plain()[0])
     assert abs(load) < 3.0 * std < 0.3, "a load is looked for whatever effects are tried"
