@@ -30,7 +30,9 @@ class CVehicle:
 
     def __init__(self, horizon: CHorizon) -> None:
         if not looks_at_vehicle(horizon.library):
-            raise ValueError("C library: expected a vehicle's file with [joint_error] or [uncertainty] behind it, found none")
+            raise ValueError(
+                "C library: expected a vehicle's file with [joint_error], or with [uncertainty] of its numbers, behind it; found none"
+            )
         self.horizon, self.c = horizon, horizon.c
         self.c.softsoil_vehicle_size.restype = ctypes.c_size_t
         self._memory = bytearray(int(self.c.softsoil_vehicle_size()))

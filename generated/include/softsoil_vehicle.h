@@ -1,6 +1,6 @@
-/* Whether the vehicle is the one that was identified: its numbers and a load, free in the windows of the moving horizon.
+/* Whether the vehicle is the one that is declared: its numbers and a load, free in the windows of the moving horizon.
  *
- * A load, lower tyres or a bent link move what was identified together; n takes that up, and neither the filter nor the horizon
+ * A load, lower tyres or a bent link move these numbers together; n takes that up, and neither the filter nor the horizon
  * needs to show it. Here only where the vehicle's file states errors of its numbers. C99, no allocation. */
 #ifndef SOFTSOIL_VEHICLE_H
 #define SOFTSOIL_VEHICLE_H
@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define SOFTSOIL_VEHICLE_NUMBERS 20 /* that were identified together */
+#define SOFTSOIL_VEHICLE_NUMBERS 20 /* whose errors the vehicle's file states */
 #define SOFTSOIL_VEHICLE_ASKED (SOFTSOIL_HORIZON_N + SOFTSOIL_VEHICLE_NUMBERS + 1) /* and the soil's parameters, and a load */
 #define SOFTSOIL_VEHICLE_COLUMNS (SOFTSOIL_HORIZON_STATES + SOFTSOIL_VEHICLE_ASKED) /* derivatives of a window */
 #define SOFTSOIL_VEHICLE_SAMPLES 106 /* of a window, at most */
@@ -22,7 +22,7 @@ typedef struct {
   int32_t change;  /* enum softsoil_vehicle_change; also in the horizon's `vehicle` */
   int32_t windows; /* taken in since the soil changed last */
   int32_t next;    /* derivative of the present window that is next, -1 where there is none */
-  double strain;   /* squares by which the numbers would move, in their joint error, over what is expected: 1 for this vehicle */
+  double strain;   /* squares by which the numbers would move, in their errors, over what is expected: 1 for this vehicle */
   double load;     /* share of the mass by which the vehicle is heavier than declared */
   double load_std; /* its standard deviation, with that of a declared load; 1e9 while nothing is known */
   int64_t row, from, taken, before;
