@@ -31,7 +31,7 @@ class CVehicle:
     def __init__(self, horizon: CHorizon) -> None:
         if not looks_at_vehicle(horizon.library):
             raise ValueError(
-                "C library: expected a vehicle's file with [joint_error], or with [uncertainty] of its numbers, behind it; found none"
+                "C library: expected behind it a vehicle's file with [joint_error], or [uncertainty] of its numbers; found none"
             )
         self.horizon, self.c = horizon, horizon.c
         self.c.softsoil_vehicle_size.restype = ctypes.c_size_t
