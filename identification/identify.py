@@ -14,6 +14,7 @@ from softsoil.identification.asks import Excitation, asks, excitation
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
 from softsoil.identification.judge import judge
+from softsoil.identification.late_channels import with_late_channels
 from softsoil.identification.n_errors import model_error, n_error, n_stds, unmeasured
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
@@ -23,7 +24,7 @@ from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known, as_known
-from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, declared_vehicle, expected, vehicle_of
+from softsoil.refinement.vehicle_numbers import declared_vehicle, expected, numbers_of, vehicle_of
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import SIMULATOR
@@ -78,7 +79,7 @@ def identify(
     soils = [soils] * len(logs) if isinstance(soils, Soil) else list(soils)
     if len(soils) != len(logs):
         raise ValueError(f"identify: expected one soil, or one for each of {len(logs)} logs; found {len(soils)}")
-    known = _with_steering(known, recordings)
+    known, late = with_late_channels(_with_steering(known, recordings), recordings)
     bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]
     fitted = bench.only([i for i in range(len(recordings)) if i != last])
@@ -115,7 +116,7 @@ def identify(
         vehicle=vehicle,
         known=known,
         seconds=time.perf_counter() - began,
-        notes=(*place, state.rolls, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
+        notes=(*place, state.rolls, *late, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
     )
 
 
@@ -163,7 +164,7 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     see fixed as expected, and the rest fitted once more. The fits that judge what is given leave the radius free: a wrong one
     would move n and the numbers, and they the evidence against it. Wheels without a measured speed say nothing of it."""
     before = expected(bench.known)
-    names = [number.name for number in NUMBERS if number.free]
+    names = [number.name for number in numbers_of(bench.known) if number.free]
     contradictions = list(by_motion)
     doubted = [c.name for c in contradictions]
     values: Values = _moved(bench, contradictions)
@@ -195,12 +196,12 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     progress(0.8)
     moved = unmeasured(bench, free_numbers(bench, names, doubted), fit)
     progress(0.9)
-    every = fit_numbers(bench, free_numbers(bench, [number.name for number in NUMBERS], doubted), values, n, 0)
+    every = fit_numbers(bench, free_numbers(bench, [number.name for number in numbers_of(bench.known)], doubted), values, n, 0)
     # Standard errors are those with every number free: fixing one does not make it known. What the model misses is in them.
     stds = {name: s for name, (_, s) in before.items()}
     stds |= {name: s if name in doubted else min(rules.model_error * s, before[name][1]) for name, s in std.items()}
     stds |= {c.name: c.std for c in contradictions}
-    states = {name: _state(bench.known, name, kept) for name in by_name()}
+    states = {name: _state(bench.known, name, kept) for name in before}
     for name in (*(c.name for c in contradictions), *_moved(bench, by_motion)):
         states[name] = "identified"
     n_std = n_stds(bench, n, errors, moved, rules)
@@ -295,11 +296,12 @@ def _settled(c: Contradiction, values: Mapping[str, float], errors: Errors) -> C
 def _numbers(bench: Bench, state: _State) -> dict[str, Found]:
     before = expected(bench.known)
     return {
-        name: Found(
+        number.name: Found(
             value=state.values[name], std=state.std[name], unit=number.unit, state=state.states[name],
             n_percent_per_std=state.costs.get(name, 0.0), given=bench.known.value(name), before=before[name],
         )
-        for name, number in by_name().items()
+        for number in numbers_of(bench.known)
+        for name in (number.name,)
     }  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from softsoil.identification.unexplained import Unexplained
 from softsoil.refinement.known_vehicle import Known
-from softsoil.refinement.vehicle_numbers import NUMBERS
+from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.symbolic.vehicle import Vehicle
 
 JUDGED_STATES = ("v", "omega_z", "psi", "y")
@@ -136,4 +136,4 @@ class Identification:
 
 def in_order(numbers: Mapping[str, Found]) -> list[str]:
     """Names in the order of a vehicle file."""
-    return [n.name for n in NUMBERS if n.name in numbers]
+    return [name for name in by_name() if name in numbers]

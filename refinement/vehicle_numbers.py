@@ -38,7 +38,8 @@ class Number:
     name; effect: the effect that it belongs to, "" for a number of the vehicle itself; unit; doc; lower, upper: bounds;
     prior: expected value and standard deviation where it is not given; why: the argument for the prior; measured: standard
     deviation where it is given; how: how one measures it; free: whether logs may move it;
-    pinned_by: the manoeuvre that shows a parameter of an effect.
+    pinned_by: the manoeuvre that shows a parameter of an effect; shown_by: the group of channels (`recording.offsets`) that seems
+    early where a vehicle has the effect, "" for what every vehicle has.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Number:
     how: str
     free: bool = True
     pinned_by: str = ""
+    shown_by: str = ""
 
 
 def _number(name, doc, prior, why, measured, how, free=True) -> Number:
@@ -70,7 +72,13 @@ def _of(effect: str, name: str, entry: Mapping[str, Any]) -> Number:
     lower, upper = entry["bounds"]
     measured = _plain(float(entry["measured"]))
     words = entry["why"], measured, entry["how"]
-    return Number(name, effect, entry["unit"], entry["doc"], lower, upper, prior, *words, pinned_by=entry["pinned_by"])
+    seen = {"pinned_by": entry["pinned_by"], "shown_by": entry.get("shown_by", "")}
+    return Number(name, effect, entry["unit"], entry["doc"], lower, upper, prior, *words, **seen)
+
+
+def _all_of(table: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> tuple[Number, ...]:
+    """The parameters of the effects of a table of effect_priors.toml."""
+    return tuple(_of(effect, name, entry) for effect, parameters in table.items() for name, entry in parameters.items())
 
 
 def _share(of: float) -> Measured:
@@ -135,23 +143,27 @@ REAL_SOIL = 2e-4
 _TABLE = read_toml(Path(__file__).parent / "effect_priors.toml", "priors of effects")
 FIXED: Mapping[str, Mapping[str, float]] = MappingProxyType(_TABLE.pop("fixed"))
 """What every model of an identification has beside its numbers: the soil's aligning moments act on the vehicle in full."""
-NUMBERS: tuple[Number, ...] = (
-    *OWN,
-    *(_of(effect, name, entry) for effect, parameters in _TABLE.items() for name, entry in parameters.items()),
-)
-"""Every number that an identification fits, in the order of a vehicle file."""
+OPTIONAL: tuple[Number, ...] = _all_of(_TABLE.pop("optional"))
+"""Parameters of effects that some vehicles have."""
+NUMBERS: tuple[Number, ...] = (*OWN, *_all_of(_TABLE))
+"""Every number that an identification fits of any vehicle, in the order of a vehicle file."""
 
 
 def by_name() -> dict[str, Number]:
-    """The numbers by name."""
-    return {number.name: number for number in NUMBERS}
+    """All numbers by name, those that some vehicles have among them."""
+    return {number.name: number for number in (*NUMBERS, *OPTIONAL)}
+
+
+def numbers_of(known: Known) -> tuple[Number, ...]:
+    """What an identification fits of a vehicle: NUMBERS, and those of OPTIONAL whose effect its known numbers declare."""
+    return (*NUMBERS, *(number for number in OPTIONAL if number.effect in known.effects))
 
 
 def expected(known: Known) -> dict[str, tuple[float, float]]:
     """Name -> (value, standard deviation) before any log: as given with the error of measuring it, or the prior; the radius as it
     rolls."""
     table = {}
-    for number in NUMBERS:
+    for number in numbers_of(known):
         given = known.value(number.name)
         if given is None:
             table[number.name] = number.prior(known)
@@ -173,7 +185,7 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
     effects = {name: dict(table) for name, table in FIXED.items()}
     for name, table in known.other_effects(set(by_name())).items():
         effects.setdefault(name, {}).update(table)
-    for number in NUMBERS:
+    for number in numbers_of(known):
         if number.effect:
             effects.setdefault(number.effect, {})[number.name] = merged[number.name]
     own = {number.name: merged[number.name] for number in NUMBERS if not number.effect}

@@ -1,0 +1,82 @@
+"""A steering that follows late is seen by the clocks of all logs alike, and identified with the vehicle's other numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from softsoil.identification.identify import identify
+from softsoil.identification.late_channels import with_late_channels
+from softsoil.identification.result import in_order
+from softsoil.identification.vehicle_toml import vehicle_toml
+from softsoil.mpc_demo.synthetic import synthetic_drive
+from softsoil.recording.noise import add_noise
+from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.vehicle_numbers import NUMBERS, numbers_of, vehicle_of
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY
+
+NUMBERS_GIVEN = {"mass": 1378.33, "l_f": 1.546, "l_r": 1.175, "track": 1.232, "radius": 0.33, "width": 0.2121, "h_cg": 0.63}
+KNOWN = Known("late", NUMBERS_GIVEN)
+LAG, INERTIA = 0.12, 2300.0
+SECONDS = 24.0
+
+
+def steering(kind):
+    t = 0.012 * np.arange(round(SECONDS / 0.012) + 1)
+    if kind == "lock":
+        return 0.42 * np.sin(2 * np.pi * t / 3.0)
+    return 0.09 * (np.sin(0.9 * t) + np.sin(2.3 * t + 1.0) + 0.7 * np.sin(4.1 * t + 2.0))
+
+
+def log_of(kind, n, seed, lag):
+    vehicle = vehicle_of(KNOWN, {"yaw_inertia": INERTIA})
+    effects = vehicle.effects | ({"steering_lag": {"steering_lag": lag}} if lag else {})
+    made = synthetic_drive(bicycle(vehicle.with_(effects=effects), CLAY.with_(n=n)), 0.33, seconds=SECONDS, steer=steering(kind))
+    return replace(add_noise(made, "good", seed), name=f"{kind}_{seed}")
+
+
+@pytest.fixture(scope="module")
+def late():
+    return [log_of("lock", 0.5, 1, LAG), log_of("multi", 0.65, 2, LAG), log_of("multi", 0.6, 3, LAG)]
+
+
+@pytest.fixture(scope="module")
+def prompt():
+    return log_of("multi", 0.65, 2, 0.0)
+
+
+def test_a_lag_that_all_logs_show_is_among_the_numbers(late):
+    known, notes = with_late_channels(KNOWN, late)
+    assert known.effects == {"steering_lag": {}}
+    assert [n.name for n in numbers_of(known)] == [*(n.name for n in NUMBERS), "steering_lag"]
+    assert len(notes) == 1 and "in all 3 logs steer seems 0.1" in notes[0] and "--align" in notes[0]
+
+
+def test_one_log_or_a_log_without_it_shows_none(late, prompt):
+    for logs in ([late[0]], [late[0], prompt], [prompt, prompt]):
+        assert with_late_channels(KNOWN, logs) == (KNOWN, ())
+
+
+def test_clocks_that_differ_from_log_to_log_are_no_lag_of_the_vehicle(late):
+    rows = 25
+    shifted = late[1].with_channels(steer=np.concatenate([late[1]["steer"][rows:], np.full(rows, late[1]["steer"][-1])]))
+    assert with_late_channels(KNOWN, [late[0], shifted]) == (KNOWN, ())
+
+
+def test_a_declared_lag_stays_as_it_is(late):
+    declared = replace(KNOWN, effects={"steering_lag": {"steering_lag": 0.05}})
+    assert with_late_channels(declared, late) == (declared, ())
+
+
+@pytest.mark.slow
+def test_the_lag_is_identified_and_the_inertia_does_not_take_it_up(late):
+    found = identify(late, [CLAY] * 3, KNOWN)
+    lag, inertia = found.numbers["steering_lag"], found.numbers["yaw_inertia"]
+    assert lag.state == "identified" and lag.given is None
+    assert lag.value == pytest.approx(LAG, abs=0.015)
+    assert inertia.value == pytest.approx(INERTIA, rel=0.05)
+    assert found.vehicle.effects["steering_lag"]["steering_lag"] == lag.value
+    assert in_order(found.numbers)[-1] == "steering_lag" and "steering_lag" in found.vehicle.joint_error.names
+    text = vehicle_toml(found)
+    assert "[effects.steering_lag]" in text and "identified" in text.split("[effects.steering_lag]")[1].splitlines()[1]
