@@ -2,7 +2,7 @@
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
     [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
-    [--absent v] [--judged-absent v] [--robots]
+    [--absent v] [--judged-absent v] [--robots] [--lag 0.1]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle), measured
 with its errors; with --robots one of 180 to 350 kg. Fitted: one lock and one multi-sine drive with the noise "good" or --fit-
 noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on three other
@@ -81,6 +81,7 @@ def main() -> None:
     parser.add_argument("--fit-noise", default="good", help="of the logs that the vehicle is identified from")
     parser.add_argument("--absent", default="", help="channels that those logs lack, as v,x,y,psi")
     parser.add_argument("--judged-absent", default="", help="channels that those lack on which n is judged")
+    parser.add_argument("--lag", type=float, default=0.0, help="s by which the steering follows late, but in traced logs")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
@@ -92,7 +93,7 @@ def main() -> None:
     for seed in range(asked.first, asked.first + asked.seeds):
         case, file = case_of(seed, ROBOTS if asked.robots else DRAW), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
-        vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent)
+        vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent, asked.lag)
         off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
         inertias.append(off)
         joint = vehicle.joint_error
@@ -105,7 +106,7 @@ def main() -> None:
             f"radius {rolls:+.2f} % of {case.drawn.measured['radius']:.4f} m"
         )
         if not (asked.only_effects or asked.only_numbers):
-            judged.append(_judged(case, vehicle, asked.judged_absent.split(","), "good" if asked.robots else "table5"))
+            judged.append(_judged(case, vehicle, asked.judged_absent.split(","), "good" if asked.robots else "table5", asked.lag))
         if asked.effects or asked.only_effects:
             switches = asked.switches.split(",") if asked.switches else []
             named += _traced(case, vehicle, asked.logs.split(","), switches, asked.noise)
@@ -132,11 +133,16 @@ def _words(case: Case) -> str:
     )
 
 
-def identified(case: Case, file: Path, noise: str = "good", absent: str = "") -> Vehicle:
+def late(lag: float) -> dict[str, float]:
+    """Settings of the plant whose steering follows with a first-order lag (s)."""
+    return {"steer_lag": lag} if lag else {}
+
+
+def identified(case: Case, file: Path, noise: str = "good", absent: str = "", lag: float = 0.0) -> Vehicle:
     """What `identify` makes of a case's logs by sensors with a `noise`, the channels `absent` left out, written to a file; n of
     the logs is printed."""
     began = time.perf_counter()
-    logs = [log_of(case, kind, number) for number, kind in enumerate(FIT)]
+    logs = [log_of(case, kind, number, late(lag)) for number, kind in enumerate(FIT)]
     drives = [add_noise(log.drive, noise, 100 * case.seed + i) for i, log in enumerate(logs)]
     drives = [without(drive, absent.split(",")) for drive in drives]
     known = replace(case.known, driveline=LOCKED) if {*WHEEL_CHANNELS} & {*absent.split(",")} else case.known
@@ -148,10 +154,10 @@ def identified(case: Case, file: Path, noise: str = "good", absent: str = "") ->
     return found.vehicle
 
 
-def _judged(case: Case, vehicle: Vehicle, absent: Sequence[str], noise: str) -> Judgement:
+def _judged(case: Case, vehicle: Vehicle, absent: Sequence[str], noise: str, lag: float) -> Judgement:
     parts = []
     for number, kind in enumerate(JUDGE, FIRST_JUDGE):
-        log = log_of(case, kind, number)
+        log = log_of(case, kind, number, late(lag))
         seed = 1000 * case.seed + number
         part = judge_drive(vehicle, case.known, log.drive, log.soil, log.n, seed, absent=absent, noise=noise)
         print(f"  {kind} {log.soil.name} n {log.n:.2f}: {words(part)}", flush=True)
