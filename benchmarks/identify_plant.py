@@ -81,7 +81,7 @@ def main() -> None:
     parser.add_argument("--fit-noise", default="good", help="of the logs that the vehicle is identified from")
     parser.add_argument("--absent", default="", help="channels that those logs lack, as v,x,y,psi")
     parser.add_argument("--judged-absent", default="", help="channels that those lack on which n is judged")
-    parser.add_argument("--lag", type=float, default=0.0, help="s by which the steering follows late, but in traced logs")
+    parser.add_argument("--lag", type=float, default=0.0, help="time constant (s) of a late steering, but in traced logs")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")

@@ -24,7 +24,7 @@ from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known, as_known
-from softsoil.refinement.vehicle_numbers import declared_vehicle, expected, numbers_of, vehicle_of
+from softsoil.refinement.vehicle_numbers import by_name, declared_vehicle, expected, numbers_of, vehicle_of
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import SIMULATOR
@@ -294,14 +294,13 @@ def _settled(c: Contradiction, values: Mapping[str, float], errors: Errors) -> C
 
 
 def _numbers(bench: Bench, state: _State) -> dict[str, Found]:
-    before = expected(bench.known)
+    before, numbers = expected(bench.known), by_name()
     return {
-        number.name: Found(
-            value=state.values[name], std=state.std[name], unit=number.unit, state=state.states[name],
+        name: Found(
+            value=state.values[name], std=state.std[name], unit=numbers[name].unit, state=state.states[name],
             n_percent_per_std=state.costs.get(name, 0.0), given=bench.known.value(name), before=before[name],
         )
-        for number in numbers_of(bench.known)
-        for name in (number.name,)
+        for name in before
     }  # fmt: skip
 
 

@@ -19,9 +19,9 @@ ALIKE = 3.0
 
 
 def with_late_channels(known: Known, recordings: Sequence[Recording]) -> tuple[Known, tuple[str, ...]]:
-    """The known numbers with the effects declared that all logs show by channels that seem early, and a note of each.
+    """The known numbers with the effects declared that channels which seem early in all logs show, and a note of each.
 
-    known: a declared effect stays as it is; recordings: two or more, with the wheels, motion and steering that they measure.
+    known: of the vehicle; an effect that they declare already stays as it is; recordings: its logs, two or more.
     """
     vehicle = declared_vehicle(known)
     offsets = [{offset.group: offset for offset in time_offsets(recording, vehicle)} for recording in recordings]
