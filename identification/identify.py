@@ -24,7 +24,7 @@ from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known, as_known
-from softsoil.refinement.vehicle_numbers import by_name, declared_vehicle, expected, numbers_of, vehicle_of
+from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, declared_vehicle, expected, vehicle_of
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import SIMULATOR
@@ -164,7 +164,7 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     see fixed as expected, and the rest fitted once more. The fits that judge what is given leave the radius free: a wrong one
     would move n and the numbers, and they the evidence against it. Wheels without a measured speed say nothing of it."""
     before = expected(bench.known)
-    names = [number.name for number in numbers_of(bench.known) if number.free]
+    names = [number.name for number in NUMBERS if number.free]
     contradictions = list(by_motion)
     doubted = [c.name for c in contradictions]
     values: Values = _moved(bench, contradictions)
@@ -196,7 +196,7 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     progress(0.8)
     moved = unmeasured(bench, free_numbers(bench, names, doubted), fit)
     progress(0.9)
-    every = fit_numbers(bench, free_numbers(bench, [number.name for number in numbers_of(bench.known)], doubted), values, n, 0)
+    every = fit_numbers(bench, free_numbers(bench, [number.name for number in NUMBERS], doubted), values, n, 0)
     # Standard errors are those with every number free: fixing one does not make it known. What the model misses is in them.
     stds = {name: s for name, (_, s) in before.items()}
     stds |= {name: s if name in doubted else min(rules.model_error * s, before[name][1]) for name, s in std.items()}

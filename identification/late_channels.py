@@ -10,7 +10,7 @@ import numpy as np
 from softsoil.recording.drive import Recording
 from softsoil.recording.offsets import Offset, time_offsets
 from softsoil.refinement.known_vehicle import Known
-from softsoil.refinement.vehicle_numbers import OPTIONAL, Number, declared_vehicle
+from softsoil.refinement.vehicle_numbers import NUMBERS, Number, declared_vehicle
 
 SEEN = 3.0
 """Standard errors by which the channels are early in every log; a wrong yaw inertia makes less of it (0.008 s for 10 %)."""
@@ -19,18 +19,19 @@ ALIKE = 3.0
 
 
 def with_late_channels(known: Known, recordings: Sequence[Recording]) -> tuple[Known, tuple[str, ...]]:
-    """The known numbers with the effects declared that channels which seem early in all logs show, and a note of each.
+    """The known numbers with the groups of channels that seem early in all logs, and a note of each.
 
-    known: of the vehicle; an effect that they declare already stays as it is; recordings: its logs, two or more.
+    known: of the vehicle; a group that an effect they declare explains stays out; recordings: its logs, two or more.
     """
     vehicle = declared_vehicle(known)
     offsets = [{offset.group: offset for offset in time_offsets(recording, vehicle)} for recording in recordings]
     notes = []
-    for number in OPTIONAL:
+    for number in NUMBERS:
         seen = [by_group[number.shown_by] for by_group in offsets if number.shown_by in by_group]
         if number.effect not in known.effects and _shown(seen, len(recordings)):
-            known = replace(known, effects={**known.effects, number.effect: {}})
-            notes.append(_note(number, seen))
+            early = -float(np.mean([offset.late_s for offset in seen]))
+            known = replace(known, early={**known.early, number.shown_by: early})
+            notes.append(_note(number, early, max(offset.std for offset in seen)))
     return known, tuple(notes)
 
 
@@ -43,10 +44,9 @@ def _shown(seen: Sequence[Offset], count: int) -> bool:
     return max(late) - min(late) < ALIKE * max(offset.std for offset in seen)
 
 
-def _note(number: Number, seen: Sequence[Offset]) -> str:
-    early, std = -float(np.mean([offset.late_s for offset in seen])), max(offset.std for offset in seen)
+def _note(number: Number, early: float, std: float) -> str:
     return (
-        f"{number.effect}: in all {len(seen)} logs {number.shown_by} seems {early:.2f} ± {std:.2f} s early: taken as a lag of "
-        f"the vehicle, {number.name} is identified with the other numbers. If it is the clock of a recorder instead, softsoil "
-        "import --align shifts it"
+        f"{number.effect}: in all logs {number.shown_by} seems {early:.2f} ± {std:.2f} s early: taken as a lag of the vehicle, "
+        f"{number.name} is identified with the other numbers from there. If it is a recorder's clock instead, softsoil import "
+        "--align shifts it"
     )

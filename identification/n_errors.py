@@ -11,7 +11,7 @@ from softsoil.identification.bench import Bench, fit_numbers
 from softsoil.identification.errors import Errors
 from softsoil.identification.rules import Rules
 from softsoil.recording.drive import Recording
-from softsoil.refinement.vehicle_numbers import expected, numbers_of
+from softsoil.refinement.vehicle_numbers import NUMBERS, expected
 from softsoil.windows.parameters import Free
 from softsoil.windows.window_fit import WindowFit
 
@@ -57,7 +57,7 @@ def unmeasured(bench: Bench, free: Sequence[Free], fit: WindowFit) -> dict[str, 
     values = {f.name: float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is None}
     n = np.array([float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is not None])
     moved = {}
-    for number in numbers_of(bench.known):
+    for number in NUMBERS:
         if not number.free and bench.known.value(number.name) is None:
             value, std = before[number.name]
             other = fit_numbers(bench, free, {**values, number.name: value + std}, n.tolist())

@@ -28,7 +28,8 @@ class Known:
     name; numbers: of the vehicle itself; effects: of declared effects, as in a vehicle file; stated: standard deviations that the
     file states in its table [uncertainty]; file: where it comes from; simulator: as in a vehicle file, of a simulated soil;
     steering: map of the steering; search: how far below a wheel the simulated soil's contact search finds it (m): its wheels roll
-    as if their radius were larger by as much; driveline: as in a vehicle file.
+    as if their radius were larger by as much; driveline: as in a vehicle file; early: group of channels -> by how much (s) it
+    seems early in every log.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Known:
     steering: SteeringMap | None = None
     search: float = 0.0
     driveline: dict[str, float] = field(default_factory=dict)
+    early: dict[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> float:
         """A number that every known vehicle has."""

@@ -39,7 +39,7 @@ class Number:
     prior: expected value and standard deviation where it is not given; why: the argument for the prior; measured: standard
     deviation where it is given; how: how one measures it; free: whether logs may move it;
     pinned_by: the manoeuvre that shows a parameter of an effect; shown_by: the group of channels (`recording.offsets`) that seems
-    early where a vehicle has the effect, "" for what every vehicle has.
+    early where a vehicle has much of the effect, "" for none.
     """
 
     name: str
@@ -65,20 +65,18 @@ def _number(name, doc, prior, why, measured, how, free=True) -> Number:
 def _of(effect: str, name: str, entry: Mapping[str, Any]) -> Number:
     """A parameter of an effect from its entry of effect_priors.toml."""
     scale = SCALES[entry["scale"]]
+    shown_by = entry.get("shown_by", "")
 
     def prior(known: Known) -> tuple[float, float]:
+        if shown_by in known.early:
+            return known.early[shown_by], entry["spread_shown"]
         return scale(known) * entry["value"], scale(known) * entry["spread"]
 
     lower, upper = entry["bounds"]
     measured = _plain(float(entry["measured"]))
     words = entry["why"], measured, entry["how"]
-    seen = {"pinned_by": entry["pinned_by"], "shown_by": entry.get("shown_by", "")}
+    seen = {"pinned_by": entry["pinned_by"], "shown_by": shown_by}
     return Number(name, effect, entry["unit"], entry["doc"], lower, upper, prior, *words, **seen)
-
-
-def _all_of(table: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> tuple[Number, ...]:
-    """The parameters of the effects of a table of effect_priors.toml."""
-    return tuple(_of(effect, name, entry) for effect, parameters in table.items() for name, entry in parameters.items())
 
 
 def _share(of: float) -> Measured:
@@ -143,27 +141,23 @@ REAL_SOIL = 2e-4
 _TABLE = read_toml(Path(__file__).parent / "effect_priors.toml", "priors of effects")
 FIXED: Mapping[str, Mapping[str, float]] = MappingProxyType(_TABLE.pop("fixed"))
 """What every model of an identification has beside its numbers: the soil's aligning moments act on the vehicle in full."""
-OPTIONAL: tuple[Number, ...] = _all_of(_TABLE.pop("optional"))
-"""Parameters of effects that some vehicles have."""
-NUMBERS: tuple[Number, ...] = (*OWN, *_all_of(_TABLE))
+NUMBERS: tuple[Number, ...] = (
+    *OWN,
+    *(_of(effect, name, entry) for effect, parameters in _TABLE.items() for name, entry in parameters.items()),
+)
 """Every number that an identification fits of any vehicle, in the order of a vehicle file."""
 
 
 def by_name() -> dict[str, Number]:
-    """All numbers by name, those that some vehicles have among them."""
-    return {number.name: number for number in (*NUMBERS, *OPTIONAL)}
-
-
-def numbers_of(known: Known) -> tuple[Number, ...]:
-    """What an identification fits of a vehicle: NUMBERS, and those of OPTIONAL whose effect its known numbers declare."""
-    return (*NUMBERS, *(number for number in OPTIONAL if number.effect in known.effects))
+    """All numbers by name."""
+    return {number.name: number for number in NUMBERS}
 
 
 def expected(known: Known) -> dict[str, tuple[float, float]]:
     """Name -> (value, standard deviation) before any log: as given with the error of measuring it, or the prior; the radius as it
     rolls."""
     table = {}
-    for number in numbers_of(known):
+    for number in NUMBERS:
         given = known.value(number.name)
         if given is None:
             table[number.name] = number.prior(known)
@@ -185,7 +179,7 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
     effects = {name: dict(table) for name, table in FIXED.items()}
     for name, table in known.other_effects(set(by_name())).items():
         effects.setdefault(name, {}).update(table)
-    for number in numbers_of(known):
+    for number in NUMBERS:
         if number.effect:
             effects.setdefault(number.effect, {})[number.name] = merged[number.name]
     own = {number.name: merged[number.name] for number in NUMBERS if not number.effect}

@@ -25,6 +25,7 @@ def effect(vehicle: Vehicle) -> Effect:
         memories=(Memory("steering_lag", CELLS, differences("lagged", "the lag"), _read, _advance, _start),),
         signatures=("late steering",),
         separates=SEPARATES,
+        repeats=True,
         rests_on=RESTS_ON,
         answers_to={"steer_lag": ("steering_lag",)},
     )
@@ -43,8 +44,7 @@ def _read(q: Quantities) -> Quantities:
 
 def _advance(q: Quantities) -> Quantities:
     angle, rate = _follow(q)
-    share = lag_share(q["dt"], q["steering_lag"] + 1e-6)
-    return {"lag_angle_state": angle, "lag_rate_state": rate, "lag_share": share}
+    return {"lag_angle_state": angle, "lag_rate_state": rate, "lag_share": lag_share(q["dt"], q["steering_lag"] + 1e-6)}
 
 
 def _start(q: Quantities) -> Quantities:
