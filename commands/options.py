@@ -9,6 +9,7 @@ import typer
 
 from softsoil.commands.options_model import declared_vehicle
 from softsoil.commands.output import console
+from softsoil.declaration.late_steering import late_steering
 from softsoil.recording.columns import load_columns
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, Recording
@@ -48,7 +49,7 @@ def open_drive(
     """
     clean = read_drive(log, load_columns(columns, CHANNEL_UNITS) if columns is not None else None)
     geometry = geometry or declared_vehicle(vehicle, model)
-    clean, doubts = checked(clean, geometry)
+    clean, doubts = checked(clean, geometry, late_steering(geometry))
     for doubt in doubts:
         console.print(f"warning: {log.name}: {doubt}", style="yellow", highlight=False, markup=False, soft_wrap=True)
     # Noise first: what is derived carries that of the sensors it is derived from.

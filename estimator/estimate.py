@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from softsoil.declaration.ground import sinks
+from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.driveline_choice import Choice, log_driveline, with_choice
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.moving_horizon import estimate_horizon
@@ -60,7 +61,7 @@ def estimate(
     """
     if method not in METHODS:
         raise ValueError(f"method: expected one of {', '.join(METHODS)}; found {method!r}")
-    drive = usable(log, model.geometry)
+    drive = usable(log, model.geometry, late_steering(model.geometry))
     first = float(model.p["n_f"].nominal) if n0 is None else n0
     tied = bool(model.effects)
     if not sinks(model):

@@ -17,6 +17,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.predictor import Predictor, substeps_for
+from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
@@ -93,7 +94,7 @@ def predict(
     if n is not None:
         n_f, n_r = n if isinstance(n, tuple) else (n, n)
         p = model.p.pack(n_f=n_f, n_r=n_r)
-    return Replay(usable(log, model.geometry), model, start).windows(p, horizon)
+    return Replay(usable(log, model.geometry, late_steering(model.geometry)), model, start).windows(p, horizon)
 
 
 class Replay:

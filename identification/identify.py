@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from softsoil.declaration.late_steering import late_steering
 from softsoil.identification.asks import Excitation, asks, excitation
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
@@ -70,7 +71,8 @@ def identify(
     if len(logs) < 2:
         raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(logs)}")
     known = as_known(known)
-    recordings = distinct([usable(log, declared_vehicle(known)) for log in logs])
+    owned = declared_vehicle(known)
+    recordings = distinct([usable(log, owned, late_steering(owned)) for log in logs])
     if len(absent_wheels(recordings)) == len(WHEEL_CHANNELS) and not known.driveline:
         raise ValueError(
             f"{known.file or 'known'}: expected the table [driveline] with centre_lock and front_drive, which wheels are driven, "

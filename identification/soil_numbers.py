@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.tuning import Tuning
 from softsoil.files.joint_error import JointError
 from softsoil.identification.asks import Excitation, excitation
@@ -133,7 +134,7 @@ def identify_soil(
     began = time.perf_counter()
     if not soil.uncertainty:
         raise ValueError(f"soil {soil.name}: expected a table [uncertainty] with the errors of its numbers, found none")
-    recordings = [forward_part(one) for one in distinct([usable(log, vehicle) for log in logs])]
+    recordings = [forward_part(one) for one in distinct([usable(log, vehicle, late_steering(vehicle)) for log in logs])]
     bench = _Bench.of(recordings, soil, vehicle, start, rules)
     progress(0.2)
     first = bench.first_n()

@@ -16,22 +16,31 @@ WRONG_EARLY = 0.7
 """s: a steering angle that is earlier than this is no actuator's lag any more."""
 
 
-def clock_checks(recording: Recording, geometry: Geometry) -> list[Check]:
-    """One check per group of channels whose time offset can be estimated; geometry: of the vehicle."""
+def clock_checks(recording: Recording, geometry: Geometry, late_steering: float = 0.0) -> list[Check]:
+    """One check per group of channels whose time offset can be estimated.
+
+    geometry: of the vehicle; late_steering: seconds by which its road wheels are known to follow `steer`, which so seems early.
+    """
     checks = []
     for offset in time_offsets(recording, geometry):
-        late = offset.late_s
-        doubtful = abs(late) > max(LIMITS.clock, 3.0 * offset.std) and offset.after - offset.before > 0.002
-        found = f"{abs(late):.3f} ± {offset.std:.3f} s {'late' if late > 0 else 'early'} against the {offset.against}"
+        declared = late_steering if offset.group == "steer" else 0.0
+        late = offset.late_s + declared
+        matters = offset.after - offset.before > 0.002 or declared > LIMITS.clock
+        doubtful = abs(late) > max(LIMITS.clock, 3.0 * offset.std) and matters
+        side = "late" if offset.late_s > 0 else "early"
+        found = f"{abs(offset.late_s):.3f} ± {offset.std:.3f} s {side} against the {offset.against}"
+        found += f", where {declared:.3f} s early are declared" if declared > 0.005 else ""
         found += f" (correlation {offset.before:.3f}, {offset.after:.3f} when shifted)"
         cure = "softsoil import --align shifts it"
         if offset.group == "steer" and -WRONG_EARLY < late < 0:
             cure += "; or the steering itself lags, which `softsoil refine` tells"
+        if declared > LIMITS.clock:
+            cure += "; or the vehicle's file declares a steering of another lag"
         if offset.group == "position":
-            away, side = late * float(np.nanmedian(recording["u"])), "behind" if late > 0 else "ahead of"
-            cure += f"; or these positions are of a point {abs(away):.1f} m {side} the front axle: give its place in [mount]"
+            away, place = late * float(np.nanmedian(recording["u"])), "behind" if late > 0 else "ahead of"
+            cure += f"; or these positions are of a point {abs(away):.1f} m {place} the front axle: give its place in [mount]"
         wrong = doubtful and (late > WRONG or late < -(WRONG_EARLY if offset.group == "steer" else WRONG))
-        wrong = wrong and offset.group != "wheels" and offset.after > 0.9
+        wrong = wrong and offset.group != "wheels" and offset.after > 0.9 and declared <= LIMITS.clock
         channel = CHANNELS[offset.group]
         cure = cure if doubtful else ""
         checks.append(

@@ -22,15 +22,18 @@ FEWEST_WINDOWS = 4
 """A drive shorter than so many windows cannot be checked."""
 
 
-def check_channels(recording: Recording, geometry: Geometry) -> tuple[Check, ...]:
-    """Every check that the measured channels of a drive allow; geometry: of the vehicle."""
+def check_channels(recording: Recording, geometry: Geometry, late_steering: float = 0.0) -> tuple[Check, ...]:
+    """Every check that the measured channels of a drive allow.
+
+    geometry: of the vehicle; late_steering: seconds by which its road wheels are known to follow `steer`.
+    """
     motion = Motion.of(recording)
     if motion.windows < FEWEST_WINDOWS:
         return ()
     checks = excitation_checks(motion)
     if not checks[0].passed:
         return tuple(checks)
-    checks += clock_checks(recording, geometry)  # first: a clock that is off makes other checks fail
+    checks += clock_checks(recording, geometry, late_steering)  # first: a clock that is off makes other checks fail
     checks += speed_checks(motion, geometry)
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
     checks += wheel_checks(motion, geometry) + side_checks(motion, geometry)

@@ -18,14 +18,15 @@ from softsoil.recording.plausible import check_units
 from softsoil.recording.read import as_drive
 
 
-def checked(drive: Recording, geometry: Geometry) -> tuple[Recording, tuple[str, ...]]:
+def checked(drive: Recording, geometry: Geometry, late_steering: float = 0.0) -> tuple[Recording, tuple[str, ...]]:
     """The drive marked as checked, with what is doubtful in its notes; and the doubts, one sentence each.
 
-    geometry: of the vehicle. Raises ValueError for channels that contradict each other beyond doubt.
+    geometry: of the vehicle; late_steering: seconds by which its road wheels are known to follow `steer`. Raises ValueError for
+    channels that contradict each other beyond doubt.
     """
     where = drive.meta.get("path", drive.name)
     check_units(Path(where), {name: Source(name) for name in CHANNEL_UNITS}, drive.channels)
-    checks = check_channels(drive, geometry)
+    checks = check_channels(drive, geometry, late_steering)
     refuse_contradictions(where, checks)
     doubts = warnings(checks)
     notes = (*drive.notes, *(f"warning: {doubt}" for doubt in doubts))
@@ -37,19 +38,22 @@ def mark_checked(drive: Recording) -> Recording:
     return replace(drive, meta={**drive.meta, CHECKED: "yes"})
 
 
-def usable(log: Recording | pd.DataFrame | str | Path, geometry: Geometry | None) -> Recording:
+def usable(
+    log: Recording | pd.DataFrame | str | Path, geometry: Geometry | None, late_steering: float = 0.0
+) -> Recording:
     """The drive that an estimate runs on: opened, checked once, absent channels derived and marked.
 
     log: a drive, a table with the default columns, or a file; geometry: of the vehicle, None where it is not known: nothing is
-    checked or derived then. A doubtful channel, or wheels and axles of another vehicle, are a UserWarning. Raises ValueError for
-    channels that contradict each other beyond doubt, or where speed, yaw rate or steering angle is absent.
+    checked or derived then; late_steering: as of `checked`. A doubtful channel, or wheels and axles of another vehicle, are a
+    UserWarning. Raises ValueError for channels that contradict each other beyond doubt, or where speed, yaw rate or steering
+    angle is absent.
     """
     drive = as_drive(log)
     if geometry is None:
         return drive
     if CHECKED in drive.meta:
         return completed(drive, geometry)
-    drive, doubts = checked(drive, geometry)
+    drive, doubts = checked(drive, geometry, late_steering)
     drive = completed(drive, geometry)
     words = [f"{drive.name}: {doubt}" for doubt in doubts]
     if another := beyond_doubt(drive, geometry):

@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from softsoil.declaration.ground import idle
+from softsoil.declaration.late_steering import late_steering
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared
 from softsoil.estimator.horizons import HORIZONS, START_UP
@@ -75,7 +76,7 @@ def refine(
     if len(soils) != len(logs):
         raise ValueError(f"soils: expected one per drive ({len(logs)}), found {len(soils)}")
     declaration = Declaration(declaration.vehicle, soils[0], declaration.law)
-    recordings = distinct([forward_part(usable(log, declaration.vehicle)) for log in logs])
+    recordings = distinct([forward_part(usable(log, declaration.vehicle, late_steering(declaration.vehicle))) for log in logs])
     choice = _driveline(recordings, declaration, soils, start)
     if choice is not None:
         declaration = replace(declaration, vehicle=declaration.vehicle.with_(driveline=choice.numbers))

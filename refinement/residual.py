@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.declaration.late_steering import late_steering
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.consistency import whiteness_p
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay
@@ -86,7 +87,8 @@ def residual(
         raise ValueError(f"n: expected a sinkage exponent in [{signal.lower:g}, {signal.upper:g}], found {n:g}")
     model = declaration.build()
     p = model.p.pack() if n is None else model.p.pack(n_f=n, n_r=n)
-    return drive_residual(usable(log, declaration.vehicle), model, declaration.vehicle, p, start)
+    vehicle = declaration.vehicle
+    return drive_residual(usable(log, vehicle, late_steering(vehicle)), model, vehicle, p, start)
 
 
 def drive_residual(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from softsoil.declaration.late_steering import late_steering
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import run_method
 from softsoil.estimator.evidence import gather
@@ -95,7 +96,7 @@ def judge_drive(
     horizon_guesses: first guesses of the horizon, the last of which predictions take n from; the filter has GUESSES; absent:
     channels that the log lacks where n is estimated; noise: of its sensors.
     """
-    noisy = usable(without(add_noise(clean, noise, seed), absent), vehicle)
+    noisy = usable(without(add_noise(clean, noise, seed), absent), vehicle, late_steering(vehicle))
     model = Declaration(vehicle, soil).build()
     rules, limits = HorizonRules(), VerdictRules().of(model)
     windows = drive_windows(noisy, model, START_UP, rules)

@@ -11,6 +11,7 @@ import pytest
 import softsoil
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.options import open_drive
+from softsoil.declaration.late_steering import late_steering
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import CHECKED, WHEEL_CHANNELS
 from softsoil.recording.read import read_drive
@@ -79,6 +80,14 @@ def test_a_doubtful_channel_is_a_warning_and_a_note(good, model):
     with pytest.warns(UserWarning, match=r"steer: expected one clock .* 0\.\d+ ± .* early"):
         drive = usable(early, reference_vehicle())
     assert any(note.startswith("warning: steer") for note in drive.notes)
+    owned = reference_vehicle().with_(effects={**reference_vehicle().effects, "steering_delay": {"steering_delay": 0.3}})
+    assert late_steering(owned) == 0.3 and late_steering(reference_vehicle()) == 0.0
+    with python_warnings.catch_warnings():
+        python_warnings.simplefilter("error")
+        usable(early, owned, late_steering(owned))
+        softsoil.predict(early, bicycle(owned, CLAY))
+    with pytest.warns(UserWarning, match=r"steer: .* where 0\.300 s early are declared"):
+        usable(good, owned, late_steering(owned))
     with pytest.warns(UserWarning, match="early"):
         softsoil.predict(early, model)
 
