@@ -62,7 +62,7 @@ class HorizonRules:
     stride: float = 0.5
     run_in: float = 2.5
     model_error: tuple[float, ...] = (0.03, 0.03, 0.012, 0.02, 0.015, 0.024)
-    common_error: float = 0.03
+    common_error: float = 0.02
     forgetting: float = 60.0
     prior: float = 0.3
     longest: float = 120.0

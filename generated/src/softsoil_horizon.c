@@ -20,7 +20,7 @@ typedef softsoil_horizon_window_t window_t;
 
 /* Numbers of the horizon, as HorizonRules of the Python class. */
 static const double stride = 0.5, window_length = 1.0, run_in = 2.5, linearised_again = 10.0;
-static const double forgetting = 60.0, longest = 120.0, common_error = 0.03;
+static const double forgetting = 60.0, longest = 120.0, common_error = 0.02;
 static const double stale = 0.1, change = 4.0, least_change = 0.12;
 static const double fastest = 1.5, slowest = 0.5, settling = 0.1, smoothing = 0.25;
 static const double bridged = 2.0;
