@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from softsoil.declaration.late_steering import late_steering
 from softsoil.recording.drive import Recording
 from softsoil.recording.offsets import Offset, time_offsets
 from softsoil.refinement.known_vehicle import Known
@@ -24,7 +25,8 @@ def with_late_channels(known: Known, recordings: Sequence[Recording]) -> tuple[K
     known: of the vehicle; a group that an effect they declare explains stays out; recordings: its logs, two or more.
     """
     vehicle = declared_vehicle(known)
-    offsets = [{offset.group: offset for offset in time_offsets(recording, vehicle)} for recording in recordings]
+    declared = late_steering(vehicle)
+    offsets = [{o.group: _beside(o, declared) for o in time_offsets(recording, vehicle)} for recording in recordings]
     notes = []
     for number in NUMBERS:
         seen = [by_group[number.shown_by] for by_group in offsets if number.shown_by in by_group]
@@ -33,6 +35,11 @@ def with_late_channels(known: Known, recordings: Sequence[Recording]) -> tuple[K
             known = replace(known, early={**known.early, number.shown_by: early})
             notes.append(_note(number, early, max(offset.std for offset in seen)))
     return known, tuple(notes)
+
+
+def _beside(offset: Offset, declared: float) -> Offset:
+    """The offset beside what the vehicle's effects declare of a late steering (s)."""
+    return replace(offset, late_s=offset.late_s + declared) if offset.group == "steer" else offset
 
 
 def _shown(seen: Sequence[Offset], count: int) -> bool:

@@ -66,8 +66,9 @@ def test_clocks_that_differ_from_log_to_log_are_no_lag_of_the_vehicle(late):
 
 
 def test_a_declared_lag_stays_as_it_is(late):
-    declared = replace(KNOWN, effects={"steering_lag": {"steering_lag": 0.05}})
-    assert with_late_channels(declared, late) == (declared, ())
+    for effects in ({"steering_lag": {"steering_lag": 0.05}}, {"steering_delay": {"steering_delay": LAG}}):
+        declared = replace(KNOWN, effects=effects)
+        assert with_late_channels(declared, late) == (declared, ())
 
 
 @pytest.mark.slow
