@@ -77,12 +77,14 @@ def main() -> None:
     parser.add_argument("--drives", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--method", default="ukf", choices=METHODS)
-    parser.add_argument("--out", type=Path, default=Path("runs/verdicts_fresh"), help="folder; a stopped run goes on there")
+    parser.add_argument("--out", type=Path, default=Path("runs/verdicts_fresh"), help="folder of what each drive said")
+    parser.add_argument("--resume", action="store_true", help="go on with a stopped run of the same code in that folder")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     kept = options.out / f"{options.method}_{options.seed}.jsonl"
-    done = [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()] if kept.is_file() else []
-    with kept.open("a", encoding="utf-8") as file:
+    resumed = options.resume and kept.is_file()
+    done = [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()] if resumed else []
+    with kept.open("a" if resumed else "w", encoding="utf-8") as file:
         for index in range(len(done), options.drives):
             done.append(judged(index, options.seed, options.method))
             file.write(json.dumps(plain(done[-1])) + "\n")
