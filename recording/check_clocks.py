@@ -39,8 +39,9 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
         if offset.group == "position":
             away, place = late * float(np.nanmedian(recording["u"])), "behind" if late > 0 else "ahead of"
             cure += f"; or these positions are of a point {abs(away):.1f} m {place} the front axle: give its place in [mount]"
-        wrong = doubtful and (late > WRONG or late < -(WRONG_EARLY if offset.group == "steer" else WRONG))
-        wrong = wrong and offset.group != "wheels" and offset.after > 0.9 and declared <= LIMITS.clock
+        # Beside what is declared and by itself: a log that is right of itself contradicts the declaration, not its own clocks.
+        wrong = all(one > WRONG or one < -(WRONG_EARLY if offset.group == "steer" else WRONG) for one in (late, offset.late_s))
+        wrong = wrong and doubtful and offset.group != "wheels" and offset.after > 0.9
         channel = CHANNELS[offset.group]
         cure = cure if doubtful else ""
         checks.append(

@@ -88,6 +88,9 @@ def test_a_doubtful_channel_is_a_warning_and_a_note(good, model):
         softsoil.predict(early, bicycle(owned, CLAY))
     with pytest.warns(UserWarning, match=r"steer: .* where 0\.300 s early are declared"):
         usable(good, owned, late_steering(owned))
+    late = good.with_channels(steer=np.interp(good.t - 0.3, good.t, good["steer"]))
+    with pytest.raises(ValueError, match=r"steer: expected one clock .* late"):
+        usable(late, owned, late_steering(owned))
     with pytest.warns(UserWarning, match="early"):
         softsoil.predict(early, model)
 
