@@ -2,7 +2,9 @@
 
 Each nominal drive (`paper_*`, `multi_*`, `steps_*`) gets sensor noise, n is estimated from first guesses off by +0.2 and
 -0.15 (one n for both axles), and the value at the end is held against the n in the drive's name. Nothing is fitted here.
-`--set run_in=0` runs the filter with another number of its tuning (`estimator/tuning.py`), to see what that one is worth.
+`--judged` takes what `softsoil.estimate` says, its filter corrected by the windows, and prints how often that is identified;
+else the estimator runs by itself. `--set run_in=0` runs the filter with another number of its tuning
+(`estimator/tuning.py`), to see what that one is worth.
 """
 
 import argparse
@@ -15,7 +17,7 @@ import numpy as np
 
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.consistency import inside_band
-from softsoil.estimator.estimate import METHODS, run_method
+from softsoil.estimator.estimate import METHODS, estimate, run_method
 from softsoil.estimator.tuning import Tuning
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
@@ -24,6 +26,8 @@ from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 GUESSES = (0.2, -0.15)
+RIGHT = 0.10
+"""Error of n, as a share, beyond which it must not be called identified."""
 BORDER = 90.0
 """m, world x where the soil of the `change_*` drives changes."""
 
@@ -37,11 +41,13 @@ def main() -> None:
     parser.add_argument("--method", default="ukf", choices=METHODS)
     parser.add_argument("--noise", default="good")
     parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--judged", action="store_true", help="as softsoil.estimate says, with its verdicts")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE[,VALUE]", help="another number of the filter")
     options = parser.parse_args()
     tuning = changed(options.set)
     vehicle = load_vehicle(options.vehicle)
     every: list[np.ndarray] = []
+    identified: list[bool] = []
     for log in nominal_logs(options.folder):
         soil = true_soil(drive_name(log))
         n, model, clean = float(soil.n), bicycle(vehicle, soil), read_drive(log)
@@ -49,7 +55,9 @@ def main() -> None:
         for guess in GUESSES:
             for seed in range(options.seeds):
                 noisy = add_noise(clean, options.noise, seed)
-                e = run_method(noisy, model, n + guess, options.method, tuning=tuning)
+                one = estimate if options.judged else run_method
+                e = one(noisy, model, n + guess, method=options.method, tuning=tuning)
+                identified.append(e.verdict is not None and e.verdict.usable)
                 error = e.n_front[-1] - n
                 band = inside_band(e.nis, e.dof) if len(e.nis) else np.nan
                 rows.append((error / n, (error / e.n_front_std[-1]) ** 2, e.converged_s, band))
@@ -70,6 +78,9 @@ def main() -> None:
         f"within 10 % of the final value after {np.median(joined[:, 2]):.1f} s (median)"
         + ("" if np.isnan(joined[:, 3]).all() else f"; NIS in band {100 * np.median(joined[:, 3]):.0f} %")
     )
+    if options.judged:
+        wrong = int(np.sum(size[identified] > RIGHT))
+        print(f"identified: {sum(identified)} of {len(size)}, more than {100 * RIGHT:.0f} % off of these: {wrong}")
     for log in sorted(options.folder.glob("change_clay_*.csv.gz")):
         follow_change(log, vehicle, options.noise, options.seeds, options.method, tuning)
 

@@ -83,6 +83,7 @@ def as_json(found: TerrainEstimate) -> dict:
         "n_rear_std": found.n_rear_std[-1],
         "converged_s": found.converged_s,
         "nis_inside_95": found.nis_inside_95 if len(found.nis) and not found.noise_free else None,
+        "filter": _filter(found),
         "windows": _windows(found),
         "changes_s": found.changes,
         "revoked_s": found.revoked,
@@ -90,6 +91,14 @@ def as_json(found: TerrainEstimate) -> dict:
         "step_us": {"median": np.median(found.step_us), "p99": np.percentile(found.step_us, 99)},
         "trace": {"t": found.t, "n_front": found.n_front, "n_rear": found.n_rear},
     }
+
+
+def _filter(found: TerrainEstimate) -> dict | None:
+    """n and its standard deviation per axle as the filter itself had them at the end, where windows corrected it."""
+    if found.by_filter is None:
+        return None
+    n, std = zip(*found.by_filter, strict=True)
+    return {"n": n, "std": std}
 
 
 def _windows(found: TerrainEstimate) -> dict | None:
@@ -150,7 +159,11 @@ def _say(found: TerrainEstimate, drive: Recording) -> None:
         f"{np.median(found.step_us):.0f} µs per update with its predictions",
     ]
     windows = _windows(found)
-    if windows is not None and len(found.nis):
+    if found.by_filter is not None:
+        (front, front_std), (rear, rear_std) = found.by_filter
+        own = f"{front:.3f} ± {front_std:.3f}" + (f", {rear:.3f} ± {rear_std:.3f}" if rear != front else "")
+        lines.insert(1, f"n is that of the windows; the filter itself ends at {own}")
+    elif windows is not None and len(found.nis):
         both = ", ".join(f"{n:.3f} ± {std:.3f}" for n, std in zip(windows["n"], windows["std"], strict=True))
         lines.insert(1, f"windows with free initial states, for comparison: {both}")
     if len(found.nis):

@@ -46,7 +46,8 @@ class TerrainEstimate:
     final estimate; drift: first alarm of the drift monitor, None without one; changes, revoked: times at which the soil was
     taken to have changed (s), and at which it was but the seconds after did not bear it out; noise_free: whether the log
     carries far less noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be
-    used, None where nobody judged. Without soil, one row of NaN and the verdict "no_soil".
+    used, None where nobody judged; by_filter: n and its standard deviation, front and rear, that the filter itself had at the
+    end where windows corrected it, else None. Without soil, one row of NaN and the verdict "no_soil".
     """
 
     t: Array
@@ -65,6 +66,7 @@ class TerrainEstimate:
     drift: Drift | None = None
     noise_free: bool = False
     verdict: Verdict | None = None
+    by_filter: tuple[tuple[float, float], tuple[float, float]] | None = None
 
     @property
     def nis_inside_95(self) -> float:

@@ -77,9 +77,13 @@ def _n_over_time(axis: Any, estimate: TerrainEstimate, n_true: float | None, n0:
         series.append(("estimate, rear", estimate.n_rear, estimate.n_rear_std, REAR))
     else:
         series[0] = ("estimate, both axles", *series[0][1:])
+    own = slice(None) if estimate.by_filter is None else slice(-1)
     for label, n, std, color in series:
-        axis.fill_between(estimate.t, n - 2 * std, n + 2 * std, color=color, alpha=0.18, lw=0)
-        axis.plot(estimate.t, n, color=color, label=label)
+        axis.fill_between(estimate.t[own], (n - 2 * std)[own], (n + 2 * std)[own], color=color, alpha=0.18, lw=0)
+        axis.plot(estimate.t[own], n[own], color=color, label=label)
+        if estimate.by_filter is not None:
+            mark = {"fmt": "o", "ms": 5, "capsize": 4, "color": TRUE if color == ESTIMATED else color}
+            axis.errorbar(estimate.t[-1], n[-1], 2 * std[-1], label=label.replace("estimate", "corrected by windows"), **mark)
     axis.axhline(n0, color=INITIAL, ls=":", label="first guess")
     if n_true is not None:
         axis.axhline(n_true, color=TRUE, ls="--", label="true")

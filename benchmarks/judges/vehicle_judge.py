@@ -13,7 +13,7 @@ from softsoil.estimator.estimate import run_method
 from softsoil.estimator.evidence import gather
 from softsoil.estimator.horizons import START_UP, Replay
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
-from softsoil.estimator.verdict import BOUNDS, VerdictRules, decide, initial_guesses
+from softsoil.estimator.verdict import BOUNDS, IDENTIFIED, VerdictRules, decide, initial_guesses
 from softsoil.identification.result import JUDGED_STATES
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
@@ -47,13 +47,14 @@ class Estimated:
 
 @dataclass(frozen=True)
 class Judgement:
-    """estimates; ratios: of mean squared errors at HORIZON, per log: of the known file as it stands, and of the numbers expected
-    of any such vehicle, over the judged file's, geometric mean over states; strains: of the file's numbers, per log, where it
-    states their joint error."""
+    """estimates: as `softsoil.estimate` says; ratios: of mean squared errors at HORIZON, per log: of the known file as it
+    stands, and of the numbers expected of any such vehicle, over the judged file's, geometric mean over states; strains: of the
+    file's numbers, per log, where it states their joint error; alone: errors of n by the filter itself, as shares."""
 
     estimates: tuple[Estimated, ...]
     ratios: tuple[tuple[float, float], ...]
     strains: tuple[float, ...]
+    alone: tuple[float, ...]
 
     def errors(self, method: str) -> np.ndarray:
         """Errors of n (%) by a method, without sign."""
@@ -106,16 +107,22 @@ def judge_drive(
         found = run_method(noisy, model, guess, "ukf")
         return float(found.n_front[-1]), float(found.n_front_std[-1])
 
+    def by_windows(guess: float) -> tuple[float, float]:
+        return float(evidence[guess].n[0]), float(evidence[guess].std[0])
+
     def estimated(method: str, guess: float, end: tuple[float, float], others: tuple[float, ...] = ()) -> Estimated:
         word = decide(evidence[guess], np.array(end[:1]), others, limits).word
+        end = by_windows(guess) if word == IDENTIFIED else end  # as `softsoil.estimator.estimate.corrected`
         return Estimated(clean.name, method, guess, end[0] / n - 1.0, word, end[1] / n, vehicle.n_error * end[0] / n)
 
-    by_horizon = [(guess, (float(evidence[guess].n[0]), float(evidence[guess].std[0]))) for guess in horizon_guesses]
-    best = by_horizon[-1][1][0]
-    estimates = [estimated("horizon", guess, end) for guess, end in by_horizon]
+    best = by_windows(horizon_guesses[-1])[0]
+    estimates = [estimated("horizon", guess, by_windows(guess)) for guess in horizon_guesses]
+    alone = []
     for guess in GUESSES:
         others = (by_filter(float(np.clip(evidence[guess].n[0], *BOUNDS)))[0],)
-        estimates.append(estimated("ukf", guess, by_filter(evidence[guess].guess), others))
+        end = by_filter(evidence[guess].guess)
+        alone.append(end[0] / n - 1.0)
+        estimates.append(estimated("ukf", guess, end, others))
     mse = []
     most = float(np.abs(clean["steer"]).max() * 1.02)
     for numbers in (declared_vehicle(known).with_(max_steer=most), vehicle_of(known, {"max_steer": most}), vehicle):
@@ -123,7 +130,7 @@ def judge_drive(
         mse.append(Replay(clean, built).windows(built.p.nominal, HORIZON).mse)
     before, expected = (float(np.exp(np.mean([np.log(one[s] / mse[2][s]) for s in JUDGED_STATES]))) for one in mse[:2])
     change = evidence[horizon_guesses[-1]].change
-    return Judgement(tuple(estimates), ((before, expected),), () if change is None else (change.strain,))
+    return Judgement(tuple(estimates), ((before, expected),), () if change is None else (change.strain,), tuple(alone))
 
 
 def words(part: Judgement) -> str:
@@ -132,13 +139,14 @@ def words(part: Judgement) -> str:
         f"{e.method} from {e.guess:g} {100 * e.error:+.1f} ± {100 * e.std:.1f} % {e.verdict}" for e in part.estimates
     )
     before, expected = part.ratios[0]
+    alone = ", ".join(f"{100 * error:+.1f}" for error in part.alone)
     strain = "".join(f", strain {one:.1f}" for one in part.strains)
-    return f"{estimates}{strain}; mse {before:.0f} ({expected:.1f}) times smaller"
+    return f"{estimates}; the filter itself {alone} %{strain}; mse {before:.0f} ({expected:.1f}) times smaller"
 
 
 def joined(parts: Sequence[Judgement]) -> Judgement:
     """Judgements of several drives as one."""
-    return Judgement(*(sum((getattr(p, name) for p in parts), ()) for name in ("estimates", "ratios", "strains")))
+    return Judgement(*(sum((getattr(p, name) for p in parts), ()) for name in ("estimates", "ratios", "strains", "alone")))
 
 
 def lines(judgement: Judgement) -> list[str]:
@@ -152,6 +160,8 @@ def lines(judgement: Judgement) -> list[str]:
             f", {within:.0f} % within 10 %; NEES of those identified {judgement.nees(method)[0]:.2f}, "
             f"{judgement.nees(method)[1]:.2f} without the file's n_error"
         )
+    errors = 100.0 * np.abs(judgement.alone)
+    out.append(f"n by the filter itself: median {np.median(errors):.1f} %, worst {errors.max():.1f} %")
     verdicts = [e.verdict for e in judgement.estimates]
     counts = ", ".join(f"{word} {verdicts.count(word)}" for word in sorted(set(verdicts), key=verdicts.count, reverse=True))
     out.append(f"verdicts: {counts}; more than 10 % off and called identified: {judgement.trusted_wrongly} of {len(verdicts)}")

@@ -107,7 +107,7 @@ def test_estimate_writes_what_it_says(home, short_log):
     assert files(home) == ["e/estimate.json", "e/estimate.png"]
     found = json.loads((home / "e/estimate.json").read_text(encoding="utf-8"))
     keys = {"software", "vehicle", "n_front", "n_rear", "n_front_std", "n_rear_std", "converged_s"}
-    keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s", "revoked_s", "drift", "windows"}
+    keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s", "revoked_s", "drift", "filter", "windows"}
     missing = {"nis_inside_95", "drift"}  # the log carries no sensor noise, and drifts nowhere
     assert set(found) == keys and finite({key: value for key, value in found.items() if key not in missing})
     assert found["verdict"] in WORDS and found["nis_inside_95"] is None and found["drift"] is None
@@ -119,6 +119,9 @@ def test_estimate_writes_what_it_says(home, short_log):
     assert found["trace"]["n_front"][-1] == found["n_front"]
     assert set(found["windows"]) == {"n", "std", "yaw_inertia", "strain", "load", "soil"}
     assert len(found["windows"]["n"]) == len(found["windows"]["std"]) == 1
+    assert found["verdict"] == "identified" and found["n_front"] == found["n_rear"] == found["windows"]["n"][0]
+    assert set(found["filter"]) == {"n", "std"} and abs(found["filter"]["n"][0] / found["n_front"] - 1.0) < 0.1
+    assert f"the filter itself ends at {found['filter']['n'][0]:.3f}" in result.output
     assert len({len(series) for series in found["trace"].values()}) == 1
 
 
