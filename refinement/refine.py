@@ -89,7 +89,7 @@ def refine(
     lacked = unsupported(recordings, declaration, candidates)
     rivals = {name: channels for name, channels in lacked.items() if name in effects_tried}
     selection = select(loose, effects_tried, numbers, workers, progress, repeated, rivals)
-    look = look_twice(recordings, declaration, bench, selection, effects_tried, more=not repeated)
+    look = look_twice(recordings, declaration, bench, selection, effects_tried, not repeated, start)
     selection, fits = look.selection, look.fits
     # The declared model: its numbers as declared, or within their joint error where windows with free starts have fitted them.
     declared = look.declared or (bench, fit_base(bench))

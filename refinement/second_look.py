@@ -10,10 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.verdict import CHANGED, VerdictRules, heavier_words
 from softsoil.recording.drive import Recording
+from softsoil.refinement.drive_load import load_of_drive
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.joint_fit import Fits, JointFit, stated_error
 from softsoil.refinement.rules import RULES
@@ -23,6 +26,8 @@ from softsoil.symbolic.effect import Effect
 from softsoil.windows.own_numbers import adds_mass
 from softsoil.windows.window_fit import WindowFit
 
+Load = tuple[float, float] | None
+"""Share of its mass by which drives have a vehicle heavier than declared, and its standard error; None: nothing is said."""
 FitOf = Callable[[Sequence[str]], JointFit]
 """Makes the fit of the drives with effects by name."""
 
@@ -41,8 +46,8 @@ class Look:
     notes: tuple[str, ...] = ()
     strain: float | None = None
     without: float | None = None
-    load: tuple[float, float] | None = None
-    load_without: tuple[float, float] | None = None
+    load: Load = None
+    load_without: Load = None
 
     @property
     def explained(self) -> bool:
@@ -68,13 +73,15 @@ def look_twice(
     selection: Selection,
     effects: Mapping[str, Effect],
     more: bool = True,
+    start: float = START_UP,
 ) -> Look:
     """A tracing looked at again by windows with free starts: what it has named is sized anew, or left out where they do not show
     it; where nothing is named, they may name an effect, or add the group of effects that they cannot separate. Either way they
     tell whether the vehicle's numbers are strained.
 
     recordings: of the drives; bench: with the declared model; effects: that are tried, by name; more: whether an effect that
-    the tracing has not named may be. Only on soil, for a vehicle whose file states a joint error; else the selection as it is.
+    the tracing has not named may be; start: seconds left out at the beginning of each drive. Only on soil, for a vehicle whose
+    file states a joint error; else the selection as it is.
     """
     error = stated_error(declaration, bench)
     if error is None:
@@ -86,7 +93,8 @@ def look_twice(
     look = _sized_again(fit_of, bench, selection, effects) if selection.accepted else Look(selection)
     if look.selection.accepted:
         return look
-    again = _look_again(fit_of, look.selection, effects if more else {})
+    alone = partial(load_of_drive, recordings[0], declaration, start) if len(recordings) == 1 else None
+    again = _look_again(fit_of, look.selection, effects if more else {}, alone)
     return replace(again, notes=(*look.notes, *again.notes))
 
 
@@ -101,21 +109,26 @@ def strained_words(look: Look) -> str:
     return f"{said}: {CHANGED}; n is not to be used before the change is declared or the vehicle identified again"
 
 
-def _heavier(load: tuple[float, float] | None) -> bool:
+def _heavier(load: Load) -> bool:
     """Whether drives show another mass than the declared one, as `softsoil estimate` decides it."""
     return load is not None and VerdictRules().another_mass(*load)
 
 
-def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effect]) -> Look:
-    """The effect that free starts name; what rests on channels that the drives lack is not named here either."""
+def _look_again(
+    fit_of: FitOf, selection: Selection, effects: Mapping[str, Effect], alone: Callable[[], Load] | None = None
+) -> Look:
+    """The effect that free starts name; what rests on channels that the drives lack is not named here either; alone: another
+    mass as `softsoil estimate` sees it in the only drive, which counts, too: its limit was chosen for single drives."""
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name], strained=True)]
     try:
         problem = fit_of([c.name for c in few])
         none, before = problem.plain()
+        strain, load = problem.strain(none), problem.load(none)
+        if alone is not None and not _heavier(load) and _heavier(by_itself := alone()):
+            load = by_itself
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return Look(selection)
-    strain = problem.strain(none)
-    look = Look(selection, declared=problem.bench_of((), none), strain=strain, load=problem.load(none))
+    look = Look(selection, declared=problem.bench_of((), none), strain=strain, load=load)
     few = [c for c in few if worth_it(c, effects[c.name], look.strained)]
     if not few:
         return look

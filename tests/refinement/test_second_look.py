@@ -159,6 +159,19 @@ def test_another_vehicle_than_the_file_states_strains_its_numbers(clean):
 
 
 @pytest.mark.slow
+def test_a_mass_that_estimate_sees_in_the_only_drive_counts(without, clean, monkeypatch):
+    """Just below its limit by the joint fit; with a second drive that fit alone decides."""
+    below, declared = (0.078, 0.026), Declaration(vehicle(), CLAY)
+    monkeypatch.setattr("softsoil.refinement.second_look.JointFit.load", lambda *_: below)
+    for traced_drive, heavy in ((without, True), (clean, False)):
+        look = look_twice(traced_drive.recordings, declared, traced_drive.bench, traced_drive.selection, {})
+        assert (look.load != below) is heavy and (look.load[0] > 0.08) is heavy
+    both = [*without.recordings, *clean.recordings]
+    bench = make_bench(both, declared, 1.0, names=["yaw_moment"])
+    assert look_twice(both, declared, bench, clean.selection, {}).load == below
+
+
+@pytest.mark.slow
 def test_a_first_n_beyond_a_ridge_is_left_behind(clean):
     """Noise at recorded starts may have put n of a drive on its bound, from where a fit does not come back."""
     absent = clean.bench.absent.copy()
