@@ -50,6 +50,7 @@ def estimate(
     """Run the terrain estimator over one log.
 
     With --model and its effects one n stands for both axles; without effects front and rear have their own, as in the paper.
+    Where the verdict is identified, n at the end is that of windows with free initial states, by either method.
 
     Example: softsoil estimate data/multi_clay_n0.50.parquet --soil clay --n0 0.7
     """
