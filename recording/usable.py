@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from softsoil.recording.clock import on_coarse_clock
 from softsoil.recording.columns import Source
 from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.recording.derive import completed
@@ -41,7 +42,8 @@ def mark_checked(drive: Recording) -> Recording:
 def usable(
     log: Recording | pd.DataFrame | str | Path, geometry: Geometry | None, late_steering: float = 0.0
 ) -> Recording:
-    """The drive that an estimate runs on: opened, checked once, absent channels derived and marked.
+    """The drive that an estimate runs on: opened, checked once, on a clock no faster than needed, absent channels derived and
+    marked.
 
     log: a drive, a table with the default columns, or a file; geometry: of the vehicle, None where it is not known: nothing is
     checked or derived then; late_steering: as of `checked`. A doubtful channel, or wheels and axles of another vehicle, are a
@@ -52,9 +54,9 @@ def usable(
     if geometry is None:
         return drive
     if CHECKED in drive.meta:
-        return completed(drive, geometry)
+        return completed(on_coarse_clock(drive), geometry)
     drive, doubts = checked(drive, geometry, late_steering)
-    drive = completed(drive, geometry)
+    drive = completed(on_coarse_clock(drive), geometry)
     words = [f"{drive.name}: {doubt}" for doubt in doubts]
     if another := beyond_doubt(drive, geometry):
         words.append(f"{another}: another vehicle, or a sensor that is wrong")
