@@ -14,9 +14,10 @@ from functools import partial
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.strain import VehicleChange
 from softsoil.estimator.verdict import CHANGED, VerdictRules, heavier_words
 from softsoil.recording.drive import Recording
-from softsoil.refinement.drive_load import load_of_drive
+from softsoil.refinement.drive_change import change_of_drive
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.joint_fit import Fits, JointFit, stated_error
 from softsoil.refinement.rules import RULES
@@ -28,6 +29,8 @@ from softsoil.windows.window_fit import WindowFit
 
 Load = tuple[float, float] | None
 """Share of its mass by which drives have a vehicle heavier than declared, and its standard error; None: nothing is said."""
+Alone = Callable[[], VehicleChange | None] | None
+"""What the only drive says of the vehicle; None: several drives."""
 FitOf = Callable[[Sequence[str]], JointFit]
 """Makes the fit of the drives with effects by name."""
 
@@ -36,9 +39,9 @@ FitOf = Callable[[Sequence[str]], JointFit]
 class Look:
     """What free starts make of a tracing: selection; fits: of its accepted effects, None where they are the tracing's; notes;
     declared: the same without any, bench and fit; strain, without: of the vehicle's numbers with the accepted effects, and
-    without any, without None where none is accepted; load, load_without: share of its mass by which the drives have the vehicle
-    heavier than declared, and its standard error, with the accepted effects, None where a load is among them, and without any.
-    None where it was not looked at."""
+    without any, without None where none is accepted; most, most_without: limits of both; load, load_without: share of its mass
+    by which the drives have the vehicle heavier than declared, and its standard error, with the accepted effects, None where a
+    load is among them, and without any. None where it was not looked at."""
 
     selection: Selection
     fits: Fits | None = None
@@ -46,6 +49,8 @@ class Look:
     notes: tuple[str, ...] = ()
     strain: float | None = None
     without: float | None = None
+    most: float = RULES.strain
+    most_without: float = RULES.strain
     load: Load = None
     load_without: Load = None
 
@@ -53,17 +58,17 @@ class Look:
     def explained(self) -> bool:
         """Whether the accepted effects take a strain off the numbers, or another mass off the vehicle, that is there without
         them."""
-        there = self.without is not None and (self.without > RULES.strain or _heavier(self.load_without))
+        there = self.without is not None and (self.without > self.most_without or _heavier(self.load_without))
         return there and not self.strained
 
     @property
     def strained(self) -> bool:
         """Whether the drives ask for other numbers than the vehicle's file states, beyond their joint error."""
-        return self.strain is not None and (self.strain > RULES.strain or _heavier(self.load))
+        return self.strain is not None and (self.strain > self.most or _heavier(self.load))
 
     def without_effects(self) -> Look:
         """The same where what was accepted is not named after all."""
-        return replace(self, strain=self.without, without=None, load=self.load_without, load_without=None)
+        return replace(self, strain=self.without, without=None, most=self.most_without, load=self.load_without, load_without=None)
 
 
 def look_twice(
@@ -90,10 +95,10 @@ def look_twice(
     def fit_of(names: Sequence[str]) -> JointFit:
         return JointFit.of(recordings, declaration, error, bench, names)
 
-    look = _sized_again(fit_of, bench, selection, effects) if selection.accepted else Look(selection)
+    alone = partial(change_of_drive, recordings[0], declaration, start) if len(recordings) == 1 else None
+    look = _sized_again(fit_of, bench, selection, effects, alone) if selection.accepted else Look(selection)
     if look.selection.accepted:
         return look
-    alone = partial(load_of_drive, recordings[0], declaration, start) if len(recordings) == 1 else None
     again = _look_again(fit_of, look.selection, effects if more else {}, alone)
     return replace(again, notes=(*look.notes, *again.notes))
 
@@ -102,7 +107,7 @@ def strained_words(look: Look) -> str:
     """What strained numbers of the vehicle say, for notes and verdicts."""
     said = (
         "the drives ask for other numbers of the vehicle than its file states, beyond their joint error "
-        f"(strain {look.strain:.1f}, 1 expected, {RULES.strain:g} at most)"
+        f"(strain {look.strain:.1f}, 1 expected, {look.most:g} at most)"
     )
     if look.load is not None and _heavier(look.load):
         said = f"the drives are those of a vehicle {heavier_words(*look.load)} than declared"
@@ -114,21 +119,26 @@ def _heavier(load: Load) -> bool:
     return load is not None and VerdictRules().another_mass(*load)
 
 
-def _look_again(
-    fit_of: FitOf, selection: Selection, effects: Mapping[str, Effect], alone: Callable[[], Load] | None = None
-) -> Look:
-    """The effect that free starts name; what rests on channels that the drives lack is not named here either; alone: another
-    mass as `softsoil estimate` sees it in the only drive, which counts, too: its limit was chosen for single drives."""
+def _without_effects(problem: JointFit, none: WindowFit, alone: Alone) -> tuple[float, float, Load]:
+    """Strain without effects, its limit, and load: of one drive as `softsoil estimate` has them, whose limits are for single
+    drives, of several by their joint fit `none`."""
+    change = None if alone is None else alone()
+    if change is None:
+        return problem.strain(none), RULES.strain, problem.load(none)
+    return change.strain, VerdictRules().strain, (change.load, change.load_std)
+
+
+def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effect], alone: Alone = None) -> Look:
+    """The effect that free starts name; what rests on channels that the drives lack is not named here either; alone: what the
+    only drive says of the vehicle."""
     few = [c for c in selection.ranking if c.name in effects and worth_it(c, effects[c.name], strained=True)]
     try:
         problem = fit_of([c.name for c in few])
         none, before = problem.plain()
-        strain, load = problem.strain(none), problem.load(none)
-        if alone is not None and not _heavier(load) and _heavier(by_itself := alone()):
-            load = by_itself
+        strain, most, load = _without_effects(problem, none, alone)
     except ValueError:  # a drive that holds no two windows of this kind, for its length or its quick steering
         return Look(selection)
-    look = Look(selection, declared=problem.bench_of((), none), strain=strain, load=load)
+    look = Look(selection, declared=problem.bench_of((), none), strain=strain, most=most, load=load)
     few = [c for c in few if worth_it(c, effects[c.name], look.strained)]
     if not few:
         return look
@@ -151,10 +161,13 @@ def _look_again(
         "from windows that start at recorded states"
     )
     left = None if adds_mass(effect) else problem.load(fit)
-    return Look(selection, found, look.declared, (note,), problem.strain(fit, (effect,)), strain, left, look.load)
+    now = problem.strain(fit, (effect,))
+    return Look(selection, found, look.declared, (note,), now, strain, RULES.strain, most, left, look.load)
 
 
-def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Mapping[str, Effect]) -> Look:
+def _sized_again(
+    fit_of: FitOf, bench: Bench, selection: Selection, effects: Mapping[str, Effect], alone: Alone = None
+) -> Look:
     """The named effects fitted to the whole drives with free starts and the joint error, which the noise of recorded starts does
     not bias, without those that are not there then; the tracing's where one is of a sensor or at a place."""
     names = [candidate.name for candidate in selection.accepted]
@@ -173,6 +186,7 @@ def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Map
             kept.remove(left_out)
             fit, _ = problem.fitted(kept, traced, fit)
         found = problem.fits(kept, fit, traced) if notes else Fits(final, *problem.bench_of(kept, fit))
+        without, most, load = _without_effects(problem, none, alone)
     except ValueError:  # as in _look_again
         return Look(selection)
     accepted = tuple(c for c in selection.accepted if effects[c.name] in kept)
@@ -180,8 +194,10 @@ def _sized_again(fit_of: FitOf, bench: Bench, selection: Selection, effects: Map
     if notes:
         selection = replace(selection, accepted=accepted, bench=found.final if kept else bench, groups=groups)
     left = None if any(adds_mass(effect) for effect in kept) else problem.load(fit)
-    declared, without = problem.bench_of((), none), (problem.strain(none), left, problem.load(none))
-    return Look(selection, found if kept else None, declared, tuple(notes), problem.strain(fit, kept), *without)
+    declared, now = problem.bench_of((), none), problem.strain(fit, kept)
+    return Look(
+        selection, found if kept else None, declared, tuple(notes), now, without, RULES.strain, most, left, load
+    )  # fmt: skip
 
 
 def still_there(fit: WindowFit, traced: Fit, effect: Effect) -> bool:

@@ -7,6 +7,8 @@ import pytest
 
 from drives import reference_vehicle
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
+from softsoil.estimator.strain import VehicleChange
+from softsoil.estimator.verdict import VerdictRules, judge
 from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
@@ -159,16 +161,18 @@ def test_another_vehicle_than_the_file_states_strains_its_numbers(clean):
 
 
 @pytest.mark.slow
-def test_a_mass_that_estimate_sees_in_the_only_drive_counts(without, clean, monkeypatch):
-    """Just below its limit by the joint fit; with a second drive that fit alone decides."""
-    below, declared = (0.078, 0.026), Declaration(vehicle(), CLAY)
-    monkeypatch.setattr("softsoil.refinement.second_look.JointFit.load", lambda *_: below)
+def test_one_drive_is_judged_as_estimate_judges_it(without, clean):
+    """Several by their joint fit, which has limits of its own."""
+    declared = Declaration(vehicle(), CLAY)
     for traced_drive, heavy in ((without, True), (clean, False)):
         look = look_twice(traced_drive.recordings, declared, traced_drive.bench, traced_drive.selection, {})
-        assert (look.load != below) is heavy and (look.load[0] > 0.08) is heavy
+        (drive_,) = traced_drive.recordings
+        change = judge(drive_, declared.build(), CLAY.n, None, tied=True, start=2.0).evidence.change
+        assert look.load == pytest.approx((change.load, change.load_std), rel=1e-6) and (look.load[0] > 0.08) is heavy
+        assert (look.strain, look.most) == (pytest.approx(change.strain, rel=1e-6), VerdictRules().strain)
     both = [*without.recordings, *clean.recordings]
-    bench = make_bench(both, declared, 1.0, names=["yaw_moment"])
-    assert look_twice(both, declared, bench, clean.selection, {}).load == below
+    bench = make_bench(both, declared, 2.0, names=["yaw_moment"])
+    assert look_twice(both, declared, bench, clean.selection, {}).most == RULES.strain != VerdictRules().strain
 
 
 @pytest.mark.slow
@@ -186,8 +190,8 @@ def test_a_first_n_beyond_a_ridge_is_left_behind(clean):
 
 @pytest.mark.slow
 def test_no_n_is_identified_where_the_vehicle_has_changed(monkeypatch):
-    """Whatever the strain, here that of a clean drive and a rule that calls it one of another vehicle."""
-    monkeypatch.setattr("softsoil.refinement.second_look.RULES", replace(RULES, strain=0.0))
+    """Whatever the strain, here that of a clean drive and a look that calls it one of another vehicle."""
+    monkeypatch.setattr("softsoil.refinement.second_look.change_of_drive", lambda *_: VehicleChange(9.0, 0.0, 0.02, 0.02))
     found = traced(0.0, vehicle())
     assert found.verdict == "unexplained" and not found.effects
     assert [verdict.word for verdict in found.judged] == ["inconsistent"] and "strain" in found.judged[0].reason

@@ -1,17 +1,19 @@
-"""Another mass, as one drive by itself shows it to `softsoil estimate`: both commands say the same of one log."""
+"""How one drive would have the vehicle other than its file, as `softsoil estimate` sees it: of one log both say the same."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.modes import run_guess, standing
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
-from softsoil.estimator.strain import vehicle_change
+from softsoil.estimator.strain import VehicleChange, vehicle_change
 from softsoil.estimator.verdict import initial_guesses
 from softsoil.recording.drive import Recording
 
 
-def load_of_drive(recording: Recording, declaration: Declaration, start: float) -> tuple[float, float] | None:
-    """Share of its mass by which a drive has the vehicle heavier than declared, and its standard deviation.
+def change_of_drive(recording: Recording, declaration: Declaration, start: float) -> VehicleChange | None:
+    """Strain of the vehicle's numbers and another mass by the windows of one drive.
 
     start: seconds left out at the beginning. None where the vehicle's file states no errors of its numbers. Raises ValueError for
     a drive that holds no two windows.
@@ -19,5 +21,6 @@ def load_of_drive(recording: Recording, declaration: Declaration, start: float) 
     rules = HorizonRules()
     windows = drive_windows(recording, declaration.build(), start, rules)
     runs, _ = standing([run_guess(windows, guess, True, rules) for guess in initial_guesses(float(declaration.soil.n))])
-    change = vehicle_change(windows, runs[0].horizon)
-    return None if change is None else (change.load, change.load_std)
+    first = runs[0].horizon
+    windows.follow(first.parameters(first.n), np.array(first.summary.states))  # histories of this run, not of the last one
+    return vehicle_change(windows, first)
