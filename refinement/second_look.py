@@ -161,8 +161,10 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
         "from windows that start at recorded states"
     )
     left = None if adds_mass(effect) else problem.load(fit)
-    now = problem.strain(fit, (effect,))
-    return Look(selection, found, look.declared, (note,), now, strain, RULES.strain, most, left, look.load)
+    return Look(
+        selection, found, look.declared, (note,), strain=problem.strain(fit, (effect,)), load=left,
+        without=strain, most_without=most, load_without=load,
+    )  # fmt: skip
 
 
 def _sized_again(
@@ -194,9 +196,9 @@ def _sized_again(
     if notes:
         selection = replace(selection, accepted=accepted, bench=found.final if kept else bench, groups=groups)
     left = None if any(adds_mass(effect) for effect in kept) else problem.load(fit)
-    declared, now = problem.bench_of((), none), problem.strain(fit, kept)
     return Look(
-        selection, found if kept else None, declared, tuple(notes), now, without, RULES.strain, most, left, load
+        selection, found if kept else None, problem.bench_of((), none), tuple(notes), strain=problem.strain(fit, kept), load=left,
+        without=without, most_without=most, load_without=load,
     )  # fmt: skip
 
 
