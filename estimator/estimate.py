@@ -36,6 +36,7 @@ def estimate(
     start: float = START_UP,
     tuning: Tuning | None = None,
     progress: Callable[[float], None] | None = None,
+    correct: bool = True,
 ) -> TerrainEstimate:
     """The sinkage exponent along a log, from sensor channels only, with the verdict on whether it may be used.
 
@@ -43,10 +44,10 @@ def estimate(
     a doubtful one is a UserWarning, absent ones are derived; model: with its declared effects, of which any ties n of both
     axles, as the declared effects say what differs between them; without effects front and rear have their own, as in the
     paper; n0: initial guess (default: the soil's); where the windows fit clearly worse at its end than from another one, that
-    one takes its place; method: "ukf", the unscented Kalman filter (paper, section IV), whose n at the end of an identified
-    drive the windows correct, as the horizon does while driving, or "horizon", windows with free initial states; start:
-    seconds left out at the beginning; tuning: of the filter; progress: called with the share that is done. With a law of hard
-    ground there is no n: NaN, and the verdict "no_soil".
+    one takes its place; method: "ukf", the unscented Kalman filter (paper, section IV), or "horizon", windows with free initial
+    states; start: seconds left out at the beginning; tuning: of the filter; progress: called with the share that is done;
+    correct: whether the windows correct the filter's n at the end of an identified drive, as the horizon does while driving;
+    else n is the filter's own, as in the paper. With a law of hard ground there is no n: NaN, and the verdict "no_soil".
     Raises ValueError for reversing, an initial guess outside the bounds of n, an unknown method, a log without the channels, or
     channels that contradict each other beyond doubt.
 
@@ -59,25 +60,6 @@ def estimate(
         'identified'
         >>> bool(abs(found.n_front[-1] - 0.5) < 0.1)
         True
-    """
-    drive = usable(log, model.geometry, late_steering(model.geometry))
-    found = run_and_judge(drive, model, n0, method=method, start=start, tuning=tuning, progress=progress)
-    return corrected(found) if method == "ukf" else found
-
-
-def run_and_judge(
-    log: Recording | pd.DataFrame | str | Path,
-    model: Model,
-    n0: float | None = None,
-    *,
-    method: str = "ukf",
-    start: float = START_UP,
-    tuning: Tuning | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> TerrainEstimate:
-    """What the estimator itself says, with the verdict, as the paper's tables have it: `estimate` without the correction.
-
-    log, model, n0, method, start, tuning, progress, errors: as of `estimate`.
     """
     if method not in METHODS:
         raise ValueError(f"method: expected one of {', '.join(METHODS)}; found {method!r}")
@@ -96,11 +78,12 @@ def run_and_judge(
     n = (found.n_front[-1],) if tied else (found.n_front[-1], found.n_rear[-1])
     verdict = judge(drive, model, first, n, tied=tied, start=start, again=again if method == "ukf" else None)
     if verdict.evidence is not None and verdict.evidence.guess != first:  # n0 leads into a mode that fits clearly worse
-        return run_and_judge(drive, declared, verdict.evidence.guess, method=method, start=start, tuning=tuning)
-    return _with_soil_error(replace(found, verdict=judged_without_wheels(drive, verdict, choice)))
+        return estimate(drive, declared, verdict.evidence.guess, method=method, start=start, tuning=tuning, correct=correct)
+    found = _with_soil_error(replace(found, verdict=judged_without_wheels(drive, verdict, choice)))
+    return _corrected(found) if correct and method == "ukf" else found
 
 
-def corrected(judged: TerrainEstimate) -> TerrainEstimate:
+def _corrected(judged: TerrainEstimate) -> TerrainEstimate:
     """A filter's estimate with n and its standard deviation at the end as the windows have them, where it is identified.
 
     judged: with its verdict. Both read the same drive; the windows follow it without process noise, and their n is nearer to

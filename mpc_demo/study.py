@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.estimate import run_and_judge
+from softsoil.estimator.estimate import estimate
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay, Windows
 from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.recording.drive import Recording
@@ -85,13 +85,13 @@ def study_log(
 
     declared: vehicle, soil, law and effects; with effects one n stands for both axles, else n_f and n_r as in the paper;
     n_true: for the judgement, and for the first guess (0.2 above it) unless n0 says another; start: seconds left out;
-    method: as of `softsoil.estimate`; n is what it says itself, uncorrected, as in the paper.
+    method: as of `softsoil.estimate`; n of the filter is its own, not corrected by windows, as in the paper.
     Raises ValueError where a first guess would lie outside the bounds of n, or for hard ground, which has none.
     """
     model = declared.build()
     refuse_hard_ground(model)
     first = n0 if n0 is not None else (n_true + GUESS_OFF if n_true is not None else float(declared.soil.n))
-    found = run_and_judge(noisy, model, first, method=method, start=start, progress=progress)
+    found = estimate(noisy, model, first, method=method, start=start, progress=progress, correct=False)
     replay = Replay(clean, model, start)
     before = model.p.pack(n_f=first, n_r=first)
     after = model.p.pack(n_f=found.parameters["n_f"], n_r=found.parameters["n_r"])

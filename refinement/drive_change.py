@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.modes import run_guess, standing
+from softsoil.estimator.evidence import gather
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
-from softsoil.estimator.strain import VehicleChange, vehicle_change
+from softsoil.estimator.strain import VehicleChange
 from softsoil.estimator.verdict import initial_guesses
 from softsoil.recording.drive import Recording
 
@@ -18,9 +16,5 @@ def change_of_drive(recording: Recording, declaration: Declaration, start: float
     start: seconds left out at the beginning. None where the vehicle's file states no errors of its numbers. Raises ValueError for
     a drive that holds no two windows.
     """
-    rules = HorizonRules()
-    windows = drive_windows(recording, declaration.build(), start, rules)
-    runs, _ = standing([run_guess(windows, guess, True, rules) for guess in initial_guesses(float(declaration.soil.n))])
-    first = runs[0].horizon
-    windows.follow(first.parameters(first.n), np.array(first.summary.states))  # histories of this run, not of the last one
-    return vehicle_change(windows, first)
+    windows = drive_windows(recording, declaration.build(), start, HorizonRules())
+    return gather(windows, initial_guesses(float(declaration.soil.n)), tied=True).change

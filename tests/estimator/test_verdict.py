@@ -7,7 +7,7 @@ import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.driveline_choice import Choice
-from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_and_judge, run_method
+from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
 from softsoil.estimator.evidence import Evidence, sensor_variance
 from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
@@ -96,13 +96,13 @@ def test_a_right_model_on_an_exciting_drive_is_identified(noisy):
 
 @pytest.mark.parametrize("tuning", [Tuning(), EXACT_MODEL], ids=["default", "exact"])
 def test_a_filter_is_identified_where_it_is_right_and_only_there(noisy, tuning):
-    found = run_and_judge(noisy, clay_bicycle(), 0.7, tuning=tuning, start=1.0)
+    found = estimate(noisy, clay_bicycle(), 0.7, tuning=tuning, start=1.0, correct=False)
     right = abs(found.n_front[-1] / TRUE_N - 1) <= 0.1
     assert found.verdict.usable == right, (found.verdict.reason, found.n_front[-1])
 
 
 def test_the_windows_correct_the_filter_at_the_end_of_an_identified_drive(noisy):
-    alone = run_and_judge(noisy, clay_bicycle(), 0.7, start=1.0)
+    alone = estimate(noisy, clay_bicycle(), 0.7, start=1.0, correct=False)
     found, windows = estimate(noisy, clay_bicycle(), 0.7, start=1.0), alone.verdict.evidence
     assert alone.by_filter is None and alone.parameters["n_f"] == alone.n_front[-1] != windows.n[0]
     assert (found.n_front[-1], found.n_rear[-1]) == tuple(found.parameters.values()) == (windows.n[0], windows.n[-1])
