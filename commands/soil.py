@@ -9,14 +9,16 @@ import typer
 from rich.table import Table
 
 from softsoil.commands.error_table import error_table
+from softsoil.commands.invocation import software
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
 from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle, say_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.vehicle_check import refuse_another
 from softsoil.declaration.model_file import soil_toml
 from softsoil.estimator.horizons import START_UP
+from softsoil.figures.soil_report import write_report
 from softsoil.identification.soil_numbers import SoilIdentification, identify_soil
-from softsoil.identification.words import STATES, VERDICTS
+from softsoil.identification.words import SOIL_VERDICTS, STATES
 from softsoil.refinement.words import with_error, with_unit
 from softsoil.symbolic.soil import load_soil
 
@@ -54,18 +56,13 @@ def soil_command(
     _say(found)
     path = folder / "soil.toml"
     path.write_text(soil_toml(found.soil, (f"{found.verdict}: {found.reason}",)), encoding="utf-8")
-    say_written([write_result(folder / "soil.json", found.as_json(), about_vehicle(vehicle)), path])
-
-
-HEADS = {
-    "identified": "Identified: the drives give numbers of the soil",
-    "needs_data": VERDICTS["needs_data"],
-    "contradicts_given": "Contradicts the class: do not use this file yet",
-}
+    about = about_vehicle(vehicle)
+    report = write_report(found, folder / "report.html", {"software": software(), "vehicle": about})
+    say_written([write_result(folder / "soil.json", found.as_json(), about), path, report])
 
 
 def _say(found: SoilIdentification) -> None:
-    console.print(f"{HEADS[found.verdict]}. {found.reason}", style="bold", highlight=False)
+    console.print(f"{SOIL_VERDICTS[found.verdict]}. {found.reason}", style="bold", highlight=False)
     table = Table(title=f"Numbers of {found.soil.name}", title_justify="left")
     for heading in ("number", "value ± std", "state", "given"):
         table.add_column(heading, justify="right" if heading in ("value ± std", "given") else "left")

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
+from softsoil.figures.error_bars import draw_errors
 from softsoil.figures.error_table import rms_table
-from softsoil.figures.identify import draw_costs, draw_errors, draw_numbers
+from softsoil.figures.identify import draw_costs
 from softsoil.figures.labels import per_cent
+from softsoil.figures.numbers import draw_numbers
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, words, write_page
 from softsoil.identification.result import Identification, in_order
 from softsoil.identification.words import error_sentence, judged_sentences, state_words, verdict_sentence
@@ -21,14 +23,14 @@ KINDS = {"identified": "", "needs_data": "unexplained", "contradicts_given": "un
 
 def write_report(result: Identification, path: Path, about: Mapping[str, Mapping[str, str]]) -> Path:
     """Write the report and return its path; about: software and vehicle."""
-    logs = ", ".join(result.n)
+    logs, ordered = ", ".join(result.n), {name: result.numbers[name] for name in in_order(result.numbers)}
     lines = (verdict_sentence(result), *(f"Next: {ask}." for ask in result.asks))
     inside = "".join(paragraph(line) for line in lines)
     errors = paragraph("Rms errors.") + rms_table(result.judged.before, result.judged.after)
     parts = [
         f'<h1>The numbers of {escape(result.vehicle.name)} from its logs</h1><p class="sub">{escape(logs)}</p>'
         f'<div class="verdict {KINDS[result.verdict]}">{inside}</div>',
-        section("Numbers", _numbers(result), figure(lambda p: draw_numbers(result, p), NUMBERS_CAPTION)),
+        section("Numbers", _numbers(result), figure(lambda p: draw_numbers(ordered, p), NUMBERS_CAPTION)),
         section("What they cost n", figure(lambda p: draw_costs(result, p), COSTS_CAPTION, "narrow")),
         section("Sinkage exponents", _soils(result), paragraph(error_sentence(result))),
         section("The log left out", *map(paragraph, judged_sentences(result)), errors, _pictures(result)),
@@ -77,4 +79,6 @@ def _soils(result: Identification) -> str:
 
 
 def _pictures(result: Identification) -> str:
-    return figure(lambda p: draw_errors(result, p), "Windows side by side over the last third of the log, from recorded states.")
+    one = result.judged
+    caption = "Windows side by side over the last third of the log, from recorded states."
+    return figure(lambda p: draw_errors(one.log, one.before, one.after, p), caption)

@@ -66,6 +66,11 @@ class SoilNumber:
     state: str
     departs: float
 
+    @property
+    def before(self) -> tuple[float, float]:
+        """Value and standard deviation before any drive: those given."""
+        return self.given, self.given_std
+
 
 @dataclass(frozen=True)
 class SoilIdentification:

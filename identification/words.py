@@ -14,6 +14,12 @@ VERDICTS = {
     "needs_data": "Needs data: do not use this file yet",
     "contradicts_given": "Contradicts given numbers: do not use this file yet",
 }
+SOIL_VERDICTS = {
+    "identified": "Identified: the drives give numbers of the soil",
+    "needs_data": VERDICTS["needs_data"],
+    "contradicts_given": "Contradicts the class: do not use this file yet",
+}
+"""Verdicts of `softsoil soil`."""
 
 
 def verdict_sentence(found: Identification) -> str:

@@ -90,6 +90,8 @@ def test_the_command_writes_a_soil_that_every_command_takes(tmp_path):
     found = json.loads((tmp_path / "soil.json").read_text(encoding="utf-8"))
     assert soil.phi == found["numbers"]["phi"]["value"] and abs(soil.phi - 0.2269) < 3 * dict(soil.uncertainty)["phi"]
     assert found["verdict"] == "identified" and set(found["before"]["mse"]) == set(found["after"]["mse"])
+    report = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "angle of internal friction" in report and report.count("<img ") == 2 and "13.8 ± 1.7 deg" in report
     other = tmp_path / "other.toml"
     text = (PROJECT / "vehicles" / "reference.toml").read_text(encoding="utf-8")
     smaller = re.sub(r"^radius = [0-9.]+", "radius = 0.28", text, count=1, flags=re.MULTILINE)
