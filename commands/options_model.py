@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from softsoil.commands.output import console
+from softsoil.files.identify_verdict import IDENTIFIED
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
 from softsoil.files.toml_file import read_toml
 from softsoil.recording.log_names import named_soil
@@ -58,9 +59,14 @@ def declared_vehicle(vehicle: Path | None, model: Path | None) -> Vehicle:
 
 def say_vehicle(vehicle: Path | None, model: Path | None = None, default: Path | None = None) -> str:
     """Say, as a command's first line, which vehicle is taken where neither --vehicle nor --model names one: `default`, or the
-    reference vehicle; returns the line."""
+    reference vehicle; and of one that is named that `softsoil identify` said not to use it yet; returns the line."""
     if vehicle is not None or model is not None:
-        return ""
+        verdict = declared_vehicle(vehicle, model).verdict
+        if verdict in ("", IDENTIFIED):
+            return ""
+        words = f"warning: {vehicle or model}: identify said {verdict!r} of this vehicle: not to be used yet"
+        console.print(words, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        return words
     words = f"vehicle: {declared_vehicle(default, None).name}, since --vehicle names none"
     console.print(words, highlight=False)
     return words

@@ -24,6 +24,7 @@ from softsoil.estimator.soil_change import CHANGE_CLIP, CHANGE_SAMPLES, CHANGE_Y
 from softsoil.estimator.soil_trial import DETERMINED
 from softsoil.estimator.terrain import terrain_model
 from softsoil.estimator.tuning import LEAP, N_NAMES, POSE, WHEELS_TURN, Tuning, by_unit, common_error
+from softsoil.files.identify_verdict import CONTRADICTED
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -91,14 +92,20 @@ def c_library_texts(
     """Every file of the C library, path -> text, for a declared model with nominal step dt (s); `fmi`: with the FMI unit's;
     promote: parameters of effects that filter and horizon estimate beside n, four numbers in all at most.
 
-    Raises ValueError for a step that is not positive.
+    Raises ValueError for a step that is not positive, or a vehicle whose given numbers `softsoil identify` contradicts.
     """
     if not 0 < dt <= 0.1:
         raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
+    if declared.vehicle.verdict == CONTRADICTED:
+        where = declared.vehicle.source or declared.vehicle.name
+        raise ValueError(
+            f"{where}: expected a vehicle whose numbers identify does not contradict; found verdict {CONTRADICTED!r}: "
+            "measure again what its first line names, and identify anew"
+        )
     parts = c_parts(declared, promote)
     steering = declared.vehicle.steering
     elsewhere = ("effects", "source", "steering", "joint_error")
-    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in elsewhere}
+    vehicle = {key: value for key, value in vars(declared.vehicle).items() if key not in elsewhere and value != ""}
     if steering is not None:
         vehicle["steering"] = {"command": steering.command, "angle": steering.angle}
     about = {

@@ -43,7 +43,7 @@ def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: Ver
             "settling": SETTLING, "bridged": BRIDGED, "smoothing": SMOOTHING, "start_up": START_UP,
         },
         model_error=rules.model_error, recent=rules.recent,
-        limits={name: float(value) for name, value in bounds.items() if name != "unexplained"},
+        limits={name: float(value) for name, value in bounds.items() if name not in ("unexplained", "contradicted")},
         unexplained=[limit_of[name] for name in JUDGED], splits=SPLITS, least_part=LEAST_PART,
         constants={
             "longest_step": LONGEST_STEP, "huber": HUBER, "ridge": RIDGE, "least_curvature": LEAST_CURVATURE,

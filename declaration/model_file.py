@@ -86,6 +86,7 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     """
     vehicle, soil = declaration.vehicle, declaration.soil
     lines = [f"# {note}" for note in notes] + [f'law = "{declaration.law}"', "", "[vehicle]", f"name = {toml_text(vehicle.name)}"]
+    lines += [f"verdict = {toml_text(vehicle.verdict)}"] if vehicle.verdict else []
     lines += [_line(n.name, getattr(vehicle, n.name), f"{n.unit}: {n.doc}") for n in NUMBERS]
     tables = {"simulator": vehicle.simulator, "driveline": vehicle.driveline}
     tables |= {f"effects.{name}": values for name, values in vehicle.effects.items()}

@@ -12,6 +12,7 @@ from softsoil.estimator.evidence import Evidence, gather
 from softsoil.estimator.hard_ground import HardGround, compare_hard_ground, on_hard_ground
 from softsoil.estimator.late_change import PARTS, PARTS_SIGMAS
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.files.identify_verdict import CONTRADICTED
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -49,7 +50,8 @@ class VerdictRules:
     the same of n in the earlier and the later part of the drive, over n; least_motion: root mean square lateral specific
     force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
     fits better than soil, by `road_sigmas` standard errors, was on hard ground; of_class: largest standard deviation of n, over
-    n, by the errors that the soil's file states of its class.
+    n, by the errors that the soil's file states of its class; contradicted: whether `softsoil identify` contradicts numbers that
+    were given of the vehicle.
     """
 
     excited: float = 0.05
@@ -71,6 +73,7 @@ class VerdictRules:
     road: float = 0.4
     road_sigmas: float = 1.0
     of_class: float = 0.10
+    contradicted: bool = False
 
     def of(self, model: Model) -> VerdictRules:
         """The limits for a vehicle whose file states what its numbers leave unexplained of its own logs (`OWN_MARGIN`).
@@ -79,7 +82,8 @@ class VerdictRules:
         """
         own: dict[str, float] = getattr(model.geometry, "unexplained", {})
         limits = [(name, OWN_MARGIN * own.get(name, 0.0), limit) for name, limit in self.unexplained]
-        return replace(self, unexplained=tuple((name, min(max(mine, limit), OWN_MOST * limit)) for name, mine, limit in limits))
+        wider = tuple((name, min(max(mine, limit), OWN_MOST * limit)) for name, mine, limit in limits)
+        return replace(self, unexplained=wider, contradicted=getattr(model.geometry, "verdict", "") == CONTRADICTED)
 
     def another_mass(self, load: float, std: float) -> bool:
         """Whether a vehicle is heavier or lighter than declared.
@@ -156,7 +160,7 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    of_drive = (_consistent, _as_heavy_to_turn, _as_identified, _excited, _class_is_known, _shows_a_load)
+    of_drive = (_vehicle_holds, _consistent, _as_heavy_to_turn, _as_identified, _excited, _class_is_known, _shows_a_load)
     for check in (*of_drive, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil):
         found = check(evidence, n, others, rules)
         if found is not None:
@@ -184,6 +188,15 @@ def _alike(e: Evidence) -> str:
 
 
 Found = tuple[str, str] | None
+
+
+def _vehicle_holds(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    if not rules.contradicted:
+        return None
+    return "inconsistent", (
+        "the vehicle's file holds given numbers that its logs contradict (softsoil identify; its first line names them): measure "
+        "them again and identify anew"
+    )
 
 
 def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:

@@ -115,7 +115,7 @@ def identify(
         asks=asks(vehicle, numbers, had, rules.load_share),
         contradictions=state.contradictions,
         unexplained=left,
-        vehicle=vehicle,
+        vehicle=vehicle.with_(verdict=verdict),
         known=known,
         seconds=time.perf_counter() - began,
         notes=(*place, state.rolls, *late, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),

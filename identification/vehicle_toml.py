@@ -19,6 +19,7 @@ def vehicle_toml(found: Identification) -> str:
         "# In brackets: change of n when the number is wrong by its standard deviation.",
         *(f"# Asked for: {words}." for words in found.asks),
         f"name = {toml_text(vehicle.name)}",
+        f"verdict = {toml_text(vehicle.verdict)}",
     ]
     lines += [_line(n.name, getattr(vehicle, n.name), found.numbers.get(n.name), n.unit, doc=n.doc) for n in NUMBERS]
     for part, values in (("simulator", vehicle.simulator), ("driveline", vehicle.driveline)):

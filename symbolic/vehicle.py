@@ -6,6 +6,7 @@ from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from softsoil.files.identify_verdict import verdict_from_table
 from softsoil.files.joint_error import JointError, joint_error_from_table
 from softsoil.files.package_data import vehicle_file
 from softsoil.files.steering_map import SteeringMap, steering_from_table
@@ -54,7 +55,8 @@ class Vehicle:
     meets a wheel (SIMULATOR), empty for a real one; driveline: which wheels are driven (DRIVELINE), empty: logs decide;
     uncertainty: standard deviations of numbers and effects' parameters, by name and in their units, as far as they are known;
     joint_error: of numbers identified together; unexplained: root mean square share of the motion of its own logs, per channel of
-    JUDGED, that they leave beyond sensor noise; steering: command to mean road-wheel angle; source: its file.
+    JUDGED, that they leave beyond sensor noise; steering: command to mean road-wheel angle; verdict: of `softsoil identify` on
+    the file; source: its file.
     Raises ValueError for a number outside its physical bounds.
     Example: softsoil.load_vehicle("reference").with_(mass=2000.0).mass == 2000.0
     """
@@ -90,6 +92,7 @@ class Vehicle:
     joint_error: JointError | None = None
     unexplained: dict[str, float] = field(default_factory=dict)
     steering: SteeringMap | None = None
+    verdict: str = ""
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
@@ -165,15 +168,12 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     if not isinstance(effects, dict) or not all(isinstance(value, dict) for value in effects.values()):
         raise ValueError(f"{where}: expected [effects.<name>] tables of numbers, found {effects!r}")
     effects = {name: number_table(effects, name, f"{where}: effects") for name in effects}
-    uncertainty = number_table(table, "uncertainty", where)
     there = {*(n.name for n in NUMBERS), *(key for values in effects.values() for key in values)}
-    for key, std in uncertainty.items():
-        if key not in there or not std > 0:
-            what = "a positive standard deviation of a number of the vehicle or of a parameter of its effects"
-            raise ValueError(f"{where}: uncertainty.{key}: expected {what}, found {std:g}")
+    uncertainty = number_table(table, "uncertainty", where, dict.fromkeys(sorted(there), (1e-12, 1e12)))
     values["unexplained"] = number_table(table, "unexplained", where, dict.fromkeys(JUDGED, (0.0, 1.0)))
     values["joint_error"] = joint_error_from_table(table.get("joint_error", {}), there, where)
     values["steering"] = steering_from_table(table.get("steering", {}), where)
+    values["verdict"] = verdict_from_table(table, where)
     try:
         return Vehicle(str(table.get("name", name)), effects=effects, uncertainty=uncertainty, source=where, **values)
     except ValueError as error:

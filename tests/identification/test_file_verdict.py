@@ -1,0 +1,61 @@
+"""A vehicle file keeps what `identify` said of it, and nobody takes a contradicted one for a good one."""
+
+import pytest
+from typer.testing import CliRunner
+
+from drives import MULTI_LOG, PROJECT
+from softsoil.commands.cli import app
+from softsoil.control.c_estimator import c_library_texts
+from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
+from softsoil.estimator.estimate import estimate
+from softsoil.recording.read import read_drive
+from softsoil.symbolic.soil import CLAY
+from softsoil.symbolic.vehicle import load_vehicle
+
+REFERENCE = (PROJECT / "vehicles" / "reference.toml").read_text(encoding="utf-8")
+
+
+def file_with(tmp_path, verdict):
+    path = tmp_path / f"{verdict}.toml"
+    path.write_text(f'verdict = "{verdict}"\n{REFERENCE}', encoding="utf-8")
+    return path
+
+
+@pytest.mark.slow
+def test_an_estimate_with_a_contradicted_vehicle_is_not_identified(tmp_path):
+    drive = read_drive(MULTI_LOG).between(0.0, 20.0)
+    words = {}
+    for verdict in ("identified", "needs_data", "contradicts_given"):
+        model = Declaration(load_vehicle(file_with(tmp_path, verdict)), CLAY).build()
+        words[verdict] = estimate(drive, model, 0.7).verdict
+    assert words["identified"].usable and words["needs_data"].word == words["identified"].word
+    assert words["contradicts_given"].word == "inconsistent" and "measure them again" in words["contradicts_given"].reason
+
+
+def test_no_library_comes_of_a_contradicted_vehicle(tmp_path):
+    path = file_with(tmp_path, "contradicts_given")
+    with pytest.raises(ValueError, match=rf"{path}: expected a vehicle whose numbers identify does not contradict; found"):
+        c_library_texts(Declaration(load_vehicle(path), CLAY))
+
+
+def test_a_declaration_keeps_the_verdict(tmp_path):
+    declared = Declaration(load_vehicle(file_with(tmp_path, "needs_data")), CLAY)
+    refined = tmp_path / "refined.toml"
+    refined.write_text(declaration_toml(declared), encoding="utf-8")
+    assert load_declaration(refined).vehicle.verdict == "needs_data"
+    assert load_vehicle("reference").verdict == ""
+
+
+def test_an_unknown_verdict_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"key 'verdict': expected one of identified, needs_data, .* found 'good'"):
+        load_vehicle(file_with(tmp_path, "good"))
+
+
+@pytest.mark.slow
+def test_commands_warn_of_a_vehicle_that_is_not_to_be_used(tmp_path):
+    needs, good = file_with(tmp_path, "needs_data"), file_with(tmp_path, "identified")
+    for path, said in ((needs, True), (good, False)):
+        arguments = ["estimate", str(MULTI_LOG), "--soil", "clay", "--vehicle", str(path), "--out", str(tmp_path)]
+        run = CliRunner().invoke(app, arguments)
+        assert run.exit_code == 0, run.output
+        assert ("identify said 'needs_data' of this vehicle" in run.output) is said
