@@ -10,6 +10,7 @@ import numpy as np
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
 
 Channels = dict[str, Array]
+GPS = ("x", "y", "u", "v")
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,18 @@ def _at_rate(hertz: float) -> Callable[[Channels], Channels]:
     def change(c: Channels) -> Channels:
         t = np.arange(c["t"][0], c["t"][-1], 1.0 / hertz)
         return {name: t if name == "t" else np.interp(t, c["t"], values) for name, values in c.items()}
+
+    return change
+
+
+def _between(names: tuple[str, ...], hertz: float, line: bool) -> Callable[[Channels], Channels]:
+    """Channels of a slower sensor, with its own clock, as a table of one rate holds them: lines between samples, or held."""
+
+    def change(c: Channels) -> Channels:
+        t = c["t"]
+        rows = np.searchsorted(t, np.arange(t[0], t[-1], 1.0 / hertz))
+        last = rows[np.searchsorted(rows, np.arange(len(t)), side="right") - 1]
+        return {**c, **{name: np.interp(t, t[rows], c[name][rows]) if line else c[name][last] for name in names}}
 
     return change
 
@@ -192,7 +205,11 @@ _ROBOTS = (
 )  # fmt: skip
 _DRIVES = (
     Variant("standing", _still), Variant("straight", _straight), Variant("reversing", _backwards),
-    Variant("hard ground", _hard_ground), Variant("5 Hz", _at_rate(5.0), harmless=True),
+    Variant("hard ground", _hard_ground),
+    Variant("x, y, u, v held at 10 Hz", _between(GPS, 10.0, False), harmless=True),
+    Variant("x, y, u, v at 10 Hz, lines between", _between(GPS, 10.0, True), harmless=True),
+    Variant("steer held at 20 Hz", _between(("steer",), 20.0, False), harmless=True),
+    Variant("5 Hz", _at_rate(5.0), harmless=True),
     Variant("1 kHz", _at_rate(1000.0), harmless=True), Variant("a million rows", _long, harmless=True),
 )  # fmt: skip
 VARIANTS = (*_SIGNS, *_UNITS, *_CLOCKS, *_SWAPS, *_SENSORS, *_ROBOTS, *_DRIVES)

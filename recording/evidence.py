@@ -167,7 +167,9 @@ class Motion:
 
     def mean_noise(self, name: str) -> float:
         """Variance that sensor noise makes of the mean of the channel called `name` over a window, from third differences."""
-        return noise_of(self.channel(name)) ** 2 / self.size
+        values = self.channel(name)
+        samples = self.size * float(np.isfinite(values).mean())  # of a channel slower than the clock, fewer than rows
+        return noise_of(values) ** 2 / max(samples, 1.0)
 
     def integral(self, rate: Array) -> Array:
         """(N,) integral of rate (N,) from the start; short gaps are bridged, windows inside long ones stay NaN."""

@@ -1,0 +1,91 @@
+"""Rows between the samples of a slower sensor: a value that is held, or a straight line, measures nothing there.
+
+Tables of one rate often hold slower channels so. Taken for measurements, such rows make the sensor's noise look smaller than it
+is, and a good model looks wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, Recording
+
+Rows = NDArray[np.bool_]
+LONGEST = {
+    **dict.fromkeys(STATE_CHANNELS, 1.5), **dict.fromkeys(("steer", *WHEEL_CHANNELS, "a_x_imu", "a_y_imu"), 0.25),
+}  # fmt: skip
+"""Channel -> longest time (s) between its samples; a steering angle that stands for longer is held by the driver."""
+FEWEST = 20
+"""Samples in a drive below which nothing is said of their rate."""
+REGULAR = 0.9
+"""Share of the distances between samples that stand within a row, or a quarter, of their mean."""
+STRAIGHT, BENT = 0.02, 0.995
+"""Change of slope up to which a line is straight, over that at samples: over the quantile of all rows that is surely one."""
+ROUNDED = 2.5
+"""Steps of a channel's numbers over a row, as they are rounded, up to which a change of slope is none."""
+HIDDEN = 0.2
+"""The same over a change at samples, from which rounding hides where samples are."""
+MOST_ROWS = 0.6
+"""Share of all rows that may hold samples: where more do, most rows are measured."""
+
+
+def only_samples(recording: Recording) -> Recording:
+    """The drive with channels empty (NaN) in rows between their samples, which a note says; unchanged where every row is
+    measured: states are not compared there, and inputs are interpolated.
+
+    recording: as it was read.
+    """
+    channels, notes = dict(recording.channels), []
+    for name, longest in LONGEST.items():
+        if name not in channels or recording.state_of(name) != "measured":
+            continue
+        rows, words = held(channels[name]), "each value is held"
+        if rows is None:
+            rows, words = straight(recording.t, channels[name]), "a straight line"
+        if rows is None:
+            continue
+        every = float(np.median(np.diff(recording.t[rows])))
+        if every <= longest:
+            channels[name] = np.where(rows, channels[name], np.nan)
+            notes.append(f"{name}: {words} between samples {every:.3g} s from each other; the rows between are left empty")
+    return replace(recording, channels=channels, notes=(*recording.notes, *notes)) if notes else recording
+
+
+def held(values: Array) -> Rows | None:
+    """(N,) which rows hold a new sample, of a channel (N,) that repeats each until the next; None for any other channel."""
+    new = np.ones(len(values), dtype=bool)
+    new[1:] = values[1:] != values[:-1]
+    return new if np.isfinite(values).all() and _regular(new) else None
+
+
+def straight(t: Array, values: Array) -> Rows | None:
+    """(N,) which rows hold a sample, of a channel (N,) that is a straight line between them; None for any other channel.
+
+    t (N,): s. Where a sample stood between two rows, the line bends at both: the nearer one, which bends more, is taken.
+    """
+    if len(values) < FEWEST or not np.isfinite(values).all():
+        return None
+    bend = np.zeros(len(values))
+    bend[1:-1] = np.abs(np.diff(np.diff(values) / np.diff(t)))
+    steps = np.diff(np.unique(values))
+    rounded = ROUNDED * float(steps.min()) / float(np.median(np.diff(t))) if len(steps) else np.inf
+    sharp = float(np.quantile(bend, BENT))
+    bent = bend > max(STRAIGHT * sharp, rounded)
+    if rounded > HIDDEN * sharp or not _regular(bent & ~np.concatenate([[False], bent[:-1]])):
+        return None
+    after, before = np.append(bend[1:], 0.0), np.insert(bend[:-1], 0, 0.0)
+    return bent & (bend >= before) & (bend > after)
+
+
+def _regular(rows: Rows) -> bool:
+    """Whether rows (N,) stand at one distance from each other and are less than MOST_ROWS of all."""
+    places = np.flatnonzero(rows)
+    if len(places) < FEWEST or rows.mean() > MOST_ROWS:
+        return False
+    apart = np.diff(places)
+    usual = float(np.mean(apart[apart <= 3.0 * np.median(apart)]))
+    near = np.abs(apart - usual) < max(1.0, 0.25 * usual)
+    return bool(near.mean() >= REGULAR and usual * MOST_ROWS >= 1.0)
