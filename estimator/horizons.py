@@ -21,6 +21,7 @@ from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.evidence import interpolated
 from softsoil.recording.states import known_states, measured_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
@@ -34,6 +35,8 @@ HORIZONS = (0.5, 2.5, 5.0)
 """s: the paper's horizons."""
 START_UP = 2.0
 """s: left out at the beginning of a log, where a vehicle settles on the soil and pulls away."""
+BRIDGED = 0.25
+"""s between samples of a slower sensor over which a window may start."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,8 @@ def predict(
 class Replay:
     """A drive made ready for prediction with one model: its inputs, states and clock.
 
-    Windows start at states derived where they are not measured, and are judged by measured ones alone.
+    Windows start at states derived where they are not measured, or on a line between two that are at most BRIDGED apart, and are
+    judged by measured ones alone.
 
     recording: taken as it is, so clean logs give the paper's "true states"; model: bicycle, with declared effects if any;
     start: seconds left out at the beginning. Raises ValueError for reversing or inputs that a drive cannot give.
@@ -109,7 +113,7 @@ class Replay:
     def __init__(self, recording: Recording, model: Model, start: float = START_UP) -> None:
         log = on_even_clock(recording)
         self.t, self.dt, self.name = log.t, log.dt, log.name
-        self.states, self.recorded = known_states(log), measured_states(log)
+        self.states, self.recorded = _bridged(known_states(log), log.dt), measured_states(log)
         self._lengths = lengths(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
@@ -158,6 +162,11 @@ class Replay:
     def _along(self, p: ArrayLike) -> tuple[Array, Array]:
         """States (N, n_x) with what the log does not measure run along it, and memory (N, n_m)."""
         return self.predictor.track(_filled(self.states), self.inputs, p)
+
+
+def _bridged(states: Array, dt: float) -> Array:
+    """States with gaps of at most BRIDGED (s) filled by lines; dt: s per row."""
+    return np.column_stack([interpolated(column, round(BRIDGED / dt)) for column in states.T])
 
 
 def _filled(states: Array) -> Array:

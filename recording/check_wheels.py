@@ -6,11 +6,14 @@ import numpy as np
 
 from softsoil.recording.check_scale import unit_hint
 from softsoil.recording.check_words import LIMITS, Check
+from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.evidence import Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry, corners
 
 GRAVITY = 9.81
 """m/s^2"""
+LEAST_TURNING = 0.02
+"""Difference of the wheels' speeds of an axle, over speed (root mean square), from which a drive turns."""
 
 
 def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
@@ -51,6 +54,22 @@ def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
             expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected
             checks.append(Check(f"wheel_{name}", name, not (odd or slips), found, expected, cure))
     return checks
+
+
+def sensor_checks(m: Motion, geometry: Geometry) -> list[Check]:
+    """Whether each wheel has a sensor: in turns the four have no speed in common, to the last digit not even on locked axles.
+
+    geometry: track.
+    """
+    wheels = [m.channel(name) for name in WHEEL_CHANNELS]
+    turns = m.driven(geometry.track * m.mean(m.channel("omega_z")) / m.speed)
+    turning = float(np.sqrt(np.nanmean(turns**2))) if np.isfinite(turns).any() else 0.0
+    if turning < LEAST_TURNING or not all(np.isfinite(wheel).any() for wheel in wheels):
+        return []
+    same = all(np.array_equal(wheel, wheels[0], equal_nan=True) for wheel in wheels[1:])
+    cure = "leave these columns out, the model turns the wheels then: one speed shows no wheel's slip" if same else ""
+    found = "one speed for all four in turns" if same else "four speeds"
+    return [Check("wheel_sensors", "wheels", not same, found, "a sensor for each wheel", cure)]
 
 
 def side_checks(m: Motion, geometry: Geometry) -> list[Check]:

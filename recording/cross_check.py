@@ -12,7 +12,7 @@ from softsoil.recording.check_clocks import clock_checks
 from softsoil.recording.check_motion import heading_checks, inertial_checks, pose_checks
 from softsoil.recording.check_single import excitation_checks, single_checks
 from softsoil.recording.check_speed import speed_checks
-from softsoil.recording.check_wheels import side_checks, steering_checks, wheel_checks
+from softsoil.recording.check_wheels import sensor_checks, side_checks, steering_checks, wheel_checks
 from softsoil.recording.check_words import Check
 from softsoil.recording.drive import Recording
 from softsoil.recording.evidence import Motion
@@ -36,7 +36,7 @@ def check_channels(recording: Recording, geometry: Geometry, late_steering: floa
     checks += clock_checks(recording, geometry, late_steering)  # first: a clock that is off makes other checks fail
     checks += speed_checks(motion, geometry)
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
-    checks += wheel_checks(motion, geometry) + side_checks(motion, geometry)
+    checks += wheel_checks(motion, geometry) + sensor_checks(motion, geometry) + side_checks(motion, geometry)
     checks += steering_checks(motion, geometry) + single_checks(motion)
     return tuple(checks)
 

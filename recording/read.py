@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from softsoil.recording.between import only_samples
 from softsoil.recording.columns import Source
 from softsoil.recording.drive import CHANNEL_UNITS, TRUTH_PREFIX, Array, ChannelState, Recording
 from softsoil.recording.plausible import check_units
@@ -61,7 +62,8 @@ def _drive(
     notes += _gaps(channels["t"])
     check_units(path, sources, channels)
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
-    return Recording(_stem(path), channels, truth, tuple(notes), meta, _states(path, table, channels), _origin(path, table))
+    states, origin = _states(path, table, channels), _origin(path, table)
+    return only_samples(Recording(_stem(path), channels, truth, tuple(notes), meta, states, origin))
 
 
 def _origin(path: Path, table: pd.DataFrame) -> tuple[float, float] | None:

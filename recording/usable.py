@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from softsoil.recording.between import only_samples
 from softsoil.recording.clock import on_coarse_clock
 from softsoil.recording.columns import Source
 from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
@@ -21,14 +20,12 @@ from softsoil.recording.read import as_drive
 
 
 def checked(drive: Recording, geometry: Geometry, late_steering: float = 0.0) -> tuple[Recording, tuple[str, ...]]:
-    """The drive marked as checked, with what is doubtful in its notes; and the doubts, one sentence each. Channels are
-    empty between the samples of a slower sensor.
+    """The drive marked as checked, with what is doubtful in its notes; and the doubts, one sentence each.
 
     geometry: of the vehicle; late_steering: seconds by which its road wheels are known to follow `steer`. Raises ValueError for
     channels that contradict each other beyond doubt.
     """
     where = drive.meta.get("path", drive.name)
-    drive = only_samples(drive)
     check_units(Path(where), {name: Source(name) for name in CHANNEL_UNITS}, drive.channels)
     checks = check_channels(drive, geometry, late_steering)
     refuse_contradictions(where, checks)

@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 
 WINDOW = 0.5
 """s: shooting window of the channel and axle residuals; short enough that errors do not feed back on themselves."""
+FEWEST = 4
+"""Measured rows of a window that its rates need."""
 
 
 @dataclass(frozen=True)
@@ -127,9 +129,12 @@ def split_by_axle(rate_v: Array, rate_r: Array, vehicle: Vehicle) -> tuple[Array
 
 
 def slope(clock: Array, values: Array) -> Array:
-    """(M,) least-squares slopes of values (M, N) over clock (N,); NaN where a value is missing."""
-    away = clock - clock.mean()
-    return (values @ away) / (away @ away)
+    """(M,) least-squares slopes of values (M, N) over clock (N,) by those that are there; NaN where fewer than FEWEST are."""
+    good = np.isfinite(values)
+    count = good.sum(axis=1, keepdims=True)
+    away = np.where(good, clock - np.where(good, clock, 0.0).sum(axis=1, keepdims=True) / np.maximum(count, 1), 0.0)
+    slopes = (away * np.where(good, values, 0.0)).sum(axis=1) / np.maximum((away**2).sum(axis=1), 1e-12)
+    return np.where(count[:, 0] >= FEWEST, slopes, np.nan)
 
 
 def rms(values: Array) -> float:

@@ -7,11 +7,13 @@ import pytest
 
 from drives import MULTI_LOG
 from softsoil.cases.hostile import GPS, variant
+from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import estimate
 from softsoil.recording.between import held, only_samples, straight
 from softsoil.recording.noise import add_noise
-from softsoil.recording.read import read_drive
+from softsoil.recording.read import read_drive, write_drive
 from softsoil.recording.usable import checked
+from softsoil.refinement.residual import residual
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle
@@ -23,6 +25,11 @@ T = np.arange(3000) * 0.01
 @pytest.fixture(scope="module")
 def noisy():
     return add_noise(read_drive(MULTI_LOG), "good", 3)
+
+
+def log(noisy, name, tmp_path):
+    """The variant called `name` of a drive, as a file holds it."""
+    return write_drive(variant(name).of(noisy), tmp_path / "log.parquet")
 
 
 def slow(period, line):
@@ -66,8 +73,8 @@ def test_a_steering_angle_that_the_driver_holds_is_one(noisy):
     assert only_samples(replace(noisy, channels={**noisy.channels, "steer": stepped})).notes == ()
 
 
-def test_the_notes_say_which_channels(noisy):
-    drive, doubts = checked(variant("x, y, u, v held at 10 Hz").of(noisy), VEHICLE)
+def test_the_notes_say_which_channels(noisy, tmp_path):
+    drive, doubts = checked(read_drive(log(noisy, "x, y, u, v held at 10 Hz", tmp_path)), VEHICLE)
     assert doubts == ()
     assert [note.split(":")[0] for note in drive.notes] == list(GPS) and "samples 0.1" in drive.notes[0].replace("0.096", "0.1")
     assert all(0.1 < np.isfinite(drive[name]).mean() < 0.14 for name in GPS)
@@ -75,6 +82,15 @@ def test_the_notes_say_which_channels(noisy):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["x, y, u, v held at 10 Hz", "x, y, u, v at 10 Hz, lines between", "steer held at 20 Hz"])
-def test_n_is_identified_from_such_logs(noisy, name):
-    found = estimate(variant(name).of(noisy), bicycle(VEHICLE, CLAY), 0.7, method="horizon")
+def test_n_is_identified_from_such_logs(noisy, name, tmp_path):
+    found = estimate(log(noisy, name, tmp_path), bicycle(VEHICLE, CLAY), 0.7, method="horizon")
     assert found.verdict.word == "identified" and abs(found.n_front[-1] / 0.5 - 1.0) < 0.06
+
+
+@pytest.mark.slow
+def test_the_residual_of_such_a_log_is_that_of_the_whole_one(noisy, tmp_path):
+    declared = Declaration(VEHICLE, CLAY)
+    whole, held_ = residual(noisy, declared), residual(log(noisy, "x, y, u, v held at 10 Hz", tmp_path), declared)
+    for axle in ("front", "rear"):
+        assert 0.3 < held_.axles[axle]["rms"] / whole.axles[axle]["rms"] < 3.0
+    assert held_.mse["0.5"]["omega_z"] < 2.0 * whole.mse["0.5"]["omega_z"]

@@ -13,7 +13,6 @@ from softsoil.recording.read import read_drive, write_drive
 LEFT_TO_THE_VERDICT = {
     "steer clipped": "steering stops look the same",
     "hard ground": "no channel contradicts another: only the force balance shows that there is no soil",
-    "one encoder for all wheels": "a car with all axles locked looks the same",
     "wheels 3 % fast": "more slip looks the same",
     "steering ratio 10 % off": "softer soil looks the same",
     "wheels 1 s late": "slip that follows the acceleration looks the same, and this drive hardly spreads its wheels",

@@ -14,6 +14,7 @@ from softsoil.commands.options import open_drive
 from softsoil.declaration.late_steering import late_steering
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import CHECKED, WHEEL_CHANNELS
+from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.usable import usable
 from softsoil.symbolic.catalogue import bicycle
@@ -119,7 +120,8 @@ def test_a_model_of_ones_own_takes_a_drive_as_it_is(good):
 
 
 def test_the_models_own_drive_passes(model):
-    drive = synthetic_drive(model, reference_vehicle().radius, seconds=20.0, slip_rate=0.03)
+    made = synthetic_drive(model, reference_vehicle().radius, seconds=20.0, slip_rate=0.03)
+    drive = add_noise(made, dict.fromkeys(WHEEL_CHANNELS, 1e-3), 1)  # four sensors
     with python_warnings.catch_warnings():
         python_warnings.simplefilter("error")
         usable(drive, reference_vehicle())
