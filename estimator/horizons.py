@@ -103,7 +103,7 @@ def predict(
 class Replay:
     """A drive made ready for prediction with one model: its inputs, states and clock.
 
-    Windows start at states derived where they are not measured, or on a line between two that are at most BRIDGED apart, and are
+    Windows start at states derived where they are not measured, or on a line between two with at most BRIDGED s between, and are
     judged by measured ones alone.
 
     recording: taken as it is, so clean logs give the paper's "true states"; model: bicycle, with declared effects if any;
