@@ -10,6 +10,7 @@ initial guess with its verdict. With --write the table replaces what stands betw
 from __future__ import annotations
 
 import argparse
+import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -27,7 +28,7 @@ from softsoil.identification.result import Identification
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
-from softsoil.recording.read import read_drive
+from softsoil.recording.read import read_drive, write_drive
 from softsoil.symbolic.soil import load_soil
 from softsoil.symbolic.vehicle import Vehicle
 
@@ -106,7 +107,12 @@ def identified(folder: Path, name: str, change: Change) -> Identification:
     """The vehicle by `identify` from the changed drives."""
     noise = "table5" if name == TABLE5 else "good"
     drives = [change(add_noise(read_drive(folder / f"{log}.csv.gz"), noise, 10 * i)) for i, log in enumerate(DRIVES)]
-    return identify(drives, [load_soil(str(named_soil(log))) for log in DRIVES], OWNED)
+    with tempfile.TemporaryDirectory() as place:
+        files = [write_drive(drive, Path(place) / f"{log}.parquet") for log, drive in zip(DRIVES, drives, strict=True)]
+        try:
+            return identify(files, [load_soil(str(named_soil(log))) for log in DRIVES], OWNED)
+        except ValueError as error:
+            raise ValueError(str(error).replace(f"{place}/", "")) from None
 
 
 def judged(folder: Path, vehicle: Vehicle) -> list[tuple[float, bool]]:

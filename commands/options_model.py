@@ -61,7 +61,10 @@ def say_vehicle(vehicle: Path | None, model: Path | None = None, default: Path |
     """Say, as a command's first line, which vehicle is taken where neither --vehicle nor --model names one: `default`, or the
     reference vehicle; and of one that is named that `softsoil identify` said not to use it yet; returns the line."""
     if vehicle is not None or model is not None:
-        verdict = declared_vehicle(vehicle, model).verdict
+        try:
+            verdict = declared_vehicle(vehicle, model).verdict
+        except ValueError:  # whatever is wrong, the command says it where it takes the file
+            return ""
         if verdict in ("", IDENTIFIED):
             return ""
         words = f"warning: {vehicle or model}: identify said {verdict!r} of this vehicle: not to be used yet"

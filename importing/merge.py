@@ -14,6 +14,7 @@ import numpy as np
 
 from softsoil.importing.import_map import ImportMap, Mapped, Mount
 from softsoil.importing.sources import GAP, TABLE_SUFFIXES, Series
+from softsoil.recording.between import samples
 from softsoil.recording.clock import at_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import interpolated
@@ -69,6 +70,7 @@ def merge(
     dt = float(clock[1] - clock[0])
     channels: dict[str, Array] = {"t": clock - clock[0]}
     origins: dict[str, Origin] = {}
+    notes = tuple(note for s in series.values() for note in s.notes)
     for channel, origin in plan.channels.items():
         one = series[origin.source]
         values = origin.si(origin.samples(one), geometry.radius)
@@ -80,6 +82,8 @@ def merge(
         t, values = moved[origin.source][good], values[good]
         if channel == "psi":
             values = np.unwrap(values)
+        if (sampled := samples(channel, t, values)) is not None:
+            t, values, notes = t[sampled[0]], values[sampled[0]], (*notes, sampled[1])
         channels[channel] = _placed(channel, clock, t, values, dt)
         own = Series(origin.source, t, {})
         origins[channel] = Origin("measured", origin.label, own.rate_hz, own.gaps)
@@ -96,7 +100,6 @@ def merge(
             first = origins[repeated[0]]
             origins[n] = Origin("derived", first.source, first.rate_hz, first.gaps)
     channels = _mounted(channels, plan, geometry)
-    notes = tuple(note for s in series.values() for note in s.notes)
     for channel, origin in plan.channels.items():
         if count := origin.wraps(series[origin.source]):
             notes += (f"{channel}: {origin.label}: a counter that wrapped {count} times",)

@@ -39,19 +39,30 @@ def only_samples(recording: Recording) -> Recording:
     recording: as it was read.
     """
     channels, notes = dict(recording.channels), []
-    for name, longest in LONGEST.items():
+    for name in LONGEST:
         if name not in channels or recording.state_of(name) != "measured":
             continue
-        rows, words = held(channels[name]), "each value is held"
-        if rows is None:
-            rows, words = straight(recording.t, channels[name]), "a straight line"
-        if rows is None:
-            continue
-        every = float(np.median(np.diff(recording.t[rows])))
-        if every <= longest:
-            channels[name] = np.where(rows, channels[name], np.nan)
-            notes.append(f"{name}: {words} between samples {every:.3g} s from each other; the rows between are left empty")
+        found = samples(name, recording.t, channels[name])
+        if found is not None:
+            channels[name] = np.where(found[0], channels[name], np.nan)
+            notes.append(found[1])
     return replace(recording, channels=channels, notes=(*recording.notes, *notes)) if notes else recording
+
+
+def samples(name: str, t: Array, values: Array) -> tuple[Rows, str] | None:
+    """(N,) which rows of the channel called `name` hold a sample, and a note that says so; None where all do, as far as it shows.
+
+    t (N,): s; values (N,).
+    """
+    rows, words = held(values), "each value is held"
+    if rows is None:
+        rows, words = straight(t, values), "a straight line"
+    if rows is None:
+        return None
+    every = float(np.median(np.diff(t[rows])))
+    if not every <= LONGEST.get(name, 0.0):
+        return None
+    return rows, f"{name}: {words} between samples {every:.3g} s from each other; the rows between are left empty"
 
 
 def held(values: Array) -> Rows | None:
