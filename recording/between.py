@@ -52,7 +52,7 @@ def only_samples(recording: Recording) -> Recording:
 def samples(name: str, t: Array, values: Array) -> tuple[Rows, str] | None:
     """(N,) which rows of the channel called `name` hold a sample, and a note that says so; None where all do, as far as it shows.
 
-    t (N,): s; values (N,).
+    name: of the channel; t (N,): s; values (N,).
     """
     rows, words = held(values), "each value is held"
     if rows is None:
@@ -66,7 +66,10 @@ def samples(name: str, t: Array, values: Array) -> tuple[Rows, str] | None:
 
 
 def held(values: Array) -> Rows | None:
-    """(N,) which rows hold a new sample, of a channel (N,) that repeats each until the next; None for any other channel."""
+    """(N,) which rows hold a new sample, of a channel that repeats each until the next; None for any other channel.
+
+    values (N,): of the channel.
+    """
     new = np.ones(len(values), dtype=bool)
     new[1:] = values[1:] != values[:-1]
     return new if np.isfinite(values).all() and _regular(new) else None
@@ -75,7 +78,8 @@ def held(values: Array) -> Rows | None:
 def straight(t: Array, values: Array) -> Rows | None:
     """(N,) which rows hold a sample, of a channel (N,) that is a straight line between them; None for any other channel.
 
-    t (N,): s. Where a sample stood between two rows, the line bends at both: the nearer one, which bends more, is taken.
+    t (N,): s; values (N,): of the channel. Where a sample stood between two rows, the line bends at both: the nearer one, which
+    bends more, is taken.
     """
     if len(values) < FEWEST or not np.isfinite(values).all():
         return None
