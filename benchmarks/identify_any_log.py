@@ -1,10 +1,10 @@
 """`softsoil identify` on logs that lack channels, are slow, or are wrong: what it says, and what its file then makes of n.
 
-    python -m benchmarks.identify_any_log ../shared/data/chrono_vehicle [--only NAME ...] [--write docs/reference/any-log.md]
+    python -m benchmarks.identify_any_log ../shared/data/chrono_vehicle [--only NAME ...]
 
 The reference vehicle from what an owner knows of it, on two drives with the noise "good" and a third on which `identify` judges
 itself; each change is made to all three. Judged on other drives, unchanged but for Table-5 noise: n by the horizon from one
-initial guess with its verdict. With --write the table replaces what stands between the marks in that document.
+initial guess with its verdict.
 """
 
 from __future__ import annotations
@@ -43,34 +43,26 @@ RIGHT = 0.1
 TABLE5 = "noise of Table 5"
 SLOW = ("10 Hz", 8)
 LONG = "a million rows"
-MARKS = ("<!-- identify: begin -->", "<!-- identify: end -->")
 
 Change = Callable[[Recording], Recording]
 
 
 def main() -> None:
-    """Print the table, write it where asked."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", nargs="*", help="names of changes")
-    parser.add_argument("--write", type=Path)
     arguments = parser.parse_args()
     changes = {name: change for name, change in all_changes().items() if not arguments.only or name in arguments.only}
-    rows = []
     for row in table(arguments.folder, changes):
         print(row, flush=True)
-        rows.append(row)
-    if arguments.write:
-        before, rest = arguments.write.read_text(encoding="utf-8").split(MARKS[0])
-        after = rest.split(MARKS[1])[1]
-        arguments.write.write_text(f"{before}{MARKS[0]}\n" + "\n".join(rows) + f"\n{MARKS[1]}{after}", encoding="utf-8")
 
 
 def all_changes() -> dict[str, Change]:
     """Name -> what is done to every log that `identify` is given, noise included."""
     changes: dict[str, Change] = {"nothing": lambda drive: drive}
     changes |= {f"without {name}": _without(channels) for name, channels in WITHOUT.items() if channels}
-    changes[SLOW[0]] = lambda drive: replace(drive, channels={k: v[:: SLOW[1]] for k, v in drive.channels.items()})
+    changes[SLOW[0]] = lambda drive: replace(drive, channels={k: v[:: SLOW[1]] for k, v in drive.channels.items()}, truth={})
     changes[TABLE5] = lambda drive: drive
     return changes | {v.name: variant(v.name).of for v in VARIANTS if v.name != LONG}
 
