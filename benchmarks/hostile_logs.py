@@ -82,16 +82,17 @@ def judged(
         drive, doubts = checked(drive, vehicle)
         n, word = n_of(completed(drive, vehicle))
     except ValueError as error:
-        return "refused", "", "", _short(str(error).replace(str(path), "log"))
+        return "refused", "", "", short(str(error).replace(str(path), "log"))
     right = abs(n - reference) < RIGHT * reference
     if doubts:
         more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
-        return ("warned, n right" if right else "warned, n wrong"), f"{n:.3f}", word, _short(doubts[0]) + more
+        return ("warned, n right" if right else "warned, n wrong"), f"{n:.3f}", word, short(doubts[0]) + more
     outcome = "right" if right else "silently wrong" if word == "identified" else "not identified"
     return outcome, f"{n:.3f}", word, ""
 
 
-def _short(words: str) -> str:
+def short(words: str) -> str:
+    """Words as a cell of a table, cut where they are long."""
     words = words.replace("|", "/")
     return words if len(words) <= 150 else words[:147] + "..."
 

@@ -14,12 +14,15 @@ import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.absent_channels import WITHOUT
+from benchmarks.hostile_logs import short
 from benchmarks.identify_reference import KNOWN
+from benchmarks.judges.vehicle_judge import without
 from softsoil.cases.hostile import VARIANTS, variant
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import estimate
@@ -61,14 +64,10 @@ def main() -> None:
 def all_changes() -> dict[str, Change]:
     """Name -> what is done to every log that `identify` is given, noise included."""
     changes: dict[str, Change] = {"nothing": lambda drive: drive}
-    changes |= {f"without {name}": _without(channels) for name, channels in WITHOUT.items() if channels}
+    changes |= {f"without {name}": partial(without, absent=channels) for name, channels in WITHOUT.items() if channels}
     changes[SLOW[0]] = lambda drive: replace(drive, channels={k: v[:: SLOW[1]] for k, v in drive.channels.items()}, truth={})
     changes[TABLE5] = lambda drive: drive
     return changes | {v.name: variant(v.name).of for v in VARIANTS if v.name != LONG}
-
-
-def _without(channels: tuple[str, ...]) -> Change:
-    return lambda drive: replace(drive, channels={k: v for k, v in drive.channels.items() if k not in channels})
 
 
 def table(folder: Path, changes: dict[str, Change]) -> Iterator[str]:
@@ -81,7 +80,7 @@ def table(folder: Path, changes: dict[str, Change]) -> Iterator[str]:
             try:
                 found = identified(folder, name, change)
             except ValueError as error:
-                yield f"| {name} | refused | | | | {_short(str(error))} |"
+                yield f"| {name} | refused | | | | {short(str(error))} |"
                 continue
         words = [str(w.message) for w in said if w.category is UserWarning]
         words = [found.reason, *words] if found.verdict != "identified" else words or list(found.notes)
@@ -91,7 +90,7 @@ def table(folder: Path, changes: dict[str, Change]) -> Iterator[str]:
         yield (
             f"| {name} | {found.verdict} | {inertia.value:.0f} ± {inertia.std:.0f} {inertia.state} "
             f"| {100 * np.median(errors):.1f} %, {100 * errors.max():.1f} % | {sure.sum()} of {len(n)}, "
-            f"{int(np.sum(errors[sure] > RIGHT))} | {_short(words[0]) if words else ''} |"
+            f"{int(np.sum(errors[sure] > RIGHT))} | {short(words[0]) if words else ''} |"
         )
 
 
@@ -117,11 +116,6 @@ def judged(folder: Path, vehicle: Vehicle) -> list[tuple[float, bool]]:
         error = float(found.n_front[-1]) / float(named_n(name) or np.nan) - 1.0
         out.append((error, found.verdict is not None and found.verdict.usable))
     return out
-
-
-def _short(words: str) -> str:
-    words = words.replace("|", "/")
-    return words if len(words) <= 150 else words[:147] + "..."
 
 
 if __name__ == "__main__":

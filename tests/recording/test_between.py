@@ -76,7 +76,7 @@ def test_a_steering_angle_that_the_driver_holds_is_one(noisy):
 def test_the_notes_say_which_channels(noisy, tmp_path):
     drive, doubts = checked(read_drive(log(noisy, "x, y, u, v held at 10 Hz", tmp_path)), VEHICLE)
     assert doubts == ()
-    assert [note.split(":")[0] for note in drive.notes] == list(GPS) and "samples 0.1" in drive.notes[0].replace("0.096", "0.1")
+    assert [note.split(":")[0] for note in drive.notes] == list(GPS) and "samples 0.096 s" in drive.notes[0]
     assert all(0.1 < np.isfinite(drive[name]).mean() < 0.14 for name in GPS)
 
 
