@@ -60,6 +60,26 @@ class Line:
         value[index] *= factor
         return replace(self, value=value, std=std)
 
+    def bracketed(self, index: int, reverse: Line) -> Line:
+        """The line with coefficient number `index` between itself and what the regression the other way round says.
+
+        reverse: of that feature on y (its coefficient 0) and the other features. Errors in the feature draw this coefficient
+        towards zero, errors in y draw that of the reverse, white or not: the truth lies between this one and 1/reverse. Where 1
+        does, too, the coefficient is the middle, uncertain by half of the bracket; else it is the end nearer to 1.
+        """
+        back, error = float(reverse.value[0]), float(reverse.std[0])
+        value, std = self.value.copy(), self.std.copy()
+        if abs(back) < 2.0 * error or back * value[index] <= 0.0:
+            std[index] = np.inf
+            return replace(self, value=value, std=std)
+        ends = sorted(((float(value[index]), float(std[index])), (1.0 / back, error / back**2)))
+        (low, low_std), (high, high_std) = ends
+        if low < 1.0 < high:
+            value[index], std[index] = 0.5 * (low + high), np.hypot(0.5 * (high - low), max(low_std, high_std))
+        else:
+            value[index], std[index] = ends[0] if low >= 1.0 else ends[1]
+        return replace(self, value=value, std=std)
+
     def disturbed(self, rms: float) -> Line:
         """The line of a y that may hold something unmodelled of root mean square `rms`: what that does to each coefficient at
         worst, where it is in step with the feature, is its bias."""
