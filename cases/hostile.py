@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import filtfilt, lfilter
 
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
 
@@ -82,6 +83,21 @@ def _between(names: tuple[str, ...], hertz: float, line: bool) -> Callable[[Chan
         rows = np.searchsorted(t, np.arange(t[0], t[-1], 1.0 / hertz))
         last = rows[np.searchsorted(rows, np.arange(len(t)), side="right") - 1]
         return {**c, **{name: np.interp(t, t[rows], c[name][rows]) if line else c[name][last] for name in names}}
+
+    return change
+
+
+def _filtered(noise: Mapping[str, float], seconds: float, twice: bool = False) -> Callable[[Channels], Channels]:
+    """Channels with white noise of so many units through a first-order low-pass; twice: backwards as well, so none is late."""
+
+    def change(c: Channels) -> Channels:
+        rng, kept = np.random.default_rng(5), float(np.exp(-np.median(np.diff(c["t"])) / seconds))
+        top, below, out = [1.0 - kept], [1.0, -kept], {}
+        for name, std in noise.items():
+            noisy = c[name] + std * rng.standard_normal(len(c["t"]))
+            first = noisy[0]
+            out[name] = filtfilt(top, below, noisy) if twice else first + lfilter(top, below, noisy - first)
+        return {**c, **out}
 
     return change
 
@@ -209,6 +225,9 @@ _DRIVES = (
     Variant("x, y, u, v held at 10 Hz", _between(GPS, 10.0, False), harmless=True),
     Variant("x, y, u, v at 10 Hz, lines between", _between(GPS, 10.0, True), harmless=True),
     Variant("steer held at 20 Hz", _between(("steer",), 20.0, False), harmless=True),
+    Variant("v through a low-pass of 0.05 s", _filtered({"v": 0.25}, 0.05), harmless=True),
+    Variant("u, v, omega_z smoothed both ways", _filtered({"u": 0.25, "v": 0.25, "omega_z": 0.0175}, 0.02, True), harmless=True),
+    Variant("omega_z through a low-pass of 0.05 s", _filtered({"omega_z": 0.0175}, 0.05)),
     Variant("5 Hz", _at_rate(5.0), harmless=True),
     Variant("1 kHz", _at_rate(1000.0), harmless=True), Variant("a million rows", _long, harmless=True),
 )  # fmt: skip

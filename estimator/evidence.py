@@ -19,6 +19,7 @@ from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, expon
 from softsoil.estimator.soil_error import SoilError, soil_error
 from softsoil.estimator.strain import VehicleChange, vehicle_change
 from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.noise_level import noise_level
 from softsoil.symbolic.vehicle import JUDGED
 from softsoil.windows.free_windows import FreeWindows
 from softsoil.windows.window_fit import reduce_windows
@@ -135,7 +136,7 @@ def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str,
         # Medians over windows: a few that hit an obstacle or a kick of the steering are no fault of the model.
         per_window = (residual[..., i] ** 2).sum(axis=1) / np.maximum((seen - leverage[..., i] * seen).sum(axis=1), 1.0)
         per_window = per_window[seen.any(axis=1)]
-        noise, noise_error = sensor_variance(windows.drive.measured[windows.rows[0] :, i])
+        noise, noise_error = sensor_variance(windows.drive.measured[windows.rows[0] :, i], windows.drive.dt)
         left, count = float(np.median(per_window)), len(per_window)
         motion = float(np.nanvar(windows.drive.smooth[windows.rows[0] :, i])) + 1e-12
         error = max(float(np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)), 1e-15)
@@ -143,11 +144,12 @@ def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str,
     return shares, errors
 
 
-def sensor_variance(values: Array) -> tuple[float, float]:
-    """Variance of a channel's noise from its third differences, and the standard error of that; values (N,).
+def sensor_variance(values: Array, dt: float) -> tuple[float, float]:
+    """Variance of a channel's noise from its third differences, and the standard error of that; values (N,) of period dt (s).
 
     A smooth signal sampled finely has third differences of its noise only, of variance 20 sigma^2; they are correlated over four
-    samples, which makes the error sqrt(4.6/N) of the variance.
+    samples, which makes the error sqrt(4.6/N) of the variance. Of correlated noise (`noise_level`) they show a share, and fewer
+    samples count.
     """
     third = np.convolve(values, THIRD, mode="valid")
     third = third[np.isfinite(third)]
@@ -155,5 +157,7 @@ def sensor_variance(values: Array) -> tuple[float, float]:
         return 0.0, np.inf
     robust = 1.4826 * float(np.median(np.abs(third))) + 1e-15
     kept = third[np.abs(third) < TRIMMED * robust]
-    variance = float(np.mean(kept**2)) / 20.0
-    return variance, variance * float(np.sqrt(4.6 / len(kept)))
+    level = noise_level(values, dt)
+    seen, alike = (level.std / max(level.rough, 1e-15)) ** 2, (level.white / max(level.std, 1e-15)) ** 2
+    variance = seen * float(np.mean(kept**2)) / 20.0
+    return variance, variance * float(np.sqrt(4.6 * alike / len(kept)))

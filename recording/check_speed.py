@@ -6,8 +6,9 @@ import numpy as np
 
 from softsoil.recording.check_words import Check
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
-from softsoil.recording.evidence import Motion, interpolated, noise_of, regress
+from softsoil.recording.evidence import Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
+from softsoil.recording.noise_level import noise_level
 
 EXPECTED = "a speed over ground, which wheels that drive or brake slip against"
 LEAST_SLIP = 0.0015
@@ -41,8 +42,8 @@ def speed_checks(m: Motion, geometry: Geometry) -> list[Check]:
         if line.std[0] < SURE and abs(line.value[0]) < LEAST_SLIP:
             return [_odometry(found)]
     for name, mean in (("all wheels", every), ("the rear wheels", rear), ("the front wheels", front * np.cos(steer))):
-        own, shared = noise_of(u), noise_of(u - mean)
-        if own > NOISY and shared < SHARED * min(own, noise_of(mean)):
+        own, other, shared = (noise_level(values, m.log.dt).rough for values in (u, mean, u - mean))
+        if own > NOISY and shared < SHARED * min(own, other):
             return [_odometry(f"the noise of the mean of {name} in it, to {100 * shared / own:.0f} %")]
     return [Check("speed_source", "u", True, found, EXPECTED)] if found else []
 

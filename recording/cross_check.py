@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from softsoil.recording.check_clocks import clock_checks
+from softsoil.recording.check_clocks import clock_checks, filter_checks
 from softsoil.recording.check_motion import heading_checks, inertial_checks, pose_checks
 from softsoil.recording.check_single import excitation_checks, single_checks
 from softsoil.recording.check_speed import speed_checks
@@ -34,6 +34,7 @@ def check_channels(recording: Recording, geometry: Geometry, late_steering: floa
     if not checks[0].passed:
         return tuple(checks)
     checks += clock_checks(recording, geometry, late_steering)  # first: a clock that is off makes other checks fail
+    checks += filter_checks(motion.log)
     checks += speed_checks(motion, geometry)
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
     checks += wheel_checks(motion, geometry) + sensor_checks(motion, geometry) + side_checks(motion, geometry)

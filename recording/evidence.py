@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Array, Recording
+from softsoil.recording.noise_level import noise_of
 
 WINDOW = 0.5
 """s: length of a window, five samples at least."""
@@ -72,7 +73,8 @@ class Line:
         if abs(back) < 2.0 * error or back * value[index] <= 0.0:
             std[index] = np.inf
             return replace(self, value=value, std=std)
-        ends = sorted(((float(value[index]), float(std[index])), (1.0 / back, error / back**2)))
+        far = error / min(back**2, abs(back))  # as many standard errors from 1 as the reverse itself
+        ends = sorted(((float(value[index]), float(std[index])), (1.0 / back, far)))
         (low, low_std), (high, high_std) = ends
         if low < 1.0 < high:
             value[index], std[index] = 0.5 * (low + high), np.hypot(0.5 * (high - low), max(low_std, high_std))
@@ -189,7 +191,7 @@ class Motion:
         """Variance that sensor noise makes of the mean of the channel called `name` over a window, from third differences."""
         values = self.channel(name)
         samples = self.size * float(np.isfinite(values).mean())  # of a channel slower than the clock, fewer than rows
-        return noise_of(values) ** 2 / max(samples, 1.0)
+        return noise_of(values, self.log.dt) ** 2 / max(samples, 1.0)
 
     def integral(self, rate: Array) -> Array:
         """(N,) integral of rate (N,) from the start; short gaps are bridged, windows inside long ones stay NaN."""
@@ -210,15 +212,6 @@ class Motion:
     def driven(self, values: Array) -> Array:
         """values (windows,) with NaN where the vehicle does not drive."""
         return np.where(self.driving, values, np.nan)
-
-
-def noise_of(values: Array) -> float:
-    """Standard deviation of the white noise in values (N,), robust, from third differences; 0 with too few values.
-
-    A smooth signal sampled finely has third differences of its noise only: their standard deviation is sqrt(20) sigma.
-    """
-    values = values[np.isfinite(values)]  # of a channel slower than the clock, its own samples
-    return 1.4826 * float(np.median(np.abs(np.diff(values, n=3)))) / np.sqrt(20) if len(values) > 3 else 0.0
 
 
 def interpolated(values: Array, reach: int) -> Array:

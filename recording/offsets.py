@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from softsoil.recording.check_speed import over_ground
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
-from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated, noise_of
+from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated
 from softsoil.recording.geometry import Geometry
+from softsoil.recording.noise_level import noise_level
 
 REACH = 2.0
 """s: largest offset that is looked for."""
@@ -144,7 +145,7 @@ def _jumps(log: Recording, size: int) -> NDArray[np.bool_]:
         if log.measured(name):
             at = np.flatnonzero(np.isfinite(log[name]))
             moved, apart = np.abs(np.diff(log[name][at])), np.diff(at) * log.dt
-            found[at[1:][moved > SPIKE * apart + JUMP * noise_of(log[name])]] = True
+            found[at[1:][moved > SPIKE * apart + JUMP * noise_level(log[name], log.dt).rough]] = True
     return np.convolve(found, np.ones(2 * size + 1), mode="same") > 0.5
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softsoil.recording.drive import STATE_CHANNELS, Array, Recording
-from softsoil.recording.evidence import noise_of
+from softsoil.recording.noise_level import noise_of
 
 
 def measured_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
@@ -29,6 +29,7 @@ def known_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) 
 
 
 def sensor_std(recording: Recording, floor: Array, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
-    """(n,) noise of each channel, at least `floor` (n,)."""
+    """(n,) standard deviation of the noise of each channel, at least `floor` (n,); of correlated noise, of the white one that
+    counts as much."""
     states = measured_states(recording, names)
-    return np.maximum([noise_of(states[:, i]) for i in range(len(names))], floor)
+    return np.maximum([noise_of(states[:, i], recording.dt) for i in range(len(names))], floor)

@@ -231,7 +231,7 @@ def test_windows_that_say_nothing_give_no_parts_and_no_inertia(noisy):
 def test_noise_of_a_channel_from_its_third_differences():
     rng = np.random.default_rng(0)
     t = np.arange(0.0, 30.0, 0.012)
-    estimates = [sensor_variance(np.sin(t) + 0.1 * rng.standard_normal(len(t))) for _ in range(50)]
+    estimates = [sensor_variance(np.sin(t) + 0.1 * rng.standard_normal(len(t)), 0.012) for _ in range(50)]
     values = np.array([value for value, _ in estimates])
     assert np.mean(values) == pytest.approx(0.01, rel=0.02)
     assert np.std(values) == pytest.approx(estimates[0][1], rel=0.4)
