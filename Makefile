@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # Two halves of about the same length, one per core; a new folder of tests falls into the second.
-FIRST := $(addprefix tests/,cases codegen control estimator identification mpc_demo plant recording windows)
+FIRST := $(addprefix tests/,cases codegen estimator identification mpc_demo plant recording windows)
 
 .PHONY: demo test test-types test-first test-rest docs check lock clean
 

@@ -4,7 +4,8 @@ Each nominal drive (`paper_*`, `multi_*`, `steps_*`) gets sensor noise, n is est
 -0.15 (one n for both axles), and the value at the end is held against the n in the drive's name. Nothing is fitted here.
 `--judged` takes what `softsoil.estimate` says, its filter corrected by the windows, and prints how often that is identified;
 else the estimator runs by itself. `--set run_in=0` runs the filter with another number of its tuning
-(`estimator/tuning.py`), to see what that one is worth.
+(`estimator/tuning.py`), to see what that one is worth; `--low-pass 0.05 v` puts a low-pass of 0.05 s behind the noise of v, as a
+robot's filter does, `--both-ways` runs it backwards as well.
 """
 
 import argparse
@@ -19,7 +20,8 @@ from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.estimate import METHODS, estimate, run_method
 from softsoil.estimator.tuning import Tuning
-from softsoil.recording.noise import add_noise
+from softsoil.recording.drive import Recording
+from softsoil.recording.noise import add_noise, low_pass
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
@@ -43,6 +45,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--judged", action="store_true", help="as softsoil.estimate says, with its verdicts")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE[,VALUE]", help="another number of the filter")
+    parser.add_argument("--low-pass", nargs="+", metavar=("SECONDS", "CHANNEL"), help="of channels, behind their noise")
+    parser.add_argument("--both-ways", action="store_true", help="the low-pass backwards as well")
     options = parser.parse_args()
     tuning = changed(options.set)
     vehicle = load_vehicle(options.vehicle)
@@ -54,7 +58,7 @@ def main() -> None:
         rows = []
         for guess in GUESSES:
             for seed in range(options.seeds):
-                noisy = add_noise(clean, options.noise, seed)
+                noisy = filtered(add_noise(clean, options.noise, seed), options.low_pass, options.both_ways)
                 one = estimate if options.judged else run_method
                 e = one(noisy, model, n + guess, method=options.method, tuning=tuning)
                 identified.append(e.verdict is not None and e.verdict.usable)
@@ -83,6 +87,12 @@ def main() -> None:
         print(f"identified: {sum(identified)} of {len(size)}, more than {100 * RIGHT:.0f} % off of these: {wrong}")
     for log in sorted(options.folder.glob("change_clay_*.csv.gz")):
         follow_change(log, vehicle, options.noise, options.seeds, options.method, tuning)
+
+
+def filtered(noisy: Recording, low_passed: list[str] | None, twice: bool) -> Recording:
+    """The drive with a low-pass, [seconds, channel ...], behind the noise of these channels."""
+    seconds, *names = low_passed or ["0"]
+    return noisy.with_channels(**{name: low_pass(noisy[name], noisy.dt, float(seconds), twice) for name in names})
 
 
 def changed(settings: list[str]) -> Tuning:

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import filtfilt, lfilter
 
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
+from softsoil.recording.noise import low_pass
 
 Channels = dict[str, Array]
 GPS = ("x", "y", "u", "v")
@@ -91,13 +91,9 @@ def _filtered(noise: Mapping[str, float], seconds: float, twice: bool = False) -
     """Channels with white noise of so many units through a first-order low-pass; twice: backwards as well, so none is late."""
 
     def change(c: Channels) -> Channels:
-        rng, kept = np.random.default_rng(5), float(np.exp(-np.median(np.diff(c["t"])) / seconds))
-        top, below, out = [1.0 - kept], [1.0, -kept], {}
-        for name, std in noise.items():
-            noisy = c[name] + std * rng.standard_normal(len(c["t"]))
-            first = noisy[0]
-            out[name] = filtfilt(top, below, noisy) if twice else first + lfilter(top, below, noisy - first)
-        return {**c, **out}
+        rng, dt = np.random.default_rng(5), float(np.median(np.diff(c["t"])))
+        noisy = {name: c[name] + std * rng.standard_normal(len(c["t"])) for name, std in noise.items()}
+        return {**c, **{name: low_pass(values, dt, seconds, twice) for name, values in noisy.items()}}
 
     return change
 

@@ -1,4 +1,4 @@
-"""Sensor noise added to clean logs, by name and seed."""
+"""Sensor noise added to clean logs, by name and seed, and the low-pass that some loggers put behind their sensors."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
+from scipy.signal import filtfilt, lfilter
 
-from softsoil.recording.drive import Recording
+from softsoil.recording.drive import Array, Recording
 
 TABLE5: Mapping[str, float] = MappingProxyType(
     {"x": 1.2, "y": 1.2, "psi": 0.0175, "u": 0.25, "v": 0.25, "omega_z": 0.0175}
@@ -41,3 +42,13 @@ def add_noise(recording: Recording, noise: str | Mapping[str, float], seed: int)
         if name in recording
     }
     return recording.with_channels(**noisy)
+
+
+def low_pass(values: Array, dt: float, seconds: float, twice: bool = False) -> Array:
+    """(N,) values (N,) of period dt (s) through a first-order low-pass of a time constant of so many seconds, which starts at the
+    first value; twice: run backwards as well, so that nothing is late."""
+    kept = float(np.exp(-dt / seconds))
+    top, below = [1.0 - kept], [1.0, -kept]
+    if twice:
+        return np.asarray(filtfilt(top, below, values), dtype=float)
+    return np.asarray(values[0] + lfilter(top, below, values - values[0]), dtype=float)
