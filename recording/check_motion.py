@@ -13,6 +13,8 @@ from softsoil.recording.drive import Array
 from softsoil.recording.evidence import MOSTLY, Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
 
+FEWEST = 8
+"""Windows from which on slopes say something."""
 SLIDING = 0.75
 """Share of u omega_z that dv/dt may take back while a vehicle slides: where v is not measured, a smaller departure of the lateral
 accelerometer's scale from 1 is no evidence (0.59 was met on clay, at full lock)."""
@@ -20,10 +22,8 @@ accelerometer's scale from 1 is no evidence (0.59 was met on clay, at full lock)
 
 def heading_checks(m: Motion) -> list[Check]:
     """d psi/dt = omega_z: sign, scale and bias of the gyro."""
-    omega = m.channel("omega_z")
-    psi = m.channel("psi")
-    turned, expected = m.slope(psi), m.slope(m.integral(omega), psi)
-    if np.nansum(expected**2) * m.size * m.log.dt < 0.1:
+    turned, expected, seconds = _turns(m)
+    if np.nansum(expected**2 * seconds) < 0.1:
         return []
     line = regress(turned, expected, np.ones_like(turned))
     if line is None:
@@ -45,6 +45,18 @@ def heading_checks(m: Motion) -> list[Check]:
     if checks[0].passed:
         checks.append(_bias("yaw_rate_bias", "omega_z", -float(line.value[1]), float(line.std[1]), LIMITS.gyro, "rad/s"))
     return checks
+
+
+def _turns(m: Motion) -> tuple[Array, Array, Array]:
+    """Rate of the heading (K,) and what the yaw rate says of it, each (rad/s), over so many seconds (K,): over windows, or from
+    sample to sample of a heading that is too slow for them."""
+    psi, turned = m.channel("psi"), m.integral(m.channel("omega_z"))
+    rates, expected = m.slope(psi), m.slope(turned, psi)
+    if np.isfinite(rates).sum() >= FEWEST:
+        return rates, expected, np.full(m.windows, m.size * m.log.dt)
+    at = np.flatnonzero(np.isfinite(psi))
+    seconds = np.diff(at) * m.log.dt
+    return np.diff(psi[at]) / seconds, np.diff(turned[at]) / seconds, seconds
 
 
 def _bias(name: str, channel: str, value: float, std: float, limit: float, unit: str) -> Check:

@@ -48,6 +48,25 @@ def test_hostile_logs_are_refused_or_warned_about(hostile, good, tmp_path):
         assert "expected" in words and "found" in words and "\n" not in words
 
 
+@pytest.mark.parametrize("hertz", [1.0, 3.0])
+def test_a_slow_heading_is_compared_from_sample_to_sample(hertz, good):
+    drive = add_noise(good, "table5", 1)
+    slow = np.full(len(drive), np.nan)
+    slow[:: round(1.0 / hertz / drive.dt)] = 1.0
+
+    def checks_of(psi):
+        return {check.name: check for check in check_channels(drive.with_channels(psi=slow * psi), reference_vehicle())}
+
+    right = checks_of(drive["psi"])
+    assert right["yaw_rate_heading"].passed and right["yaw_rate_bias"].passed
+    for psi, words in (
+        (-drive["psi"], "sign = -1 for psi"),
+        (drive["steer"], "map another column to psi or omega_z"),
+    ):
+        wrong = checks_of(psi)["yaw_rate_heading"]
+        assert wrong.beyond_doubt and words in wrong.cure
+
+
 @pytest.mark.parametrize(
     "channel", ["u", "v", "psi", "omega_z", "a_x_imu", "a_y_imu", "steer", "omega_fl", "omega_rr", "x", "y"]
 )
