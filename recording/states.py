@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from softsoil.recording.drive import STATE_CHANNELS, Array, Recording
-from softsoil.recording.noise_level import noise_of
+from softsoil.recording.noise_level import NoiseLevel, noise_level
 
 
 def measured_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
@@ -31,5 +31,15 @@ def known_states(recording: Recording, names: tuple[str, ...] = STATE_CHANNELS) 
 def sensor_std(recording: Recording, floor: Array, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
     """(n,) standard deviation of the noise of each channel, at least `floor` (n,); of correlated noise, of the white one that
     counts as much."""
+    return np.maximum([noise.white for noise in _levels(recording, names)], floor)
+
+
+def sample_std(recording: Recording, floor: Array, names: tuple[str, ...] = STATE_CHANNELS) -> Array:
+    """(n,) standard deviation of the noise in a sample of each channel, at least `floor` (n,): that of `sensor_std` where it is
+    white, less where a filter has smoothed it."""
+    return np.maximum([noise.std for noise in _levels(recording, names)], floor)
+
+
+def _levels(recording: Recording, names: tuple[str, ...]) -> list[NoiseLevel]:
     states = measured_states(recording, names)
-    return np.maximum([noise_of(states[:, i], recording.dt) for i in range(len(names))], floor)
+    return [noise_level(states[:, i], recording.dt) for i in range(len(names))]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
 from softsoil.recording.drive import Recording
-from softsoil.recording.states import sensor_std
+from softsoil.recording.states import sample_std, sensor_std
 from softsoil.refinement.fit import Fit, Weights, fit
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.unknown_ground import N_NAMES, free_n, free_road, ground_starts
@@ -27,6 +27,9 @@ from softsoil.windows.shooting import Shooting, shooting_drive, shootings
 from softsoil.windows.stiffness import needed_substeps
 
 Array = NDArray[np.float64]
+
+LEAST_NOISE = np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])
+"""Least standard deviation that a sensor is believed to have (units of the states)."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,8 @@ class Bench:
     """What all candidates share: the model with every effect absent, one or more drives, weights, windows.
 
     model; absent (D, n_p): parameters with every undeclared effect absent; shootings: one per drive; weights;
-    fitted, held: indices of windows per drive; sensor (6,): noise of the channels; ground: what is unknown of it;
+    fitted, held: indices of windows per drive; sensor (6,): noise in a sample of each channel, white (6,): the white noise that
+    counts as much; ground: what is unknown of it;
     accepted: parameters of effects accepted so far, which stay free; loose: numbers of the vehicle and of its declared effects,
     free within their uncertainty: what a candidate could hide behind.
     """
@@ -64,6 +68,7 @@ class Bench:
     held: tuple[NDArray[np.int_], ...]
     weights: Weights
     sensor: Array
+    white: Array
     ground: tuple[Free, ...]
     accepted: tuple[Free, ...] = ()
     loose: tuple[Free, ...] = ()
@@ -149,7 +154,7 @@ def make_bench(
     for row, soil in zip(p, soils, strict=True):
         for signal in soil_parameters(soil):
             row[model.p.index(signal.name)] = signal.nominal
-    sensor = np.max([sensor_std(r, np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])) for r in recordings], axis=0)
+    sensor, white = (np.max([std(r, LEAST_NOISE) for r in recordings], axis=0) for std in (sample_std, sensor_std))
     substeps, ground = 0, free_n(len(drives)) if sinks else free_road(soils)
     while (needed := windowing.substeps or needed_substeps(plain, drives, p[:, soil_of])) > substeps:
         substeps = needed  # a stiffer ground than the last one needs shorter steps
@@ -157,8 +162,8 @@ def make_bench(
         counts = [len(shooting.rows) for shooting in windows]
         fitted = tuple(np.arange(max(round(count * RULES.fit_share), 1)) for count in counts)
         held = tuple(np.arange(len(part), count) for part, count in zip(fitted, counts, strict=True))
-        weights = Weights(np.maximum(_unexplained(windows, p), sensor))
-        bench = Bench(model, p, windows, fitted, held, weights, sensor, ground)
+        weights = _weights(np.maximum(_unexplained(windows, p), sensor), sensor, white)
+        bench = Bench(model, p, windows, fitted, held, weights, sensor, white, ground)
         for _ in range(2):  # the ground moves the weights, the weights the ground: twice is enough
             bench = reweighted(replace(bench, absent=fit_base(bench).p))
         p = bench.absent
@@ -173,7 +178,13 @@ def everything(bench: Bench) -> Bench:
 def reweighted(bench: Bench) -> Bench:
     """The bench with each channel measured against what the model leaves of it, at least RULES.least_sigma of its noise."""
     left = _unexplained(bench.shootings, bench.absent)
-    return replace(bench, weights=Weights(np.maximum(left, RULES.least_sigma * bench.sensor)))
+    return replace(bench, weights=_weights(np.maximum(left, RULES.least_sigma * bench.sensor), bench.sensor, bench.white))
+
+
+def _weights(left: Array, sensor: Array, white: Array) -> Weights:
+    """Each channel measured against what is left of it (6,), as large as it is where noise is white: errors that a filter has
+    smoothed hardly average out over a window."""
+    return Weights(np.sqrt(left**2 + np.maximum(white**2 - sensor**2, 0.0)))
 
 
 def _unexplained(shootings: Sequence[Shooting], p: Array) -> Array:
