@@ -13,8 +13,8 @@ from softsoil.recording.drive import Array
 from softsoil.recording.evidence import MOSTLY, Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
 
-FEWEST = 8
-"""Windows from which on slopes say something."""
+SLOPE, FEWEST = 4, 8
+"""Samples in a window that make a slope, and those of a slow heading from which on it is compared from one to the next."""
 SLIDING = 0.75
 """Share of u omega_z that dv/dt may take back while a vehicle slides: where v is not measured, a smaller departure of the lateral
 accelerometer's scale from 1 is no evidence (0.59 was met on clay, at full lock)."""
@@ -51,10 +51,10 @@ def _turns(m: Motion) -> tuple[Array, Array, Array]:
     """Rate of the heading (K,) and what the yaw rate says of it, each (rad/s), over so many seconds (K,): over windows, or from
     sample to sample of a heading that is too slow for them."""
     psi, turned = m.channel("psi"), m.integral(m.channel("omega_z"))
-    rates, expected = m.slope(psi), m.slope(turned, psi)
-    if np.isfinite(rates).sum() >= FEWEST:
-        return rates, expected, np.full(m.windows, m.size * m.log.dt)
     at = np.flatnonzero(np.isfinite(psi))
+    if len(at) >= SLOPE * m.windows or len(at) < FEWEST:
+        return m.slope(psi), m.slope(turned, psi), np.full(m.windows, m.size * m.log.dt)
+    at = at[:: int(np.ceil(m.size / np.median(np.diff(at))))]  # as far from each other as a window is long, or farther
     seconds = np.diff(at) * m.log.dt
     return np.diff(psi[at]) / seconds, np.diff(turned[at]) / seconds, seconds
 
