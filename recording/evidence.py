@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Array, Recording
-from softsoil.recording.noise_level import noise_of
+from softsoil.recording.noise_level import noise_level
 
 WINDOW = 0.5
 """s: length of a window, five samples at least."""
@@ -191,7 +191,7 @@ class Motion:
         """Variance that sensor noise makes of the mean of the channel called `name` over a window, from third differences."""
         values = self.channel(name)
         samples = self.size * float(np.isfinite(values).mean())  # of a channel slower than the clock, fewer than rows
-        return noise_of(values, self.log.dt) ** 2 / max(samples, 1.0)
+        return noise_level(values, self.log.dt).white ** 2 / max(samples, 1.0)
 
     def integral(self, rate: Array) -> Array:
         """(N,) integral of rate (N,) from the start; short gaps are bridged, windows inside long ones stay NaN."""

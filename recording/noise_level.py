@@ -71,11 +71,6 @@ def noise_level(values: Array, dt: float) -> NoiseLevel:
     return NoiseLevel(std, std * float(np.sqrt(correlated)), levels[0], late * period)
 
 
-def noise_of(values: Array, dt: float) -> float:
-    """Standard deviation of the white noise that counts as much as that in values (N,) of period dt (s) (`NoiseLevel.white`)."""
-    return noise_level(values, dt).white
-
-
 def _third(values: Array, stride: int) -> float:
     """Standard deviation of white noise with the third differences of values (N,) at a distance of `stride` samples."""
     third = values[3 * stride :] - 3.0 * values[2 * stride : -stride] + 3.0 * values[stride : -2 * stride] - values[: -3 * stride]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.moving_horizon import LEAST_NOISE
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import sample_std, sensor_std
 from softsoil.refinement.fit import Fit, Weights, fit
@@ -27,9 +28,6 @@ from softsoil.windows.shooting import Shooting, shooting_drive, shootings
 from softsoil.windows.stiffness import needed_substeps
 
 Array = NDArray[np.float64]
-
-LEAST_NOISE = np.array([1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4])
-"""Least standard deviation that a sensor is believed to have (units of the states)."""
 
 
 @dataclass(frozen=True)
