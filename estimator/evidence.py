@@ -44,7 +44,8 @@ class Evidence:
     larger than declared, and its standard deviation; soil: what errors of the soil's class make of n; change: of the vehicle
     against its file, None where that states no errors; parts (2,), parts_sigmas: n of an earlier and of the later part of
     the present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific force
-    u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s).
+    u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s); late: seconds by which a
+    low-pass has made the yaw rate late, by the noise that it leaves.
     """
 
     n: Array
@@ -66,6 +67,7 @@ class Evidence:
     guess: float
     left_out: tuple[tuple[float, float, float], ...] = ()
     changes: tuple[float, ...] = ()
+    late: float = 0.0
 
 
 def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: HorizonRules | None = None) -> Evidence:
@@ -90,6 +92,7 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
         motion_of(windows), len(windows.rows), runs[0].guess,
         tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),
         tuple(float(windows.drive.t[row]) for row in first.changes),
+        noise_level(windows.drive.measured[:, STATE_CHANNELS.index("omega_z")], windows.drive.dt).late,
     )  # fmt: skip
 
 

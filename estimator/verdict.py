@@ -13,6 +13,7 @@ from softsoil.estimator.hard_ground import HardGround, compare_hard_ground, on_h
 from softsoil.estimator.late_change import PARTS, PARTS_SIGMAS
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.files.identify_verdict import CONTRADICTED
+from softsoil.recording.check_clocks import FILTERED
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -50,8 +51,8 @@ class VerdictRules:
     the same of n in the earlier and the later part of the drive, over n; least_motion: root mean square lateral specific
     force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
     fits better than soil, by `road_sigmas` standard errors, was on hard ground; of_class: largest standard deviation of n, over
-    n, by the errors that the soil's file states of its class; contradicted: whether `softsoil identify` contradicts numbers that
-    were given of the vehicle.
+    n, by the errors that the soil's file states of its class; late: seconds by which a low-pass may have made the yaw rate late;
+    contradicted: whether `softsoil identify` contradicts numbers that were given of the vehicle.
     """
 
     excited: float = 0.05
@@ -73,6 +74,7 @@ class VerdictRules:
     road: float = 0.4
     road_sigmas: float = 1.0
     of_class: float = 0.10
+    late: float = FILTERED
     contradicted: bool = False
 
     def of(self, model: Model) -> VerdictRules:
@@ -160,8 +162,9 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    of_drive = (_vehicle_holds, _consistent, _as_heavy_to_turn, _as_identified, _excited, _class_is_known, _shows_a_load)
-    for check in (*of_drive, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil):
+    of_log = (_vehicle_holds, _in_time, _consistent)
+    of_drive = (_as_heavy_to_turn, _as_identified, _excited, _class_is_known, _shows_a_load)
+    for check in (*of_log, *of_drive, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil):
         found = check(evidence, n, others, rules)
         if found is not None:
             return Verdict(*found, evidence)
@@ -196,6 +199,15 @@ def _vehicle_holds(e: Evidence, n: Array, others: Sequence[float], rules: Verdic
     return "inconsistent", (
         "the vehicle's file holds given numbers that its logs contradict (softsoil identify; its first line names them): measure "
         "them again and identify anew"
+    )
+
+
+def _in_time(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+    if e.motion < rules.least_motion or e.late < rules.late:
+        return None
+    return "inconsistent", (
+        f"the noise of the yaw rate is that of a low-pass, which makes it {e.late:.3f} s late and n too low (limit {rules.late:g} "
+        "s): log it unfiltered"
     )
 
 

@@ -11,7 +11,7 @@ from drives import MULTI_LOG
 from softsoil.cases.hostile import variant
 from softsoil.estimator.estimate import estimate
 from softsoil.recording.check_clocks import filter_checks
-from softsoil.recording.noise import add_noise
+from softsoil.recording.noise import add_noise, low_pass
 from softsoil.recording.noise_level import noise_level
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import sensor_std
@@ -121,3 +121,11 @@ def test_n_is_identified_from_filtered_channels(clean, name):
         warnings.simplefilter("error")
         found = estimate(variant(name).of(clean), bicycle(VEHICLE, CLAY), 0.7, method="horizon")
     assert found.verdict.word == "identified" and abs(found.n_front[-1] / 0.5 - 1.0) < 0.06
+
+
+@pytest.mark.slow
+def test_no_n_is_identified_with_a_filtered_yaw_rate(noisy):
+    late = noisy.with_channels(omega_z=low_pass(noisy["omega_z"], noisy.dt, 0.02))
+    with pytest.warns(UserWarning, match="log it unfiltered"):
+        found = estimate(late, bicycle(VEHICLE, CLAY), 0.7, method="horizon")
+    assert found.verdict.word == "inconsistent" and "late and n too low" in found.verdict.reason
