@@ -206,8 +206,8 @@ def _in_time(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules
     if e.motion < rules.least_motion or e.late < rules.late:
         return None
     return "inconsistent", (
-        f"the noise of the yaw rate is that of a low-pass, which makes it {e.late:.3f} s late and n too low (limit {rules.late:g} "
-        "s): log it unfiltered"
+        f"the noise of the yaw rate is that of a low-pass, which makes it {e.late:.3f} s late and n too low (limit "
+        f"{rules.late:g} s): log it unfiltered"
     )
 
 
