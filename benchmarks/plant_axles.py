@@ -14,7 +14,7 @@ from scipy.signal import savgol_filter
 
 from benchmarks.axle_forces import VEHICLES
 from softsoil.codegen.predictor import Predictor
-from softsoil.identification.wheel_balance import BalanceModel, WheelBalance
+from softsoil.identification.wheel_balance import WheelBalance, balances
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed, Steer
 from softsoil.plant.simulate import drive
 from softsoil.plant.start import Start
@@ -61,8 +61,8 @@ def larger(log: Recording, soil: Soil) -> float:
     vehicle = load_vehicle(VEHICLES / "plant.toml")
     model = bicycle(vehicle, soil, "turn_slip", None, own_layout(vehicle))
     drive, p = shooting_drive(log, model, START), model.p.nominal
-    windows = free_windows(WindowModel(model, drive.dt, SUBSTEPS), drive, log)
-    balance = WheelBalance(BalanceModel(model, drive.dt, SUBSTEPS), windows, p, False)
+    windows = free_windows(WindowModel(model, drive.dt, SUBSTEPS, balances(model)), drive, log)
+    balance = WheelBalance(windows, p, False)
     i = model.p.index("radius")
     free = Free("radius", ("radius",), RADIUS_SCALE, 0.0, np.inf)
     for _ in range(2):

@@ -109,3 +109,11 @@ def step_with_memory(model: Model, dt: float, method: str = "euler", substeps: i
     u = read(x, external, p, m)
     # Step and histories share the whole chain: without common subexpressions it would be computed twice.
     return ca.Function("rollout_step", [x, m, external, p], ca.cse([step(x, u, p), advance(x, u, p, m)]), *names)
+
+
+def follow_memory(model: Model, dt: float) -> ca.Function:
+    """CasADi function [x, m, u_external, p] -> [m_next]: histories rolled forward by dt (s) along known states."""
+    x, _, p = model.symbols()
+    m, external = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
+    following = advance_memory(model, dt)(x, read_memory(model)(x, external, p, m), p, m)
+    return ca.Function("follow_memory", [x, m, external, p], [following], ["x", "m", "u_external", "p"], ["m_next"])

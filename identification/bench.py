@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.identification.wheel_balance import BalanceModel, WheelBalance
+from softsoil.identification.wheel_balance import WheelBalance, balances
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import forward_part
 from softsoil.refinement.known_vehicle import Known
@@ -91,22 +91,20 @@ def make_bench(
     rolling = not absent_wheels(recordings)
     model = models[0]
     drives = [shooting_drive(recording, model, start) for recording in recordings]
-    compiled: dict[float, tuple[WindowModel, BalanceModel | None]] = {}
-    windows, balances = [], []
+    compiled: dict[float, WindowModel] = {}
+    windows, beside = [], []
     p = np.array([m.p.nominal for m in models])
     for i, (recording, drive) in enumerate(zip(recordings, drives, strict=True)):
         key = round(drive.dt, 7)
         if key not in compiled:
-            steps = steps_of(drive.dt)
-            compiled[key] = WindowModel(model, drive.dt, steps), BalanceModel(model, drive.dt, steps) if rolling else None
-        window_model, balance_model = compiled[key]
-        windows.append(free_windows(window_model, drive, recording))
-        if balance_model is not None:
-            balances.append(WheelBalance(balance_model, windows[-1], p[i], all_open(recording, vehicle), FASTEST))
+            compiled[key] = WindowModel(model, drive.dt, steps_of(drive.dt), balances(model) if rolling else None)
+        windows.append(free_windows(compiled[key], drive, recording))
+        if rolling:
+            beside.append(WheelBalance(windows[-1], p[i], all_open(recording, vehicle), FASTEST))
         progress((i + 1) / len(drives))
     return Bench(
         known, vehicle, model, tuple(r.name for r in recordings), tuple(recordings), tuple(soils), tuple(drives),
-        tuple(windows), tuple(balances), p,
+        tuple(windows), tuple(beside), p,
     )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import StepLoop
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.model import Model
+from softsoil.windows.histories import history_loop
 from softsoil.windows.parameters import Free
 from softsoil.windows.shooting import BROKEN, Drive
 
@@ -42,10 +43,10 @@ BRIDGED = 2.0
 class WindowModel:
     """A model's step compiled once for the windows of all drives with one sample interval.
 
-    dt: sample interval (s); substeps: Euler steps inside it.
+    dt: sample interval (s); substeps: Euler steps inside it; beside: as of `history_loop`.
     """
 
-    def __init__(self, model: Model, dt: float, substeps: int = 1) -> None:
+    def __init__(self, model: Model, dt: float, substeps: int = 1, beside: ca.Function | None = None) -> None:
         self.model, self.dt = model, dt
         step = step_with_memory(model, dt, substeps=substeps)
         x, u_full, p = model.symbols()
@@ -55,7 +56,7 @@ class WindowModel:
             raise ValueError(f"model {model.name}: expected outputs of the states alone, found some of the inputs")
         after = step(x, m, u, p)
         self.loop = StepLoop(ca.Function("window_step", [x, m, u, p], ca.cse([*after, ca.vertcat(y, x[:N])])))
-        self.start = start_memory(model)
+        self.histories, self.start = history_loop(model, dt, beside), start_memory(model)
         self.extra = model.x.nominal[N:]
 
 
@@ -110,6 +111,7 @@ class FreeWindows:
         self._gaps = {int(to): int(end) for end, to in gaps if 0 < to - end <= round(BRIDGED / drive.dt)}
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded, self._inputs = drive.measured[take], drive.inputs[take]
+        self._latest: tuple[tuple[bytes, ...], tuple[Array, Array]] | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -119,7 +121,7 @@ class FreeWindows:
     def by(self, compiled: WindowModel) -> FreeWindows:
         """The same windows by another model of the same states and parameters, or by other steps of it."""
         other = copy(self)
-        other.compiled = compiled
+        other.compiled, other._latest = compiled, None
         return other
 
     def along(self, rows: NDArray[np.int_]) -> Array:
@@ -177,7 +179,7 @@ class FreeWindows:
             memory = np.array([self.compiled.start(states[0], inputs[0], p).full()[:, 0] for p in sets])
         many = np.tile(states, (len(sets), 1, 1))
         start = memory.reshape(len(sets), -1)
-        return self.compiled.loop.along(many, start, inputs, sets, np.array([to - row]))[1][:, 0]
+        return self.compiled.histories.along(many, start, inputs, sets, np.array([to - row]))[1][:, 0]
 
     @property
     def before(self) -> int:
@@ -230,10 +232,25 @@ class FreeWindows:
 
     def memories(self, p: Array, rows: NDArray[np.int_]) -> Array:
         """(K, W, n_m) histories at the `rows` (W,) for parameters p (K, n_p)."""
+        return self._histories(p, rows)[1]
+
+    def series(self, p: Array) -> Array:
+        """(K, N, n_y) what the model has `beside` its histories, along the drive as estimated so far, for p (K, n_p)."""
+        return self._histories(p, self.rows)[0]
+
+    def _histories(self, p: Array, rows: NDArray[np.int_]) -> tuple[Array, Array]:
+        """Along the states as estimated so far: what is beside the histories, to the end of the drive, if anything is, and the
+        histories at the rows. The latest result is kept, since residuals and what is beside them are asked for in turns."""
         begin, end = max(int(rows[0]) - self._before, 0), int(rows[-1]) + 1
+        if self.compiled.histories.n_y:
+            begin, end = 0, len(self.drive.t)
         states, inputs = self._along[begin:end], self.drive.inputs[begin:end]
-        m0 = np.array([self.compiled.start(states[0], inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
-        return self.compiled.loop.along(np.tile(states, (len(p), 1, 1)), m0, inputs, p, rows - begin)[1]
+        key = (p.tobytes(), rows.tobytes(), states.tobytes())
+        if self._latest is None or self._latest[0] != key:
+            m0 = np.array([self.compiled.start(states[0], inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
+            many = np.tile(states, (len(p), 1, 1))
+            self._latest = key, self.compiled.histories.along(many, m0, inputs, p, rows - begin)
+        return self._latest[1]
 
     def _run(
         self, p: Array, x0: Array, which: Windows, sets: NDArray[np.int_] | None = None, memory: Array | None = None

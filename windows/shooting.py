@@ -17,11 +17,12 @@ from scipy.signal import savgol_filter
 
 from softsoil.codegen.compiled import CompiledFunction
 from softsoil.codegen.discretize import start_memory, step_with_memory
-from softsoil.codegen.step_loop import StepLoop
+from softsoil.codegen.step_loop import PathLoop, StepLoop
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.model import Model
+from softsoil.windows.histories import history_loop
 from softsoil.windows.inputs import measured_inputs
 
 Array = NDArray[np.float64]
@@ -103,9 +104,10 @@ def smoothed(states: Array, dt: float, length: ArrayLike = SMOOTHING) -> Array:
 
 @dataclass(frozen=True)
 class Compiled:
-    """What shooting needs of a model for one time step: the compiled loop, its memory's start and its outputs [x, p] -> [y]."""
+    """What shooting needs of a model for one time step: compiled loops, its memory's start and its outputs [x, p] -> [y]."""
 
     loop: StepLoop
+    histories: PathLoop
     start: ca.Function
     outputs: ca.Function
 
@@ -116,7 +118,8 @@ class Compiled:
         x, _, p = model.symbols()
         m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
         results = ca.cse([*step(x, m, u, p), outputs(x, p)])
-        return cls(StepLoop(ca.Function("shooting_step", [x, m, u, p], results)), start_memory(model), outputs)
+        loop = StepLoop(ca.Function("shooting_step", [x, m, u, p], results))
+        return cls(loop, history_loop(model, dt), start_memory(model), outputs)
 
 
 class Shooting:
@@ -191,7 +194,7 @@ class Shooting:
                 if np.abs(missing).max() < 1e-9:
                     break
                 found[:, : len(STATE_CHANNELS)] += missing
-        memory = self._loop.along(states, m0, drive.inputs[:end], p, rows)[1]
+        memory = self.compiled.histories.along(states, m0, drive.inputs[:end], p, rows)[1]
         return states[:, rows], memory
 
 
