@@ -47,14 +47,14 @@ def write_lanes(function: ca.Function, count: int, name: str, repeats: int = 1) 
     return "\n".join([write_group(function, f"{name}_group", side), driver, *shapes])
 
 
-def write_group(function: ca.Function, name: str, side: int = 1) -> str:
+def write_group(function: ca.Function, name: str, side: int = 1, parts: bool = False) -> str:
     """C source of `static void name(const ssv *x, shared inputs ..., ssv *results ...)` for one vector of points, and of `ssv`.
 
-    function, its inputs and results: as of `write_lanes`; side: vectors that are computed at once. A vector is SOFTSOIL_LANES
-    points wide, which the compiler's machine decides.
+    function, its inputs and results: as of `write_lanes`; side: vectors that are computed at once; parts: as of `write_kernel`. A
+    vector is SOFTSOIL_LANES points wide, which the compiler's machine decides.
     """
     header = (files("softsoil.codegen.c_library") / "templates" / "softsoil_lanes.h.in").read_text(encoding="utf-8")
-    kernel = write_kernel(function, name, (True, *[False] * (function.n_in() - 1)), side, DIGITS)
+    kernel = write_kernel(function, name, (True, *[False] * (function.n_in() - 1)), side, DIGITS, parts)
     return f"{header}\n{kernel}"
 
 
