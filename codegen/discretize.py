@@ -112,8 +112,11 @@ def step_with_memory(model: Model, dt: float, method: str = "euler", substeps: i
 
 
 def follow_memory(model: Model, dt: float) -> ca.Function:
-    """CasADi function [x, m, u_external, p] -> [m_next]: histories rolled forward by dt (s) along known states."""
+    """CasADi function [x, m, u_external, p] -> [m_next, u]: histories rolled forward by dt (s) along known states, and the full
+    input that they are read into."""
     x, _, p = model.symbols()
-    m, external = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
-    following = advance_memory(model, dt)(x, read_memory(model)(x, external, p, m), p, m)
-    return ca.Function("follow_memory", [x, m, external, p], [following], ["x", "m", "u_external", "p"], ["m_next"])
+    m, external = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u_external", len(model.external))
+    full = read_memory(model)(x, external, p, m)
+    following = advance_memory(model, dt)(x, full, p, m)
+    names = ["x", "m", "u_external", "p"], ["m_next", "u"]
+    return ca.Function("follow_memory", [x, m, external, p], ca.cse([following, full]), *names)

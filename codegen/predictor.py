@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.compiled import CompiledFunction
-from softsoil.codegen.discretize import advance_memory, read_memory, start_memory, step_with_memory
+from softsoil.codegen.discretize import follow_memory, start_memory, step_with_memory
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
@@ -32,16 +32,13 @@ class Predictor:
     def __init__(self, model: Model, dt: float, method: str = "euler", substeps: int = 1) -> None:
         self.model, self.dt = model, dt
         self._step = CompiledFunction(step_with_memory(model, dt, method, substeps))
-        self._start = CompiledFunction(start_memory(model)) if model.memories else None
         if model.memories:
-            self._read, self._advance = (
-                CompiledFunction(read_memory(model)),
-                CompiledFunction(advance_memory(model, dt)),
-            )
+            self._start = CompiledFunction(start_memory(model), compiled=False)  # once in a drive: not worth a compilation
+            self._follow = CompiledFunction(follow_memory(model, dt))
 
     def first_memory(self, x0: ArrayLike, u: ArrayLike, p: ArrayLike) -> Array:
         """(n_m,) memory at a standing start with state x0 (n_x,), external input u, parameters p."""
-        return np.zeros(0) if self._start is None else np.asarray(self._start(x0, u, p))
+        return np.asarray(self._start(x0, u, p)) if self.model.memories else np.zeros(0)
 
     def rollout(self, x0: ArrayLike, u_future: ArrayLike, p: ArrayLike, m0: ArrayLike | None = None) -> Array:
         """(N + 1, n_x) states from x0 (n_x,) under external inputs u_future (N, n_u), parameters p (n_p,), memory m0 (n_m,).
@@ -105,7 +102,7 @@ class Predictor:
         memory, full = np.empty((len(x), len(self.model.cells))), np.empty((len(x), len(self.model.u)))
         memory[0] = self.first_memory(x[0], u[0], p)
         for k in range(len(x)):
-            full[k] = self._read(x[k], u[k], p, memory[k])
+            following, full[k] = self._follow(x[k], memory[k], u[k], p)
             if k + 1 < len(x):
-                memory[k + 1] = self._advance(x[k], full[k], p, memory[k])
+                memory[k + 1] = following
         return memory, full

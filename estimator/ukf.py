@@ -117,7 +117,7 @@ class UnscentedKalmanFilter:
         model = self.model
         self._read = CompiledFunction(read_memory(model), compiled)
         self._advance = CompiledFunction(advance_memory(model, self.dt), compiled)
-        self._start = CompiledFunction(start_memory(model), compiled)
+        self._start = CompiledFunction(start_memory(model), compiled=False)
         state, external, memory = self._pairs[0][0], self._read.inputs[1], self._read.inputs[3]
         for function, inputs in (
             (self._start, (state, external, self._parameters)),

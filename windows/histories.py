@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from softsoil.codegen.discretize import follow_memory, read_memory
+from softsoil.codegen.discretize import follow_memory
 from softsoil.codegen.step_loop import PathLoop
 from softsoil.symbolic.model import Model
 
@@ -15,6 +15,7 @@ def history_loop(model: Model, dt: float, beside: ca.Function | None = None) -> 
     beside: [x, u, p] -> [y] of the full inputs, SX: what is to be known along the states beside the histories, default nothing.
     """
     follow = follow_memory(model, dt)
-    x, m, u, p = (ca.SX.sym(follow.name_in(i), follow.size1_in(i)) for i in range(follow.n_in()))
-    y = beside(x, read_memory(model)(x, u, p, m), p) if beside is not None else ca.SX(0, 1)
-    return PathLoop(ca.Function("history_step", [x, m, u, p], ca.cse([follow(x, m, u, p), y])))
+    x, m, external, p = (ca.SX.sym(follow.name_in(i), follow.size1_in(i)) for i in range(follow.n_in()))
+    following, full = follow(x, m, external, p)
+    y = beside(x, full, p) if beside is not None else ca.SX(0, 1)
+    return PathLoop(ca.Function("history_step", [x, m, external, p], ca.cse([following, y])))
