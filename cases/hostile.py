@@ -189,6 +189,7 @@ _UNITS = (
 _CLOCKS = (
     Variant("steer 0.8 s late", _late(("steer",), 0.8)), Variant("steer 0.3 s late", _late(("steer",), 0.3)),
     Variant("steer 0.6 s early", _late(("steer",), -0.6)), Variant("omega_z 0.3 s late", _late(("omega_z",), 0.3)),
+    Variant("omega_z 0.05 s late", _late(("omega_z",), 0.05)),
     Variant("pose 0.5 s late", _late(("x", "y", "psi"), 0.5)), Variant("u 0.5 s late", _late(("u",), 0.5)),
     Variant("wheels 1 s late", _late(WHEEL_CHANNELS, 1.0)),
 )  # fmt: skip

@@ -30,7 +30,8 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
         declared = late_steering if offset.group == "steer" else 0.0
         late = offset.late_s + declared
         matters = offset.after - offset.before > 0.002 or declared > LIMITS.clock
-        doubtful = abs(late) > max(LIMITS.clock, 3.0 * offset.std) and matters
+        least = LIMITS.heading_clock if offset.group == "psi" else LIMITS.clock
+        doubtful = abs(late) > max(least, 3.0 * offset.std) and matters
         side = "late" if offset.late_s > 0 else "early"
         found = f"{abs(offset.late_s):.3f} ± {offset.std:.3f} s {side} against the {offset.against}"
         found += f", where {declared:.3f} s early are declared" if declared > 0.005 else ""
@@ -40,6 +41,8 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
             cure += "; or the steering itself lags, which `softsoil refine` tells"
         if declared > LIMITS.clock:
             cure += "; or the vehicle's file declares a steering of another lag"
+        if offset.group == "psi" and offset.late_s < 0:
+            cure += "; or the yaw rate is late, which makes n too low"
         if offset.group == "position":
             away, place = late * float(np.nanmedian(recording["u"])), "behind" if late > 0 else "ahead of"
             cure += f"; or these positions are of a point {abs(away):.1f} m {place} the front axle: give its place in [mount]"

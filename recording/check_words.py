@@ -44,7 +44,8 @@ class Limits:
     beyond side slip; wrong_heading (rad): contradiction; gyro (rad/s), accelerometer (m/s^2): doubtful biases;
     reference (m): doubtful distance of the position from the front axle; sway (m per m/s^2): how far body roll moves a position
     sensor aside per lateral specific force, 0.03 rad/(m/s^2) half a metre above the axle; still (m/s): root mean
-    square velocity that a position sensor makes by itself; clock (s): doubtful time offset;
+    square velocity that a position sensor makes by itself; clock, heading_clock (s): doubtful time offset, and that
+    between heading and yaw rate, of which the latter makes n 7 % too low per 0.02 s;
     wheel (least, largest): rim speed over wheel-centre speed that slip can make; wheel_apart: doubtful ratio of a wheel to the
     median of all; steer_gain: (least, largest) front-axle course change over steering that is no contradiction;
     frozen (s): longest stretch without a change while the vehicle moves; saturated, clipped: doubtful and contradictory
@@ -63,6 +64,7 @@ class Limits:
     sway: float = 0.015
     still: float = 0.005
     clock: float = 0.08
+    heading_clock: float = 0.02
     wheel: tuple[float, float] = (0.5, 2.0)
     wheel_apart: float = 0.08
     steer_gain: tuple[float, float] = (0.2, 2.5)

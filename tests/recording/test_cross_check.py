@@ -82,6 +82,7 @@ def test_a_flipped_sign_is_beyond_doubt(channel, good, tmp_path):
         ("wheel odometry", "is u made of the wheel speeds"),
         ("base frame at the rear axle", "m behind the front axle: give its place in [mount]"),
         ("v of the front axle", "ahead of the centre of gravity would explain it; give the place of its source"),
+        ("omega_z 0.05 s late", "s early against the yaw rate"),
         ("states 0.15 s late", "0.14 s late against the accelerometer would explain it"),
     ],
 )
