@@ -84,7 +84,8 @@ _KNOWN = {
 
 
 class _Loop:
-    """One function [x, m, u, p] -> [(x_next,) m_next, y], compiled with the loop around it; texts: of the loop, which of the two.
+    """One function compiled with the loop around it: [x, m, u, p] -> [m_next, y] where the states are `known` at every step, else
+    -> [x_next, m_next, y].
 
     Without a compiler the same loop runs in the CasADi VM.
     """

@@ -239,7 +239,7 @@ class FreeWindows:
         return self._histories(p, self.rows)[0]
 
     def _histories(self, p: Array, rows: NDArray[np.int_]) -> tuple[Array, Array]:
-        """Along the states as estimated so far: what is beside the histories, to the end of the drive, if anything is, and the
+        """Along the states as estimated so far: what is beside the histories, over the whole drive, if anything is, and the
         histories at the rows. The latest result is kept, since residuals and what is beside them are asked for in turns."""
         begin, end = max(int(rows[0]) - self._before, 0), int(rows[-1]) + 1
         if self.compiled.histories.n_y:
