@@ -59,10 +59,11 @@ class Import:
                 continue
             origin = self.merged.origins.get(name)
             source = origin.source if origin else ""
+            shift = self.shifts.get(source.split(":", 1)[0], 0.0) - (origin.late if origin else 0.0)
             channels[name] = {
                 "state": origin.state if origin else self.drive.state_of(name),
                 "source": source, "rate_hz": origin.rate_hz if origin else None,
-                "offset_s": self.shifts.get(source.split(":", 1)[0], 0.0), "gaps": origin.gaps if origin else None,
+                "offset_s": shift, "gaps": origin.gaps if origin else None,
             }  # fmt: skip
         offsets = [vars(offset) for offset in self.offsets]
         clock = {"rows": len(self.drive), "rate_hz": 1.0 / self.drive.dt, "start_s": self.merged.start_s}

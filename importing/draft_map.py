@@ -76,7 +76,7 @@ RECEIVER = re.compile(r"gps|gnss|fix|ublox|novatel|septentrio", re.I)
 """Topics of satellite receivers, whose velocities are to the east and north."""
 HEAD = (
     "# Draft map. Check each line: source, unit, sign (ISO 8855: x ahead, y left, heading and yaw rate to the left).",
-    "# Keys: source, unit, factor, sign, offset, ratio (steering wheel over road wheel), table, compass, rate.",
+    "# Keys: source, unit, factor, sign, offset, ratio (steering wheel over road wheel), table, compass, rate, late (s).",
 )
 PLACES = (
     "# Place and turn of a sensor, from the centre of gravity (m ahead, m left; rad). Odometry is taken at the centre",

@@ -28,7 +28,9 @@ from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Array
 CHANNELS = tuple(name for name in CHANNEL_UNITS if name != "t")
 ALL_WHEELS = "omega_all"
 """One wheel speed, or a drive motor's over the final ratio, that stands for all four wheels."""
-CHANNEL_KEYS = ("source", "unit", "factor", "sign", "offset", "ratio", "table", "compass", "rate")
+CHANNEL_KEYS = ("source", "unit", "factor", "sign", "offset", "ratio", "table", "compass", "rate", "late")
+LATEST = 10.0
+"""s: a channel is taken to be late or early by no more."""
 COUNTED = {"rad/s": "rad", "m/s": "m"}
 """Unit of a channel -> unit of what it is the rate of: angles of encoders, ways of odometers, a heading."""
 MOUNT_KEYS = ("x", "y", "yaw", "pitch", "roll", "frame", "point")
@@ -44,7 +46,7 @@ class Mapped:
 
     source; fields: one, or several of which the channel is the mean; scale: to SI, with sign; offset (SI); table: (input,
     road-wheel angle) pairs or None; over_radius: m/s to be divided by the wheel's radius; compass: heading clockwise from north;
-    rate: whether the channel is the fields' rate of change.
+    rate: whether the channel is the fields' rate of change; late: seconds by which its samples' times are late (negative: early).
     """
 
     source: str
@@ -55,6 +57,7 @@ class Mapped:
     over_radius: bool = False
     compass: bool = False
     rate: bool = False
+    late: float = 0.0
 
     @property
     def label(self) -> str:
@@ -200,7 +203,10 @@ def _channel(entry: Any, name: str, where: str) -> Mapped:
     pairs = table.get("table")
     bent = None if pairs is None else _pairs(pairs, f"{at}.table")
     offset, compass = _number(table.get("offset", 0.0), f"{at}.offset"), bool(table.get("compass", False))
-    return Mapped(source, fields, scale, offset, bent, over_radius, compass, rate)
+    late = _number(table.get("late", 0.0), f"{at}.late")
+    if abs(late) > LATEST:
+        raise ValueError(f"{at}.late: expected at most {LATEST:g} s, found {late:g}")
+    return Mapped(source, fields, scale, offset, bent, over_radius, compass, rate, late)
 
 
 def _source(value: Any, at: str) -> tuple[str, tuple[str, ...]]:

@@ -8,7 +8,7 @@ a straight line between samples, and empty in gaps.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,12 +33,13 @@ CARRIED = 5
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a channel of a merged drive comes from: state, source, its own rate (Hz), gaps in it."""
+    """Where a channel of a merged drive comes from: state, source, its own rate (Hz), gaps in it, how late the map says it is (s)."""
 
     state: ChannelState
     source: str
     rate_hz: float
     gaps: int
+    late: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,14 @@ def merge(
             raise ValueError(
                 f"{origin.label}: expected numbers for {channel}, found {int(good.sum())}"
             )
-        t, values = moved[origin.source][good], values[good]
+        t, values = moved[origin.source][good] - origin.late, values[good]
         if channel == "psi":
             values = np.unwrap(values)
         if (sampled := samples(channel, t, values)) is not None:
             t, values, notes = t[sampled[0]], values[sampled[0]], (*notes, sampled[1])
         channels[channel] = _placed(channel, clock, t, values, dt)
         own = Series(origin.source, t, {})
-        origins[channel] = Origin("measured", origin.label, own.rate_hz, own.gaps)
+        origins[channel] = Origin("measured", origin.label, own.rate_hz, own.gaps, origin.late)
     state: dict[str, ChannelState] = {}
     repeated = [n for n in WHEEL_CHANNELS if n in plan.channels]
     if len(repeated) > 1 and len({(plan.channels[n].source, plan.channels[n].fields) for n in repeated}) == 1:
@@ -98,9 +99,11 @@ def merge(
         for n in WHEEL_CHANNELS:
             state[n] = "derived"
             first = origins[repeated[0]]
-            origins[n] = Origin("derived", first.source, first.rate_hz, first.gaps)
+            origins[n] = replace(first, state="derived")
     channels = _mounted(channels, plan, geometry)
     for channel, origin in plan.channels.items():
+        if origin.late:
+            notes += (f"{channel}: {origin.label}: taken as {origin.late:+.3f} s late, as its map says",)
         if count := origin.wraps(series[origin.source]):
             notes += (f"{channel}: {origin.label}: a counter that wrapped {count} times",)
     recording = Recording(name, channels, {}, notes, {}, state, _origin(plan, series))
@@ -110,25 +113,27 @@ def merge(
 def _origin(plan: ImportMap, series: Mapping[str, Series]) -> tuple[float, float] | None:
     """Latitude and longitude (deg) of the drive's frame, where x and y are the metres east and north of one source's fixes."""
     x, y = (plan.channels.get(name) for name in ("x", "y"))
-    if x is None or y is None or x != Mapped(x.source, ("east",)) or y != Mapped(x.source, ("north",)):
+    if x is None or y is None:
+        return None
+    if replace(x, late=0.0) != Mapped(x.source, ("east",)) or replace(y, late=0.0) != Mapped(x.source, ("north",)):
         return None
     return series[x.source].origin
 
 
 def _clock(plan: ImportMap, moved: Mapping[str, Array]) -> Array:
     """Equal steps over what speed, yaw rate and steering have in common, at the yaw rate's own rate."""
-    turning = moved[plan.channels["omega_z"].source]
+    times = {channel: moved[plan.channels[channel].source] - plan.channels[channel].late for channel in LEAST}
+    turning = times["omega_z"]
     step = float(np.median(np.diff(turning))) if len(turning) > 1 else float("nan")
     if not step > 0:
         raise ValueError(
             f"{plan.channels['omega_z'].source}: expected yaw rates over time, found {len(turning)} samples"
         )
     dt = 1.0 / plan.rate_hz if plan.rate_hz else max(step, 1.0 / FASTEST)
-    times = [moved[plan.channels[channel].source] for channel in LEAST]
-    start, stop = max(t[0] for t in times), min(t[-1] for t in times)
+    start, stop = max(t[0] for t in times.values()), min(t[-1] for t in times.values())
     if not stop - start > 4 * dt:
         spans = "; ".join(
-            f"{plan.channels[c].source} {t[0]:.3f} to {t[-1]:.3f} s" for c, t in zip(LEAST, times, strict=True)
+            f"{plan.channels[c].source} {t[0]:.3f} to {t[-1]:.3f} s" for c, t in times.items()
         )
         raise ValueError(f"map: expected sources that overlap in time, found {spans}")
     first = turning[np.searchsorted(turning, start)]

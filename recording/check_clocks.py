@@ -36,20 +36,21 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
         found = f"{abs(offset.late_s):.3f} ± {offset.std:.3f} s {side} against the {offset.against}"
         found += f", where {declared:.3f} s early are declared" if declared > 0.005 else ""
         found += f" (correlation {offset.before:.3f}, {offset.after:.3f} when shifted)"
-        cure = "softsoil import --align shifts it"
+        channel = CHANNELS[offset.group]
+        by = f"late = {offset.late_s:.3f} at {channel} in its map"
+        cure = f"softsoil import shifts it: --align where it is a source of its own, {by} where it shares one"
         if offset.group == "steer" and -WRONG_EARLY < late < 0:
             cure += "; or the steering itself lags, which `softsoil refine` tells"
         if declared > LIMITS.clock:
             cure += "; or the vehicle's file declares a steering of another lag"
         if offset.group == "psi" and offset.late_s < 0:
-            cure += "; or the yaw rate is late, which makes n too low"
+            cure += f"; or the yaw rate is late, which makes n too low: late = {-offset.late_s:.3f} at omega_z"
         if offset.group == "position":
             away, place = late * float(np.nanmedian(recording["u"])), "behind" if late > 0 else "ahead of"
             cure += f"; or these positions are of a point {abs(away):.1f} m {place} the front axle: give its place in [mount]"
         # Beside what is declared and by itself: a log that is right of itself contradicts the declaration, not its own clocks.
         wrong = all(one > WRONG or one < -(WRONG_EARLY if offset.group == "steer" else WRONG) for one in (late, offset.late_s))
         wrong = wrong and doubtful and offset.group != "wheels" and offset.after > 0.9
-        channel = CHANNELS[offset.group]
         cure = cure if doubtful else ""
         checks.append(
             Check(f"clock_{offset.group}", channel, not doubtful, found, "one clock for all channels", cure, wrong)

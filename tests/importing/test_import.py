@@ -1,6 +1,7 @@
 """A messy bag through inspect and import: every channel within sensor noise, clocks right, n that of the clean log."""
 
 import json
+import re
 import tomllib
 import tracemalloc
 from dataclasses import replace
@@ -116,6 +117,38 @@ def test_sensor_noise_on_the_clocks_moves_n_within_one_percent(bag, messy):
     series = read_sources([bag], plan)
     true_clock = merge("messy", plan, series, reference_vehicle(), {"/vehicle/steering": -LATE}).recording
     assert n_of(messy.drive) == pytest.approx(n_of(completed(true_clock, reference_vehicle())), rel=0.01)
+
+
+def test_a_late_channel_of_one_table_is_shifted_by_its_map(clean, tmp_path):
+    """A yaw rate 0.05 s late in the table that holds all others: the warning says what to write, and that brings n back."""
+    log = tmp_path / "log.csv"
+    frame = pd.DataFrame({name: clean[name] for name in ("t", "x", "y", "psi", "u", "v", "omega_z", "steer", *WHEEL_CHANNELS)})
+    frame["omega_z"] = np.interp(clean.t - 0.05, clean.t, clean["omega_z"])
+    frame.to_csv(log, index=False)
+    plan = tomllib.loads(draft(inspect_sources([log])))
+
+    def brought_in():
+        mapped = map_from_table(plan, "map")
+        return bring_in("log", mapped, read_sources([log], mapped), reference_vehicle())
+
+    (warned,) = [c for c in brought_in().checks if c.name == "clock_psi"]
+    (said,) = re.findall(r"late = ([\d.]+) at omega_z", warned.cure)
+    assert not warned.passed and float(said) == pytest.approx(0.05, abs=0.01)
+    plan["channels"]["omega_z"] = {"source": plan["channels"]["omega_z"], "late": float(said)}
+    found = brought_in()
+    assert next(c for c in found.checks if c.name == "clock_psi").passed
+    assert found.as_json()["channels"]["omega_z"]["offset_s"] == pytest.approx(-float(said))
+    assert any("late, as its map says" in note for note in found.drive.notes)
+    inside = (found.drive.t > 1.0) & (found.drive.t < found.drive.t[-1] - 1.0)
+    error = found.drive["omega_z"] - np.interp(found.drive.t + found.merged.start_s, clean.t, clean["omega_z"])
+    assert np.max(np.abs(error[inside])) < 0.1 * np.std(clean["omega_z"])
+    assert n_of(found.drive) == pytest.approx(n_of(clean), rel=0.02)
+
+
+def test_a_channel_that_is_late_by_minutes_is_a_slip_of_the_pen():
+    entry = {"source": "/c:u", "late": 60.0}
+    with pytest.raises(ValueError, match=r"channels.u.late: expected at most 10 s, found 60"):
+        map_from_table({"channels": {"u": entry}}, "map")
 
 
 def test_a_channel_faster_than_the_clock_is_averaged(clean):

@@ -99,7 +99,7 @@ def test_a_doubtful_channel_is_a_warning_and_a_note(good, model):
 @pytest.mark.parametrize("late", [0.3, 1.5, -1.5])
 def test_refine_refuses_a_steering_clock_that_no_effect_explains_with_its_size_and_cure(late, good):
     shifted = good.with_channels(steer=np.interp(good.t - late, good.t, good["steer"]))
-    with pytest.raises(ValueError, match="import --align shifts it") as fault:
+    with pytest.raises(ValueError, match="import shifts it: --align where") as fault:
         softsoil.refine([shifted], softsoil.Declaration(reference_vehicle(), CLAY))
     size, side = re.search(r"steer: expected one clock .*; found ([\d.]+) ± [\d.]+ s (late|early)", str(fault.value)).groups()
     assert float(size) == pytest.approx(abs(late), abs=0.02) and side == ("late" if late > 0 else "early")
