@@ -33,7 +33,7 @@ CARRIED = 5
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a channel of a merged drive comes from: state, source, its own rate (Hz), gaps in it, how late the map says it is (s)."""
+    """Where a channel of a merged drive comes from: state, source, its own rate (Hz), gaps in it; late: as its map says (s)."""
 
     state: ChannelState
     source: str
