@@ -80,18 +80,20 @@ def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | 
 
     Raises ValueError for a soil or vehicle beside a model, or for neither soil nor model; hard ground needs no soil.
     """
-    from softsoil.declaration.ground import HARD_GROUND, load_ground
+    from softsoil.declaration.ground import HARD_GROUND
     from softsoil.declaration.model_file import Declaration, load_declaration
 
     if model is not None:
         for option, value in (("--soil", soil), ("--vehicle", vehicle)):
             if value is not None:
                 raise ValueError(f"{option}: expected none beside --model, which declares it; found {str(value)!r}")
-        return noted(load_declaration(model))
+        declared = load_declaration(model)
+        _trusted(declared.soil)
+        return noted(declared)
     hard = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), HARD_GROUND, law)
     if soil is None and hard.sinks:
         raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model), found none")
-    return noted(hard if soil is None else Declaration(hard.vehicle, load_ground(soil, not hard.sinks), law))
+    return noted(hard if soil is None else Declaration(hard.vehicle, ground_of(soil, not hard.sinks), law))
 
 
 def soils_of(given: list[str] | None, names: Sequence[str], more: str = "", hard: bool = False) -> list[Soil]:
@@ -100,18 +102,29 @@ def soils_of(given: list[str] | None, names: Sequence[str], more: str = "", hard
     more: words on the order for the message; hard: whether nothing sinks with the force law.
     Raises ValueError for another number of soils than of logs, or a log whose name tells none.
     """
-    from softsoil.declaration.ground import load_ground
-
     if given is None:
         for name in names:
             if named_soil(name) is None:
                 raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model); {name} names none")
         return [load_soil(str(named_soil(name))) for name in names]
     if len(given) == 1:
-        return [load_ground(given[0], hard)] * len(names)
+        return [ground_of(given[0], hard)] * len(names)
     if len(given) == len(names):
-        return [load_ground(soil, hard) for soil in given]
+        return [ground_of(soil, hard) for soil in given]
     raise ValueError(f"--soil: expected one for all or one per log ({len(names)}{more}), found {len(given)}")
+
+
+def ground_of(source: str, hard: bool) -> Soil:
+    """A soil by name or from a file, warned of where `softsoil soil` said not to use it; hard: whether nothing sinks."""
+    from softsoil.declaration.ground import load_ground
+
+    return _trusted(load_ground(source, hard))
+
+
+def _trusted(soil: Soil) -> Soil:
+    if soil.verdict not in ("", IDENTIFIED):
+        _say_once(f"warning: soil {soil.name}: softsoil soil said {soil.verdict!r} of its file: not to be used yet")
+    return soil
 
 
 def about_vehicle(vehicle: Path | None, model: Path | None = None) -> dict[str, str]:

@@ -92,7 +92,8 @@ def c_library_texts(
     """Every file of the C library, path -> text, for a declared model with nominal step dt (s); `fmi`: with the FMI unit's;
     promote: parameters of effects that filter and horizon estimate beside n, four numbers in all at most.
 
-    Raises ValueError for a step that is not positive, or a vehicle whose given numbers `softsoil identify` contradicts.
+    Raises ValueError for a step that is not positive, a vehicle whose given numbers `softsoil identify` contradicts, or a soil
+    that `softsoil soil` does.
     """
     if not 0 < dt <= 0.1:
         raise ValueError(f"--dt: expected a step in (0, 0.1] s, found {dt}")
@@ -101,6 +102,11 @@ def c_library_texts(
         raise ValueError(
             f"{where}: expected a vehicle whose numbers identify does not contradict; found verdict {CONTRADICTED!r}: "
             "measure again what its first line names, and identify anew"
+        )
+    if declared.soil.verdict == CONTRADICTED:
+        raise ValueError(
+            f"{declared.soil.name}: expected a soil that its own drives do not contradict (softsoil soil); found verdict "
+            f"{CONTRADICTED!r}: what its file's first line says decides whether class or vehicle is another"
         )
     parts = c_parts(declared, promote)
     steering = declared.vehicle.steering

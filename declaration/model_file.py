@@ -110,7 +110,7 @@ def soil_toml(soil: Soil, notes: tuple[str, ...] = ()) -> str:
 
 def _soil_lines(soil: Soil, unused: tuple[str, ...], errors: str) -> list[str]:
     """The soil's keys, and its errors in a table called `errors`, without what its law does not use."""
-    lines = [f"name = {toml_text(soil.name)}"]
+    lines = [f"name = {toml_text(soil.name)}"] + ([f"verdict = {toml_text(soil.verdict)}"] if soil.verdict else [])
     lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS if s.name not in unused]
     stated = [(name, std) for name, std in soil.uncertainty if name not in unused]
     return lines + (["", f"[{errors}]", *(_line(name, std) for name, std in stated)] if stated else [])

@@ -12,7 +12,6 @@ from softsoil.estimator.evidence import Evidence, gather
 from softsoil.estimator.hard_ground import HardGround, compare_hard_ground, on_hard_ground
 from softsoil.estimator.late_change import PARTS, PARTS_SIGMAS
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
-from softsoil.files.identify_verdict import CONTRADICTED
 from softsoil.recording.check_clocks import FILTERED
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
@@ -52,7 +51,7 @@ class VerdictRules:
     force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
     fits better than soil, by `road_sigmas` standard errors, was on hard ground; of_class: largest standard deviation of n, over
     n, by the errors that the soil's file states of its class; late: seconds by which a low-pass may have made the yaw rate late;
-    contradicted: whether `softsoil identify` contradicts numbers that were given of the vehicle.
+    contradicted: the declared things whose numbers their own logs contradict ("vehicle", "soil").
     """
 
     excited: float = 0.05
@@ -75,7 +74,7 @@ class VerdictRules:
     road_sigmas: float = 1.0
     of_class: float = 0.10
     late: float = FILTERED
-    contradicted: bool = False
+    contradicted: tuple[str, ...] = ()
 
     def of(self, model: Model) -> VerdictRules:
         """The limits for a vehicle whose file states what its numbers leave unexplained of its own logs (`OWN_MARGIN`).
@@ -85,7 +84,7 @@ class VerdictRules:
         own: dict[str, float] = getattr(model.geometry, "unexplained", {})
         limits = [(name, OWN_MARGIN * own.get(name, 0.0), limit) for name, limit in self.unexplained]
         wider = tuple((name, min(max(mine, limit), OWN_MOST * limit)) for name, mine, limit in limits)
-        return replace(self, unexplained=wider, contradicted=getattr(model.geometry, "verdict", "") == CONTRADICTED)
+        return replace(self, unexplained=wider, contradicted=model.doubted)
 
     def another_mass(self, load: float, std: float) -> bool:
         """Whether a vehicle is heavier or lighter than declared.
@@ -162,7 +161,7 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
 def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
     """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
     rules = rules or VerdictRules()
-    of_log = (_vehicle_holds, _in_time, _consistent)
+    of_log = (_files_hold, _in_time, _consistent)
     of_drive = (_as_heavy_to_turn, _as_identified, _excited, _class_is_known, _shows_a_load)
     for check in (*of_log, *of_drive, _inside, _same_from_all_guesses, _same_as_windows, _axles_agree, _one_soil):
         found = check(evidence, n, others, rules)
@@ -193,13 +192,15 @@ def _alike(e: Evidence) -> str:
 Found = tuple[str, str] | None
 
 
-def _vehicle_holds(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _files_hold(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
     if not rules.contradicted:
         return None
-    return "inconsistent", (
-        "the vehicle's file holds given numbers that its logs contradict (softsoil identify; its first line names them): measure "
-        "them again and identify anew"
-    )
+    if "vehicle" in rules.contradicted:
+        return "inconsistent", (
+            "the vehicle's file holds given numbers that its logs contradict (softsoil identify; its first line names them): "
+            "measure them again and identify anew"
+        )
+    return "inconsistent", "the soil's file is contradicted by its own drives (softsoil soil; its first line says how)"
 
 
 def _in_time(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:

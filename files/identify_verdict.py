@@ -1,4 +1,4 @@
-"""What `softsoil identify` says of a vehicle file, as the file keeps it under the key `verdict`."""
+"""What `softsoil identify` says of a vehicle file and `softsoil soil` of a soil file, as the file keeps it: its key `verdict`."""
 
 from __future__ import annotations
 

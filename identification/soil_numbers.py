@@ -152,12 +152,13 @@ def identify_soil(
     numbers = bench.numbers(whole)
     n = bench.n(whole)
     found = soil.with_(
-        n=next(iter(n.values()))[0], uncertainty=tuple((name, one.std) for name, one in numbers.items()),
+        verdict="", n=next(iter(n.values()))[0], uncertainty=tuple((name, one.std) for name, one in numbers.items()),
         **{name: one.value for name, one in numbers.items()},
     )  # fmt: skip
     left = own_logs(recordings, [found] * len(recordings), vehicle, {log: value for log, (value, _) in n.items()}, start)
     doubted = doubt(recordings, [found] * len(recordings), vehicle, left, (), start)
     verdict, reason = ("contradicts_given", doubted) if doubted else _verdict(numbers, n, whole, excitation(recordings, start))
+    found = found.with_(verdict=verdict)
     return SoilIdentification(
         verdict, reason, numbers, bench.n(plain), n, before, after, left, found, time.perf_counter() - began
     )

@@ -22,6 +22,7 @@ from typing import Any
 
 import casadi as ca
 
+from softsoil.files.identify_verdict import CONTRADICTED
 from softsoil.symbolic.model import Model, Quantities, Scalar, Stage
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
@@ -111,7 +112,8 @@ def nominal_bicycle(
         Stage("rates", _rates),
         Stage("outputs", lambda q: {f"y_{name}": q[name] for name in STATES.names}),
     )
-    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages, geometry=vehicle)
+    doubted = tuple(name for name, one in (("vehicle", vehicle), ("soil", soil)) if one.verdict == CONTRADICTED)
+    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages, (), (), vehicle, doubted)
 
 
 def vehicle_law(vehicle: Vehicle, law: ForceLaw | str) -> ForceLaw:
@@ -132,15 +134,8 @@ def soil_parameters(soil: Soil) -> Layout:
 
 def _inputs(q: Quantities) -> Quantities:
     spins = {f"spin_{corner}": q[f"omega_{corner}"] for corner in ("fl", "fr", "rl", "rr")}
-    return {
-        "delta": q["steer"],
-        "delta_rate": q["steer_rate"],
-        "du": q["a_x"],
-        "specific_x": q["a_x"] - q["v"] * q["omega_z"],
-        "gravity_x": 0.0,
-        "gravity_y": 0.0,
-        **spins,
-    }
+    motion = {"delta": q["steer"], "delta_rate": q["steer_rate"], "du": q["a_x"]}
+    return {**motion, "specific_x": q["a_x"] - q["v"] * q["omega_z"], "gravity_x": 0.0, "gravity_y": 0.0, **spins}
 
 
 def vehicle_quantities(vehicle: Vehicle, free: Quantities) -> Quantities:

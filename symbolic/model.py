@@ -94,7 +94,8 @@ class Model:
     """Continuous-time model xdot = f(x, u, p), y = g(x, u, p); argument order always (x, u, p).
 
     x, u, p, y: layouts of states, inputs, parameters, outputs; stages: the derivation in order; memories: histories whose
-    provided signals are the last entries of u; added: the effects in it, by name; geometry: the vehicle, where it has one.
+    provided signals are the last entries of u; added: the effects in it, by name; geometry: the vehicle, where it has one;
+    doubted: "vehicle", "soil": those whose numbers are contradicted by the logs that they were identified from.
     Two models are equal only where they are one.
     Raises ValueError where one name stands for two quantities.
     Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).ode().name_in() == ["x", "u", "p"]
@@ -109,6 +110,7 @@ class Model:
     memories: tuple[Memory, ...] = ()
     added: tuple[Added, ...] = ()
     geometry: Any = None
+    doubted: tuple[str, ...] = ()
     _symbols: tuple[ca.SX, ca.SX, ca.SX] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

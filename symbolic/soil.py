@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from softsoil.files.identify_verdict import verdict_from_table
 from softsoil.files.toml_file import finite, number_table, read_toml
 from softsoil.symbolic.signals import Layout, Signal
 
@@ -35,7 +36,7 @@ class Soil:
 
     Fields in SI units as in SOIL_SIGNALS; K and R are the elastic stiffness and the damping of the soil contact model.
     Each may be a float or a CasADi scalar. uncertainty: name and standard deviation of each that is known with an error, in its
-    unit. Raises ValueError for a float outside its bounds.
+    unit; verdict: of `softsoil soil`, empty for none. Raises ValueError for a float outside its bounds.
     Example: softsoil.Soil("loam", k_phi=1.5e6, k_c=5300.0, n=0.7, c=1700.0, phi=0.5, k=0.025).with_(n=0.6).n == 0.6
     """
 
@@ -49,6 +50,7 @@ class Soil:
     K: Scalar = 2e8
     R: Scalar = 3e4
     uncertainty: Stated = ()
+    verdict: Any = ""
 
     def __post_init__(self) -> None:
         for signal in SOIL_SIGNALS:
@@ -102,7 +104,8 @@ def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
         raise ValueError(f"{where}: expected key{'s' if missing[1:] else ''} {keys}, found none")
     values = {s.name: finite(table[s.name], f"{where}: key {s.name!r}") for s in SOIL_SIGNALS if s.name in table}
     stds = number_table(table, "uncertainty", where, {key: (1e-12, 10 * abs(values[key]) + 1e-12) for key in CLASS_NUMBERS})
+    verdict = verdict_from_table(table, where)
     try:
-        return Soil(str(table.get("name", name)), **values, uncertainty=tuple(stds.items()))
+        return Soil(str(table.get("name", name)), **values, uncertainty=tuple(stds.items()), verdict=verdict)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None

@@ -88,6 +88,7 @@ def test_the_command_writes_a_soil_that_every_command_takes(tmp_path):
     assert "vehicle: reference" in run.output and "Identified: the drives give numbers of the soil" in run.output
     soil = load_soil(tmp_path / "soil.toml")
     found = json.loads((tmp_path / "soil.json").read_text(encoding="utf-8"))
+    assert soil.verdict == "identified"
     assert soil.phi == found["numbers"]["phi"]["value"] and abs(soil.phi - 0.2269) < 3 * dict(soil.uncertainty)["phi"]
     assert found["verdict"] == "identified" and set(found["before"]["mse"]) == set(found["after"]["mse"])
     report = (tmp_path / "report.html").read_text(encoding="utf-8")
