@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.judges.low_passed import add_filter_options, filtered
 from benchmarks.judges.true_soil import drive_name, nominal_logs, true_soil
 from softsoil.estimator.consistency import inside_band
 from softsoil.estimator.estimate import METHODS, estimate, run_method
 from softsoil.estimator.tuning import Tuning
-from softsoil.recording.drive import Recording
-from softsoil.recording.noise import add_noise, low_pass
+from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
@@ -45,8 +45,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--judged", action="store_true", help="as softsoil.estimate says, with its verdicts")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE[,VALUE]", help="another number of the filter")
-    parser.add_argument("--low-pass", nargs="+", metavar=("SECONDS", "CHANNEL"), help="of channels, behind their noise")
-    parser.add_argument("--both-ways", action="store_true", help="the low-pass backwards as well")
+    add_filter_options(parser)
     options = parser.parse_args()
     tuning = changed(options.set)
     vehicle = load_vehicle(options.vehicle)
@@ -58,7 +57,7 @@ def main() -> None:
         rows = []
         for guess in GUESSES:
             for seed in range(options.seeds):
-                noisy = filtered(add_noise(clean, options.noise, seed), options.low_pass, options.both_ways)
+                noisy = filtered(add_noise(clean, options.noise, seed), options)
                 one = estimate if options.judged else run_method
                 e = one(noisy, model, n + guess, method=options.method, tuning=tuning)
                 identified.append(e.verdict is not None and e.verdict.usable)
@@ -87,12 +86,6 @@ def main() -> None:
         print(f"identified: {sum(identified)} of {len(size)}, more than {100 * RIGHT:.0f} % off of these: {wrong}")
     for log in sorted(options.folder.glob("change_clay_*.csv.gz")):
         follow_change(log, vehicle, options.noise, options.seeds, options.method, tuning)
-
-
-def filtered(noisy: Recording, low_passed: list[str] | None, twice: bool) -> Recording:
-    """The drive with a low-pass, [seconds, channel ...], behind the noise of these channels."""
-    seconds, *names = low_passed or ["0"]
-    return noisy.with_channels(**{name: low_pass(noisy[name], noisy.dt, float(seconds), twice) for name in names})
 
 
 def changed(settings: list[str]) -> Tuning:
