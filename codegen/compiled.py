@@ -19,12 +19,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.c_source import write_c
-from softsoil.codegen.lanes import write_lanes
+from softsoil.codegen.lanes import write_group, write_lanes
+from softsoil.codegen.text_cache import code_digest
 from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fPIC")
+LANES_FLAGS = ("-Og", *FLAGS[1:])
+"""For `softsoil.codegen.lanes`: a step is one long straight line of vectors, which more than this takes a compiler half as long
+again or twice as long, and gains nothing. Scalar code runs a fifth slower with it."""
 PATIENCE = 2.0
 """s: a compilation that takes longer is announced, once per process."""
+WRITERS = (("codegen", "*.py"), ("codegen/c_library", "kernels.py"), ("codegen/c_library/templates", "*lanes*"))
+"""Rooms and files that write C for lanes."""
 NATIVE = "-march=native"
 """Left out where a compiler does not know it."""
 
@@ -76,7 +82,7 @@ def compile_function(function: ca.Function, parts: Sequence[str] = ()) -> ca.Fun
         return function
     with tempfile.TemporaryDirectory() as scratch:
         source = write_c([function], scratch, header=False)[0].read_text(encoding="utf-8")
-    library = _library(compiler, function.name(), (source, *parts))
+    library = _library(compiler, function.name(), (source,), parts)
     return function if library is None else ca.external(function.name(), str(library))
 
 
@@ -90,7 +96,7 @@ def at_points(function: ca.Function, count: int, repeats: int = 1) -> tuple[ca.F
     name = f"{function.name()}_points"
     if compiler is not None:
         source = write_lanes(function if function.is_a("SXFunction") else function.expand(), count, name, repeats)
-        library = _library(compiler, name, (source,), warn=False)
+        library = _library(compiler, name, (), (source,), warn=False)
         if library is not None:
             return ca.external(name, str(library)), (source,)
     mapped = function.map(count)
@@ -112,19 +118,46 @@ def build_library(name: str, sources: Sequence[str], flags: Sequence[str] = FLAG
     return None if compiler is None else _library(compiler, name, sources, flags=flags)
 
 
-def _library(
-    compiler: str, name: str, sources: Sequence[str], warn: bool = True, flags: Sequence[str] = FLAGS
-) -> Path | None:
-    """The shared library of `sources`, from the cache or built into it; None where the compiler refuses.
+def group_library(function: ca.Function, driver: str) -> Path | None:
+    """Path of the shared library of an SX `function`'s group (`write_group`, in parts) and of the C `driver` that calls it.
 
-    Each source is compiled once and its object kept, so that a part that several libraries share costs once.
+    What the same code made of the same function before is neither written nor compiled again. None as of `build_library`.
     """
-    folder = writable_cache()
-    library = folder / f"{name}_{_key(compiler, flags, *sources)}.so"
+    compiler = find_compiler()
+    if compiler is None:
+        return None
+    asked = _key(compiler, LANES_FLAGS, function.serialize(), driver, code_digest(WRITERS).hex())
+    library = writable_cache() / f"{function.name()}_loop_{asked}.so"
     if library.is_file():
         return library
+    group = write_group(function, f"{function.name()}_group", parts=True)
+    return _built(compiler, library, (), (f"{group}\n{driver}",), FLAGS)
+
+
+def _library(
+    compiler: str,
+    name: str,
+    sources: Sequence[str],
+    lanes: Sequence[str] = (),
+    warn: bool = True,
+    flags: Sequence[str] = FLAGS,
+) -> Path | None:
+    """The shared library of `sources` and of `lanes`, which have flags of their own, from the cache or built into it."""
+    library = writable_cache() / f"{name}_{_key(compiler, (*flags, *LANES_FLAGS), *sources, *lanes)}.so"
+    return library if library.is_file() else _built(compiler, library, sources, lanes, flags, warn)
+
+
+def _built(
+    compiler: str, library: Path, sources: Sequence[str], lanes: Sequence[str], flags: Sequence[str], warn: bool = True
+) -> Path | None:
+    """The library, of its sources; None where the compiler refuses.
+
+    Each source is compiled once and its object kept: a part that several libraries share costs once.
+    """
+    folder = library.parent
     try:
         objects = [_object(compiler, source, folder, flags) for source in sources]
+        objects += [_object(compiler, source, folder, LANES_FLAGS) for source in lanes]
         _compile([compiler, "-shared", *map(str, objects), "-lm"], library)
     except OSError as error:
         if warn:

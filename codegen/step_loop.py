@@ -13,13 +13,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softsoil.codegen.compiled import FLAGS, build_library, find_compiler
-from softsoil.codegen.lanes import write_group
+from softsoil.codegen.compiled import find_compiler, group_library
 
 Array = NDArray[np.float64]
-
-_FLAGS = ("-O1", *FLAGS[1:])
-"""A step is one long straight line of vectors: more optimisation takes a third more of a compiler's time and gains nothing."""
 
 _DRIVER = """enum {{ NX = {nx}, NM = {nm}, NU = {nu}, NP = {np}, NY = {ny}, NZ = NX + NM + NU + NP, WIDE = SOFTSOIL_LANES }};
 
@@ -109,8 +105,7 @@ class _Loop:
         texts = _KNOWN if self.known else _PREDICTED
         texts = texts | {"call": texts["call"].format(name=name)}
         driver = _DRIVER.format(name=name, nx=n_x, nm=n_m, nu=n_u, np=n_p, ny=self.n_y, **texts)
-        kernel = write_group(self._joined, f"{name}_group", parts=True)
-        library = build_library(f"{name}_loop", (f"{kernel}\n{driver}",), _FLAGS)
+        library = group_library(self._joined, driver)
         if library is None:
             return None
         loop = getattr(ctypes.CDLL(str(library)), f"{name}_loop")

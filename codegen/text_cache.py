@@ -1,10 +1,11 @@
-"""The texts of a C library, kept for the next time that the same is asked of the same code."""
+"""The texts of a C library, kept for the next time that the same is asked of the same code; and what identifies that code."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 from collections.abc import Callable
+from functools import lru_cache
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -61,9 +62,15 @@ def _place(asked: bytes) -> Path:
 
 
 def _key(asked: bytes) -> str:
-    found = hashlib.sha256(asked + version("casadi").encode() + version("softsoil").encode())
-    for room, pattern in WRITERS:
+    return hashlib.sha256(asked + code_digest(WRITERS)).hexdigest()[:24]
+
+
+@lru_cache(maxsize=4)
+def code_digest(writers: tuple[tuple[str, str], ...]) -> bytes:
+    """What changes with the code of `writers` (pairs of a room and a pattern of its files), or with a version."""
+    found = hashlib.sha256(version("casadi").encode() + version("softsoil").encode())
+    for room, pattern in writers:
         found_files = (Path(str(files("softsoil"))) / room).glob(pattern)
         for path in sorted(path for path in found_files if path.suffix in SUFFIXES):
             found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return found.hexdigest()[:24]
+    return found.digest()

@@ -14,7 +14,7 @@ from drives import clay_bicycle, reference_vehicle
 from softsoil.codegen.c_source import check_c_name, write_c
 from softsoil.codegen.compiled import CompiledFunction, at_points, find_compiler
 from softsoil.codegen.discretize import advance_memory, discretize, read_memory, start_memory, step_with_memory
-from softsoil.codegen.lanes import write_lanes
+from softsoil.codegen.lanes import write_group, write_lanes
 from softsoil.codegen.predictor import substeps_for
 from softsoil.declaration.model_file import Declaration
 from softsoil.mpc_demo.bench_filter import numpy_function
@@ -352,3 +352,18 @@ def test_a_long_compilation_is_announced_once(own_cache, monkeypatch, tmp_path, 
         assert CompiledFunction(ca.Function("f", [x], [k * x])).is_compiled
     assert [record.getMessage() for record in caplog.records] == ["compiling the model, once; kept in the cache"]
     assert not [path for path in own_cache.iterdir() if path.is_dir()]
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no compiler")
+def test_a_function_that_was_compiled_before_is_not_written_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOFTSOIL_CACHE", str(tmp_path))
+    written = []
+    monkeypatch.setattr(compiled, "write_group", lambda *a, **k: written.append(a[0]) or write_group(*a, **k))
+    z = ca.SX.sym("z", 2)
+
+    def library(factor, driver=";"):
+        return compiled.group_library(ca.Function("f", [z], [factor * z[0] * z[1]]), f"void call_{len(driver)}(void) {{{driver}}}")
+
+    first = library(2.0)
+    assert library(2.0) == first and len(written) == 1
+    assert len({first, library(3.0), library(2.0, ";;")}) == 3 and len(written) == 3
