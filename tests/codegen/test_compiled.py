@@ -362,7 +362,8 @@ def test_a_function_that_was_compiled_before_is_not_written_again(tmp_path, monk
     z = ca.SX.sym("z", 2)
 
     def library(factor, driver=";"):
-        return compiled.group_library(ca.Function("f", [z], [factor * z[0] * z[1]]), f"void call_{len(driver)}(void) {{{driver}}}")
+        function = ca.Function("f", [z], [factor * z[0] * z[1]])
+        return compiled.group_library(function, f"void call_{len(driver)}(void) {{{driver}}}")
 
     first = library(2.0)
     assert library(2.0) == first and len(written) == 1
