@@ -10,7 +10,7 @@ FIRST := $(addprefix tests/,cases codegen estimator identification mpc_demo plan
 # Tests start hundreds of processes: each would compile every library's Python anew.
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: demo test test-types test-first test-rest docs check lock clean
+.PHONY: demo test test-types test-first test-rest studies docs check lock clean
 
 demo: $(STAMP)
 	$(BIN)/softsoil study --vehicle paper --out runs/study-paper
@@ -24,10 +24,14 @@ test-types: $(STAMP)
 	$(BIN)/mypy
 
 test-first: $(STAMP)
-	$(BIN)/python -m pytest $(FIRST)
+	$(BIN)/python -m pytest -m "not study" $(FIRST)
 
 test-rest: $(STAMP)
-	$(BIN)/python -m pytest tests $(addprefix --ignore=,$(FIRST))
+	$(BIN)/python -m pytest -m "not study" tests $(addprefix --ignore=,$(FIRST))
+
+# What `make test` leaves out: accuracy and whole roads, whose code faster tests run.
+studies: $(STAMP)
+	$(BIN)/python -m pytest -m study tests
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet

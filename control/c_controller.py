@@ -88,7 +88,7 @@ def _kernels(ocp: Ocp, exact: bool, digits: int) -> tuple[dict[str, str], dict[s
         files["src/softsoil_nmpc_hessian.c"] = _source(parts)
     if ocp.model.memories:
         files["src/softsoil_nmpc_roll.c"] = _source(
-            [_exported(write_kernel(roll(ocp), "softsoil_nmpc_roll", digits=digits))]
+            [_exported(write_kernel(roll(ocp), "softsoil_nmpc_roll", digits=digits, parts=True))]
         )
     wanted = [int(i) for i in curve.wanted]
     in_wanted = [
@@ -123,13 +123,14 @@ def _kernels(ocp: Ocp, exact: bool, digits: int) -> tuple[dict[str, str], dict[s
 
 def _kernel(function, name: str, digits: int) -> str:
     f = function if function.is_a("SXFunction") else function.expand()
-    return _exported(write_kernel(f, f"softsoil_nmpc_{name}", _POINTS, 1, digits))
+    return _exported(write_kernel(f, f"softsoil_nmpc_{name}", _POINTS, 1, digits, parts=True))
 
 
 def _exported(kernel: str) -> str:
-    """A kernel that other files call: its declaration and its body."""
-    text = kernel.removeprefix("static ")
-    return f"{text[: text.index(' {')]};\n{text}"
+    """A kernel that other files call: its declaration and its body, after the parts that it calls."""
+    before, _, text = kernel.rpartition("static void ")
+    text = f"void {text}"
+    return f"{before}{text[: text.index(' {')]};\n{text}"
 
 
 def _source(kernels: list[str]) -> str:

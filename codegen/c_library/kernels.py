@@ -15,7 +15,7 @@ from types import MappingProxyType
 import casadi as ca
 
 from softsoil.codegen.instruction_order import Instruction, instructions, interleaved
-from softsoil.codegen.kernel_parts import in_parts, one_function
+from softsoil.codegen.kernel_parts import PART, in_parts
 
 DIGITS = 13
 """Significant digits of constants: quadrature nodes differ between processors in the last bit, written files must not."""
@@ -146,9 +146,9 @@ def write_kernel(
 
     function: SX, dense vectors; varies: which inputs differ from point to point (ssv), None for plain scalars;
     groups: how many vectors of points are computed side by side, for functions whose operations wait for one another:
-    what varies then stands in arrays of so many rows; digits: significant digits of constants; parts: cut into several functions,
-    for one group of points that share nothing.
-    Raises ValueError for sparse results, matrices, an operation that C does not have, or parts where anything is shared.
+    what varies then stands in arrays of so many rows; digits: significant digits of constants; parts: cut into several functions
+    where it is long, for one group.
+    Raises ValueError for sparse results, matrices, an operation that C does not have, or parts of several groups.
     """
     lanes = varies is not None and any(varies)
     flags = tuple(varies) if varies is not None and lanes else (False,) * function.n_in()
@@ -161,9 +161,6 @@ def write_kernel(
     inputs = [f"const {kind[i]} *a{i}" for i in range(function.n_in())]
     outputs = [f"{result} *r{i}" for i in range(function.n_out())]
     statements = _Writer(function, flags, groups if lanes else 1, digits).write()
-    if parts:
-        if not all(flags) or groups > 1:
-            raise ValueError(f"C library: expected one group of points and inputs that all vary, to cut {function} in parts")
-        return in_parts(name, [*inputs, *outputs], statements)
-    unused = " ".join(f"(void)a{i};" for i in range(function.n_in())) + "".join(f" (void)r{i};" for i in range(function.n_out()))
-    return one_function(name, [*inputs, *outputs], [unused, *statements])
+    if parts and groups > 1:
+        raise ValueError(f"C library: expected one group of points to cut {function} in parts, found {groups}")
+    return in_parts(name, [*inputs, *outputs], statements, PART if parts else len(statements))

@@ -74,6 +74,7 @@ def test_candidates_are_those_of_the_declared_kinds():
     assert some and set(some) < set(candidates_of(CAR, ("slope", "steering")))
 
 
+@pytest.mark.study
 @pytest.mark.shared
 def test_refine_names_the_delay_of_the_steering_which_fits_the_other_log(shared_data):
     folder = shared_data / "real" / "tudelft_dart_1to10"

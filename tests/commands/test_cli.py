@@ -91,7 +91,7 @@ def no_figures(monkeypatch):
     monkeypatch.setattr("softsoil.commands.study.draw_study", lambda study, path: path)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_study_is_the_same_for_the_same_seed(home, short_log, no_figures):
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
         assert softsoil("study", short_log, "--seed", seed, "--out", home / name).exit_code == 0

@@ -39,7 +39,7 @@ def refined(tmp_path_factory):
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_declared_effects_bring_n_near_the_truth_and_leave_less_unexplained(tmp_path, refined):
     """A log of the independent simulator, which nothing here was fitted on."""
     run("estimate", MULTI_LOG, "--model", refined, "--n0", 0.7, "--noise", "table5", "--out", tmp_path / "with")

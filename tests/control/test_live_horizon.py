@@ -103,6 +103,7 @@ def test_straight_on_nothing_is_identified():
     assert {c.verdict for c in drive(False)[0]} == {"not_excited"}
 
 
+@pytest.mark.study
 def test_with_a_yaw_inertia_off_by_40_percent_nothing_is_identified():
     assert "identified" not in {c.verdict for c in drive(True, 1.4)[0]}
 

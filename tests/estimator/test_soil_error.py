@@ -30,6 +30,7 @@ def n_of(drive, soil):
     return estimate(drive, bicycle(VEHICLE, soil), method="horizon")
 
 
+@pytest.mark.study
 def test_n_moves_with_the_class_as_stated(drive):
     """A class with a parameter 2 % larger moves n by a fifth of what a tenth of it is said to."""
     found = n_of(drive, CLAY)

@@ -106,7 +106,7 @@ def test_python_and_c_agree_on_n(name, path):
 
 @pytest.mark.compiler
 @pytest.mark.shared
-@pytest.mark.slow
+@pytest.mark.study
 def test_python_and_c_agree_on_the_shared_drives(shared_data):
     """Every reference drive, in vectors; where the soil changes, both say it."""
     logs = sorted((shared_data / "chrono_vehicle").glob("*.csv.gz"))

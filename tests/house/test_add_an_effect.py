@@ -44,7 +44,7 @@ def test_it_is_found_and_keeps_the_contract(copy):
     assert "[air_drag]" in listed.stdout and "any_order_of_two" in listed.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_it_is_declared_and_traced(copy):
     code = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)[1]
     (copy / "traced.py").write_text(code, encoding="utf-8")

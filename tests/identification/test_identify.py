@@ -105,7 +105,7 @@ def test_logs_without_wheel_speeds_need_the_driveline():
         identify([log, log], [CLAY] * 2, KNOWN)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_numbers_are_recovered_without_wheel_speeds():
     """Wheels that turn as the balance asks, in the drives and in the model; no balance of measured ones."""
     known = replace(KNOWN, driveline={"centre_lock": 1.0, "front_drive": 0.5})
@@ -177,7 +177,7 @@ def test_the_vehicle_file_is_complete_and_says_the_state_of_each_number(identifi
     assert report.count("<img") == 3 and "http" not in report
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_road_from_a_new_vehicle_to_its_c_library(identified, tmp_path):
     """identify -> refine -> estimate -> generate on one vehicle file, and the refined file on another soil."""
     folder, _ = identified
@@ -219,7 +219,7 @@ def test_bad_input_is_refused_in_one_line(tmp_path):
     assert not (tmp_path / "o").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.shared
 def test_the_second_vehicle_is_identified_and_n_is_right_on_other_drives(shared_data):
     """Judged figures: `python -m benchmarks.identify_suv`."""

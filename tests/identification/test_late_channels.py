@@ -71,7 +71,7 @@ def test_a_declared_lag_stays_as_it_is(late):
         assert with_late_channels(declared, late) == (declared, ())
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_lag_is_identified_and_the_inertia_does_not_take_it_up(late):
     found = identify(late, [CLAY] * 3, KNOWN)
     lag, inertia = found.numbers["steering_lag"], found.numbers["yaw_inertia"]

@@ -58,7 +58,7 @@ def test_what_a_file_states_is_read_back_by_every_command(tmp_path):
     assert load_declaration(path).vehicle.unexplained == vehicle.unexplained
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_wrong_soil_class_is_no_number_of_the_vehicle():
     drives = [add_noise(read_drive(log).between(0.0, 24.0), "good", i) for i, log in enumerate((CLAY_LOG, MULTI_LOG, LOAM_LOG))]
     found = identify(drives, load_soil("sand"), KNOWN)
