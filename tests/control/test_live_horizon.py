@@ -82,13 +82,14 @@ def drive(weaves: bool, inertia: float = 1.0, seconds: float = 12.0):
 
 
 def test_a_weave_is_identified_and_its_n_goes_to_the_controller():
-    commands, n = drive(True, seconds=20.0)
+    """The loop makes other rounding a centimetre in 20 s: the verdict comes a window earlier or later."""
+    commands, n = drive(True, seconds=23.0)
     last = commands[-1]
     assert last.verdict == "identified"
     assert last.n == last.n_used == n
     assert abs(n - CLAY.n) < abs(N_0 - CLAY.n)
     first = next(c for c in commands if c.verdict == "identified")
-    assert 3.0 < first.t < 19.0
+    assert 3.0 < first.t < 22.0
 
 
 def test_before_that_the_controller_drives_on_the_safe_side():

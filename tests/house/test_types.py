@@ -41,11 +41,12 @@ def test_what_is_seeded_fails(tmp_path):
 
 
 def test_make_test_runs_mypy_and_all_tests():
-    """Types and two halves of the tests side by side: the folders of FIRST, and all but those."""
+    """Types and two halves of the tests side by side: the folders of FIRST, and all but those; studies by a command of their own."""
     text = (PROJECT / "Makefile").read_text(encoding="utf-8")
     recipe, types = (re.search(rf"^{name}:.*\n((?:\t.*\n)+)", text, re.M) for name in ("test", "test-types"))
     first = re.search(r"^FIRST := \$\(addprefix tests/,(.*)\)$", text, re.M)
     assert recipe is not None and types is not None and first is not None and "not slow" not in text
     assert types[1] == "\t$(BIN)/mypy\n" and re.search(r"-j3 test-types test-first test-rest$", recipe[1], re.M)
     assert all((PROJECT / "tests" / folder).is_dir() for folder in first[1].split())
-    assert "pytest $(FIRST)\n" in text and "pytest tests $(addprefix --ignore=,$(FIRST))\n" in text
+    halves = ("$(FIRST)\n", "tests $(addprefix --ignore=,$(FIRST))\n")
+    assert all(f'pytest -m "not study" {half}' in text for half in halves) and "pytest -m study tests\n" in text

@@ -88,7 +88,7 @@ class Everything:
     name: str = "everything"
 
     def __call__(self, soil, wheel, contact) -> WheelForce:
-        given = ca.vertcat(*(v for part in (soil, contact) for n, v in vars(part).items() if n != "name"))
+        given = ca.vertcat(*(v for part in (soil, contact) for n, v in vars(part).items() if n not in ("name", "verdict")))
         count = np.arange(1.0, given.numel() + 1.0)
         weights = 100.0 * np.cos(np.outer(np.arange(1.0, 6.0), count))
         forces = ca.vertsplit(ca.mtimes(weights, ca.sin(count * given)))
