@@ -10,7 +10,8 @@ import re
 from collections.abc import Mapping, Sequence
 
 PART = 1200
-"""Statements in a part: half the compiler's time, one to two per cent more at run time; much shorter ones cost more of either."""
+"""Statements in a part: a half to a seventh of the compiler's time, at most two per cent more at run time; much shorter ones cost
+more of either."""
 _VALUE = re.compile(r"\bt\d+\b")
 _KEPT = {"ssv": "w", "double": "d"}
 """Type of a value -> the array that it is put down in."""

@@ -29,6 +29,7 @@ def test_real_channels_agree_and_absent_ones_are_marked(folder):
     assert {drive.state_of(name) for name in ("x", "y", "psi", "omega_fl", "omega_rr")} == {"derived"}
 
 
+@pytest.mark.study
 @pytest.mark.shared
 def test_the_command_says_what_can_be_said_and_no_n(folder, tmp_path):
     result = CliRunner().invoke(app, ["case", "stanford", "--data", str(folder), "--out", str(tmp_path)])

@@ -120,6 +120,7 @@ def test_a_vehicle_that_stands_identifies_nothing():
     assert own.n == N_0
 
 
+@pytest.mark.study
 def test_a_load_on_an_identified_vehicle_is_said():
     declared = for_control(Declaration(identified.vehicle(), CLAY))
     log = identified.drive({**declared.vehicle.effects, **identified.LOAD}, "good")

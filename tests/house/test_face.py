@@ -15,8 +15,10 @@ from drives import MULTI_LOG, PROJECT
 from softsoil.commands.cli import app
 from softsoil.recording.read import read_drive
 
-SLOW = ("Nmpc", "estimate", "generate", "identify", "identify_soil", "predict", "refine", "residual", "simulate", "to_do_mpc")
+SLOW = ("Nmpc", "estimate", "generate", "identify_soil", "predict", "residual", "simulate", "to_do_mpc")
+STUDIES = ("identify", "refine")
 NAMES = [name for name in softsoil.__all__ if name != "__version__"]
+MARKS = dict.fromkeys(SLOW, pytest.mark.slow) | dict.fromkeys(STUDIES, pytest.mark.study)
 
 
 def python(code: str) -> str:
@@ -26,7 +28,7 @@ def python(code: str) -> str:
     return run.stdout.strip()
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in NAMES])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=MARKS.get(n, ())) for n in NAMES])
 def test_every_public_name_has_an_example_that_runs(name, tmp_path, monkeypatch):
     """One line that is true, or a session as Python prints it."""
     if name == "to_do_mpc":

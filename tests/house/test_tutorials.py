@@ -13,11 +13,17 @@ BUILT = ("build", "library", "data")
 """Folders of C and of the example data."""
 ELSEWHERE = {"add-an-effect"}
 """Followed in a copy of the project by test_add_an_effect.py."""
+STUDIES = {"missing-effect", "study"}
+"""Minutes of computing, with commands that other tests run on less."""
+CARRIED_OUT = [
+    pytest.param(page, id=page.stem, marks=pytest.mark.study if page.stem in STUDIES else pytest.mark.slow)
+    for page in TUTORIALS
+    if page.stem not in ELSEWHERE
+]
 
 
-@pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("page", [p for p in TUTORIALS if p.stem not in ELSEWHERE], ids=lambda path: path.stem)
+@pytest.mark.parametrize("page", CARRIED_OUT)
 def test_a_tutorial_runs_and_prints_what_it_says(page, tmp_path, installed):
     """With the installed wheel, as a newcomer would."""
     steps = list(run_page(page.read_text(encoding="utf-8"), tmp_path, installed.python))

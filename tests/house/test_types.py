@@ -41,7 +41,7 @@ def test_what_is_seeded_fails(tmp_path):
 
 
 def test_make_test_runs_mypy_and_all_tests():
-    """Types and two halves of the tests side by side: the folders of FIRST, and all but those; studies by a command of their own."""
+    """Types and two halves of the tests side by side: the folders of FIRST, and all but those; studies have a command."""
     text = (PROJECT / "Makefile").read_text(encoding="utf-8")
     recipe, types = (re.search(rf"^{name}:.*\n((?:\t.*\n)+)", text, re.M) for name in ("test", "test-types"))
     first = re.search(r"^FIRST := \$\(addprefix tests/,(.*)\)$", text, re.M)

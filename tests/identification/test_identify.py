@@ -78,7 +78,7 @@ def test_balances_follow_the_states_of_the_windows():
     assert np.abs(followed - wanted).mean() < 0.2 * np.abs(recorded - wanted).mean()
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_logs_driven_straight_on_say_so_and_ask_for_a_manoeuvre():
     drives = [drive_of({}, "straight", n, seed, 12.0) for seed, n in enumerate((0.5, 0.6))]
     found = identify(drives, [CLAY] * 2, KNOWN)

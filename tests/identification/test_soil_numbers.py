@@ -65,7 +65,7 @@ def test_drives_of_one_steering_wave_say_nothing_of_the_soil():
     assert found.verdict == "needs_data" and "one steering wave" in found.reason
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_an_n_at_a_bound_is_no_n():
     near = CLAY.with_(uncertainty=(("k", 1e-5),))
     found = identify_soil([drive_on(CLAY.with_(phi=0.45, n=0.25), 1, 18.0)], near, VEHICLE)

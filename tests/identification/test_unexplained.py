@@ -78,7 +78,7 @@ def test_hard_ground_is_no_soil_to_identify_a_vehicle_on():
     assert found.verdict == "contradicts_given" and "this is no soft soil" in found.reason
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_stated_errors_of_a_class_are_in_n_of_every_log_and_not_in_that_of_the_vehicle():
     drives = [add_noise(read_drive(log).between(0.0, 20.0), "good", i) for i, log in enumerate((CLAY_LOG, MULTI_LOG))]
     exact, wide = (identify(drives, CLAY.with_(uncertainty=stated), KNOWN) for stated in ((), (("phi", 0.02),)))
