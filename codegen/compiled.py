@@ -25,8 +25,8 @@ from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fPIC")
 LANES_FLAGS = ("-Og", *FLAGS[1:])
-"""For `softsoil.codegen.lanes`: a step is one long straight line of vectors, which more than this takes a compiler half as long
-again or twice as long, and gains nothing. Scalar code runs a fifth slower with it."""
+"""For `softsoil.codegen.lanes`: a step is one long straight line of vectors. -O1 takes a compiler half as long again, -O3 twice
+as long, and neither makes it faster; scalar code does run a fifth slower at -Og."""
 PATIENCE = 2.0
 """s: a compilation that takes longer is announced, once per process."""
 WRITERS = (("codegen", "*.py"), ("codegen/c_library", "kernels.py"), ("codegen/c_library/templates", "*lanes*"))

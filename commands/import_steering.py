@@ -55,7 +55,7 @@ def _values(mapped: Mapped, series: Mapping[str, Series]) -> tuple[np.ndarray, n
     one = series[mapped.source]
     values = mapped.si(mapped.samples(one), 1.0)
     good = np.isfinite(values)
-    return one.t[good], values[good]
+    return one.t[good] - mapped.late, values[good]
 
 
 def say_map(fit: SteeringFit) -> dict[str, Any]:

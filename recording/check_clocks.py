@@ -39,12 +39,13 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
         channel = CHANNELS[offset.group]
         by = f"late = {offset.late_s:.3f} at {channel} in its map"
         cure = f"softsoil import shifts it: --align where it is a source of its own, {by} where it shares one"
+        if offset.group == "psi" and offset.late_s < 0:  # no heading comes before the turning that makes it
+            cure = f"the yaw rate is late, which makes n too low: late = {-offset.late_s:.3f} at omega_z in the map of softsoil "
+            cure += f"import; or the heading's clock is early: {by}"
         if offset.group == "steer" and -WRONG_EARLY < late < 0:
             cure += "; or the steering itself lags, which `softsoil refine` tells"
         if declared > LIMITS.clock:
             cure += "; or the vehicle's file declares a steering of another lag"
-        if offset.group == "psi" and offset.late_s < 0:
-            cure += f"; or the yaw rate is late, which makes n too low: late = {-offset.late_s:.3f} at omega_z"
         if offset.group == "position":
             away, place = late * float(np.nanmedian(recording["u"])), "behind" if late > 0 else "ahead of"
             cure += f"; or these positions are of a point {abs(away):.1f} m {place} the front axle: give its place in [mount]"

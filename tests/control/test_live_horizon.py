@@ -82,7 +82,7 @@ def drive(weaves: bool, inertia: float = 1.0, seconds: float = 12.0):
 
 
 def test_a_weave_is_identified_and_its_n_goes_to_the_controller():
-    """The loop makes other rounding a centimetre in 20 s: the verdict comes a window earlier or later."""
+    """A closed loop lets rounding grow: with another compiler's the verdict comes a window earlier or later."""
     commands, n = drive(True, seconds=23.0)
     last = commands[-1]
     assert last.verdict == "identified"

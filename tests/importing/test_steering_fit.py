@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from softsoil.commands.import_steering import fitted_map
+from softsoil.importing.import_map import map_from_table
+from softsoil.importing.sources import Series
 from softsoil.importing.steering_fit import fit_steering_map
 
 T = np.arange(0.0, 60.0, 0.02)
@@ -24,6 +27,14 @@ def test_the_curve_comes_back_within_its_standard_error_and_the_delay_with_it():
     assert fit.degree >= 2 and fit.delay == pytest.approx(0.12, abs=0.01)
     assert np.abs(fit.map.angle_of(inside) - curve(inside)).max() < max(4 * fit.std, 0.002)
     assert fit.std < 0.003 and fit.residual == pytest.approx(0.004, rel=0.3)
+
+
+def test_what_the_map_says_is_late_is_no_delay_of_the_steering():
+    """An angle 0.3 s late by its clock, whose wheels follow 0.1 s after the command."""
+    series = {"/s": Series("/s", T, {"c": COMMAND, "angle": measured(delay=0.4)})}
+    entries = {"u": "/s:c", "omega_z": "/s:c", "steer_command": {"source": "/s:c", "unit": ""}}
+    plan = map_from_table({"channels": {**entries, "steer": {"source": "/s:angle", "late": 0.3}}}, "map")
+    assert fitted_map(plan, series).delay == pytest.approx(0.1, abs=0.01)
 
 
 def test_a_straight_map_stays_a_straight_line_of_two_knots():
