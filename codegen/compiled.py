@@ -26,8 +26,8 @@ from softsoil.files.cache import scratch_folder, writable_cache
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fPIC")
 LANES_FLAGS = ("-Og", *FLAGS[1:])
 """For `softsoil.codegen.lanes`: a step is one long straight line of vectors. -O1 takes a compiler half as long again, -O3 twice
-as long. A call by itself takes 1.2 to 1.7 times as long as by -O3 (`benchmarks.kernel_compilers`), an estimate as a whole as long by
-any of the three. Scalar code runs a fifth slower at -Og."""
+as long. A call by itself takes 1.2 to 1.7 times as long as by -O3 (`benchmarks.kernel_compilers`), an estimate as a whole as
+long by any of the three. Scalar code runs a fifth slower at -Og."""
 PATIENCE = 2.0
 """s: a compilation that takes longer is announced, once per process."""
 WRITERS = (("codegen", "*.py"), ("codegen/c_library", "kernels.py"), ("codegen/c_library/templates", "*lanes*"))
