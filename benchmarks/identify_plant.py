@@ -3,15 +3,16 @@
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
     [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
     [--absent v] [--judged-absent v] [--robots] [--lag 0.1]
-Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle), measured
-with its errors; with --robots one of 180 to 350 kg. Fitted: one lock and one multi-sine drive with the noise "good" or --fit-
-noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on three other
-drives on other n with Table-5 noise (robots: "good", their lateral velocity is less than Table 5's noise): n by windows and by
-the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against that of the plant's bodies; with
---effects, what `refine` names on drives with a payload, a steering offset, a bank and a steering lag, and on drives without
-one, and its verdicts on n: right is what is named with a size at most 20 % off. Each is met on the drives of --logs, traced in
-one call, each on a soil of its own; and what `estimate`, and the vehicle's generated library, say of n on each of these drives
-alone, the library while driving, too. True values are read to judge only.
+Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
+measured with its errors; with --robots one of 180 to 350 kg. Fitted: one lock and one multi-sine drive with the noise "good"
+or --fit- noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on
+three other drives on other n with Table-5 noise (robots: "good", their lateral velocity is less than Table 5's noise): n by
+windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against what the true wheel
+forces of the fitted logs balance with; with --effects, what `refine` names on drives with a payload, a steering offset, a
+bank and a steering lag, and on drives without one, and its verdicts on n: right is what is named with a size at most 20 %
+off. Each is met on the drives of --logs, traced in one call, each on a soil of its own; and what `estimate`, and the
+vehicle's generated library, say of n on each of these drives alone, the library while driving, too. True values are read to
+judge only.
 Looked at were seeds 0 to 2 while this command was made; 100, 101 and 104 while the rules of contradiction were; 100 to 102
 while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 118 while the strain
 of the numbers was; many of these, 120 to 128 and 134 while the load was that a drive must show; the others were not.
@@ -28,7 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judges.library_look import by_library
-from benchmarks.judges.plant_vehicles import FIT, JUDGE, ROBOTS, Case, Log, case_of, effects_of, log_of
+from benchmarks.judges.plant_vehicles import FIT, JUDGE, ROBOTS, Case, Log, case_of, effects_of, inertia_of, log_of
 from benchmarks.judges.vehicle_judge import TRUSTED, Judgement, joined, judge_drive, lines, without, words
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import METHODS, estimate
@@ -94,15 +95,16 @@ def main() -> None:
         case, file = case_of(seed, ROBOTS if asked.robots else DRAW), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
         vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent, asked.lag)
-        off = 100 * (vehicle.yaw_inertia / case.drawn.vehicle.yaw_inertia - 1)
+        true, bodies = inertia_of(case, fitted_logs(case, asked.lag)), case.drawn.vehicle.yaw_inertia
+        off = 100 * (vehicle.yaw_inertia / true - 1)
         inertias.append(off)
         joint = vehicle.joint_error
         std = 100 * joint.std[joint.names.index("yaw_inertia")] / vehicle.yaw_inertia if joint else np.nan
         departures.append(off / std)
         rolls = 100 * (vehicle.radius / case.drawn.measured["radius"] - 1)
         print(
-            f"  yaw inertia {vehicle.yaw_inertia:.0f}, of its bodies {case.drawn.vehicle.yaw_inertia:.0f}: {off:+.1f} % "
-            f"({off / std:+.1f} standard deviations of the joint error); "
+            f"  yaw inertia {vehicle.yaw_inertia:.0f}, the true forces balance with {true:.0f}: {off:+.1f} % "
+            f"({off / std:+.1f} standard deviations of the joint error; its bodies have {bodies:.0f}); "
             f"radius {rolls:+.2f} % of {case.drawn.measured['radius']:.4f} m"
         )
         if not (asked.only_effects or asked.only_numbers):
@@ -112,7 +114,7 @@ def main() -> None:
             named += _traced(case, vehicle, asked.logs.split(","), switches, asked.noise)
     print(f"{asked.seeds} vehicles, seeds {asked.first} to {asked.first + asked.seeds - 1}")
     size = np.abs(inertias)
-    print(f"yaw inertia: median {np.median(size):.1f} %, worst {size.max():.1f} % off the plant's own; in standard "
+    print(f"yaw inertia: median {np.median(size):.1f} %, worst {size.max():.1f} % off what balances; in standard "
           f"deviations of the joint error {np.sqrt(np.mean(np.square(departures))):.1f} (rms)")
     if judged:
         print(*lines(joined(judged)), sep="\n")
@@ -138,11 +140,16 @@ def late(lag: float) -> dict[str, float]:
     return {"steer_lag": lag} if lag else {}
 
 
+def fitted_logs(case: Case, lag: float) -> list[Log]:
+    """The clean logs that a case's vehicle is identified from, with a steering as `late` as told (s)."""
+    return [log_of(case, kind, number, late(lag)) for number, kind in enumerate(FIT)]
+
+
 def identified(case: Case, file: Path, noise: str = "good", absent: str = "", lag: float = 0.0) -> Vehicle:
     """What `identify` makes of a case's logs by sensors with a `noise`, the channels `absent` left out, written to a file; n of
     the logs is printed."""
     began = time.perf_counter()
-    logs = [log_of(case, kind, number, late(lag)) for number, kind in enumerate(FIT)]
+    logs = fitted_logs(case, lag)
     drives = [add_noise(log.drive, noise, 100 * case.seed + i) for i, log in enumerate(logs)]
     drives = [without(drive, absent.split(",")) for drive in drives]
     known = replace(case.known, driveline=LOCKED) if {*WHEEL_CHANNELS} & {*absent.split(",")} else case.known

@@ -44,7 +44,7 @@ def drives(seed: int, soil: Soil, noise: str) -> list[Log]:
     for i, kind in enumerate(KINDS):
         there = soil.with_(n=float(rng.uniform(*N_RANGES[soil.name])))
         log = log_of(case, kind, FIRST_NUMBER + i, on=there)
-        logs.append(Log(add_noise(log.drive, noise, FIRST_NUMBER + i), log.soil, log.n))
+        logs.append(Log(add_noise(log.drive, noise, FIRST_NUMBER + i), log.soil, log.n, log.whole))
     return logs
 
 

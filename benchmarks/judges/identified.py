@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.judges.true_inertia import balanced_inertia
 from benchmarks.judges.true_soil import drive_name
 from benchmarks.judges.vehicle_judge import GUESSES, joined, judge_drive, lines, words
 from softsoil.declaration.model_file import Declaration
@@ -32,10 +33,6 @@ from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 CONTACT_SEARCH = 0.0018
 """m below a wheel where the reference simulator's contact search finds it (`python -m benchmarks.plant_axles`: rolls as if)."""
-ROWS = 9
-"""Samples over which true forces and yaw rate are averaged."""
-START_UP = 2.0
-"""s."""
 
 
 @dataclass(frozen=True)
@@ -107,23 +104,9 @@ def identified(case: Case) -> Identification:
 
 
 def print_inertia(case: Case, vehicle: Vehicle) -> None:
-    """Print the yaw inertia beside the one that the true wheel forces balance with, least squares on d(omega_z)/dt."""
-    values = []
-    kernel = np.ones(ROWS) / ROWS
-    for path in case.nominal:
-        if "steps" in path.name:
-            continue
-        drive = read_drive(path)
-        moment = np.zeros(len(drive))
-        for wheel in ("fl", "fr", "rl", "rr"):
-            arm = case.known["l_f"] if wheel[0] == "f" else -case.known["l_r"]
-            side = (0.5 if wheel[1] == "l" else -0.5) * case.tracks["fr".index(wheel[0])]
-            moment += arm * drive.truth[f"true_fy_{wheel}"] - side * drive.truth[f"true_fx_{wheel}"]
-        rate = np.convolve(np.gradient(drive["omega_z"], drive.dt), kernel, "same")
-        rows = drive.t > START_UP
-        columns = np.column_stack([rate, np.ones(len(rate))])[rows]
-        values.append(np.linalg.lstsq(columns, np.convolve(moment, kernel, "same")[rows], rcond=None)[0][0])
-    true = float(np.mean(values))
+    """Print the yaw inertia beside the one that the true wheel forces balance with."""
+    drives = [read_drive(path) for path in case.nominal if "steps" not in path.name]
+    true = balanced_inertia(drives, (case.known["l_f"], case.known["l_r"]), case.tracks)
     off = 100 * (vehicle.yaw_inertia / true - 1)
     print(f"yaw inertia {vehicle.yaw_inertia:.0f}, the true forces balance with {true:.0f}: {off:+.1f} %")
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from benchmarks.judges.true_inertia import balanced_inertia
 from softsoil.mpc_demo.blind_cases import N_RANGES
 from softsoil.plant.drawn_vehicle import DRAW, Draw, DrawnVehicle, draw_vehicle
 from softsoil.plant.effects import Effects
@@ -54,11 +55,13 @@ class Case:
 
 @dataclass(frozen=True)
 class Log:
-    """A clean drive of the plant with its soil class and the n that it was driven on."""
+    """A clean drive of the plant with its soil class and the n that it was driven on; whole: the same with its true columns,
+    to judge by."""
 
     drive: Recording
     soil: Soil
     n: float
+    whole: Recording
 
 
 def case_of(seed: int, draw: Draw = DRAW) -> Case:
@@ -76,6 +79,14 @@ def case_of(seed: int, draw: Draw = DRAW) -> Case:
         error = float(np.clip(rng.standard_normal(), -REACH_ERROR, REACH_ERROR))
         told["swing_rear"] = swing_of(drawn.vehicle, 2) + SWING_ERROR * error
     return Case(seed, drawn, Known(drawn.vehicle.name, told, file=f"seed {seed}", simulator=simulator(drawn.measured["radius"])))
+
+
+def inertia_of(case: Case, logs: Sequence[Log]) -> float:
+    """Yaw inertia (kg m^2) that the true wheel forces of a case's logs balance with."""
+    paths = case.drawn.vehicle.machine.paths
+    tracks = (float(2 * paths[0, 1, 0, 0]), float(2 * paths[2, 1, 0, 0]))
+    arms = (case.drawn.vehicle.l_f, case.drawn.vehicle.l_r)
+    return balanced_inertia([log.whole for log in logs if not log.drive.name.startswith("steps")], arms, tracks)
 
 
 def swing_of(vehicle: PlantVehicle, wheel: int) -> float:
@@ -118,7 +129,7 @@ def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None
     plant = Plant(soil, vehicle=case.drawn.vehicle, effects=made, start=start, spacing=case.drawn.spacing)
     drive = simulate(Manoeuvre(f"{kind}_{number}", steer, throttle), soil, SECONDS[kind], plant=plant)
     declared, n = (SOILS[name], n) if on is None else (on, float(on.n))
-    return Log(Recording(f"{kind}_{number}", drive.channels, {}, drive.notes), declared, n)
+    return Log(Recording(f"{kind}_{number}", drive.channels, {}, drive.notes), declared, n, drive)
 
 
 def effects_of(case: Case) -> dict[str, tuple[dict[str, Any], dict[str, Any]]]:
