@@ -21,7 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.judges.identified import CONTACT_SEARCH, START_UP, Case, add_options, run
+from benchmarks.judges.identified import CONTACT_SEARCH, Case, add_options, run
+from benchmarks.judges.true_inertia import START_UP
 from benchmarks.judges.true_soil import nominal_logs
 from benchmarks.refine_drives import EFFECTS
 from softsoil.codegen.predictor import substeps_for
