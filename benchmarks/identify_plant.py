@@ -141,7 +141,7 @@ def late(lag: float) -> dict[str, float]:
 
 
 def fitted_logs(case: Case, lag: float) -> list[Log]:
-    """The clean logs that a case's vehicle is identified from, with a steering as `late` as told (s)."""
+    """Clean logs for the identification of a case: its steering follows with a first-order lag (s)."""
     return [log_of(case, kind, number, late(lag)) for number, kind in enumerate(FIT)]
 
 
