@@ -9,17 +9,17 @@ import numpy as np
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control.driver import END, STEER_LIMIT, UNSEEN
-from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, DriverSettings
-from softsoil.control.live_estimator import FIRST_SPREAD
+from softsoil.control.driver_checks import FARTHEST, LARGEST, LATEST
+from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, MEASUREMENTS, DriverSettings
+from softsoil.control.live_estimator import FIRST_SPREAD, SEEN
 from softsoil.control.nmpc_clearance import NOWHERE
+from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.ocp import Ocp
 from softsoil.estimator.tuning import N_NAMES, Tuning
-from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
-MEASUREMENTS = (*STATE_CHANNELS, *WHEEL_CHANNELS, "a_x_imu", "steer")
-"""What a tick takes, in the order of enum softsoil_driver_measurement."""
 TEMPLATES = {"include/softsoil_driver.h": "softsoil_driver.h.in", "src/softsoil_driver.c": "softsoil_driver.c.in"}
 
 
@@ -45,7 +45,7 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
     tuning, limits = Tuning(), SOIL_SIGNALS["n"]
     names = (
         "tick", "slip_share", "speed_gain", "resistance_share", "most_resistance", "caution", "settled", "most", "standing",
-        "stands",
+        "stands", "dead_reckoning", "most_position_std",
     )  # fmt: skip
     return {f"driver_{name}": number(getattr(settings, name), 17) for name in names} | {
         "contested": number(CONTESTED, 17), "contested_sigmas": number(CONTESTED_SIGMAS, 17),
@@ -56,6 +56,9 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "n_lower": number(limits.lower, 17), "n_upper": number(limits.upper, 17), "steer_limit": number(STEER_LIMIT, 17),
         "driver_r_std": _list(settings.sensor_std), "driver_n_std": number(tuning.n_std, 17),
         "driver_plan_every": str(settings.plan_every), "driver_update_every": str(tuning.update_every),
+        "driver_seen": ", ".join(f"SOFTSOIL_Y_{name}" for name in SEEN), "clear_steps": str(SETTINGS.clear_steps),
+        "farthest": number(FARTHEST), "largest": number(LARGEST), "latest": number(LATEST),
+        "least_speed": f"{ocp.settings.speed[0]:g}", "greatest_speed": f"{ocp.settings.speed[1]:g}",
         "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "nowhere": number(NOWHERE, 17),
     }  # fmt: skip
 

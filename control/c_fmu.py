@@ -9,8 +9,7 @@ from softsoil.codegen.c_library.fmi import description, variables_of
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.codegen.c_library.pack_fmu import DRIVER_IDENTIFIER
-from softsoil.control.c_driver import MEASUREMENTS
-from softsoil.control.driver_types import DriverSettings
+from softsoil.control.driver_types import MEASUREMENTS, DriverSettings
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
@@ -34,10 +33,13 @@ OUTPUTS = Layout.of(
     Signal("left", "m", "left of the path"),
     Signal("status", "", "of the last plan, enum softsoil_nmpc_status"),
     Signal("lost", "", "1: no plan, this is the safe command"),
-    Signal("halt", "", "1: braking before what cannot be passed"),
+    Signal("halt", "", "1: braking to a stand before what cannot be passed or where the position is unknown"),
     Signal("finished", "", "1: the end of the path"),
     Signal("stopped", "", "1: came to a stand"),
     Signal("solved", "", "1: this tick has a new plan"),
+    Signal("filter_status", "", "the gravest of the tick, enum softsoil_status"),
+    Signal("position_std", "m", "root of the sum of the variances of x and y, NaN before the first state"),
+    Signal("dead_reckoned", "s", "time since x, y, u or v was last measured, NaN before the first state"),
 )
 _FIELDS = {"steer_asked": "steer", "speed_asked": "speed"}
 

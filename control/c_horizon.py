@@ -19,6 +19,8 @@ from softsoil.windows.free_windows import BRIDGED, FREE_STEP, SETTLING, STATE_ST
 from softsoil.windows.shooting import SMOOTHING
 from softsoil.windows.window_fit import HUBER, RIDGE
 
+HELD_INPUTS = 0.25
+"""s: how long inputs that were not said are taken to stay as they were; no window runs across a longer gap."""
 SENTENCES = {
     "identified": "the windows determine n, and the model leaves no more than a right one does",
     "not_excited": "the windows do not determine n: steer more, at several speeds",
@@ -40,7 +42,7 @@ def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: Ver
     return HorizonNumbers(
         rules={
             **{name: float(value) for name, value in own.items() if name not in ("model_error", "recent")},
-            "settling": SETTLING, "bridged": BRIDGED, "smoothing": SMOOTHING, "start_up": START_UP,
+            "settling": SETTLING, "bridged": BRIDGED, "held_inputs": HELD_INPUTS, "smoothing": SMOOTHING, "start_up": START_UP,
         },
         model_error=rules.model_error, recent=rules.recent,
         limits={name: float(value) for name, value in bounds.items() if name not in ("unexplained", "contradicted")},

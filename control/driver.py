@@ -13,11 +13,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.control.declared import for_control
+from softsoil.control.driver_checks import (
+    check_names,
+    check_speed,
+    check_time,
+    checked_n0,
+    checked_obstacles,
+    checked_start,
+)
 from softsoil.control.driver_types import (
     CONTESTED,
     CONTESTED_SIGMAS,
     IDENTIFIED,
     INCONSISTENT,
+    MEASURED,
     NOT_JUDGED,
     DriverCommand,
     DriverSettings,
@@ -33,6 +42,7 @@ from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp
 from softsoil.control.path import Path
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.terrain_filter import FilterStatus
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
@@ -48,12 +58,15 @@ UNSEEN = (1.0, 1.0, 0.1, 1.0, 0.5, 0.2)
 class Driver:
     """Drives a path at a speed.
 
-    model: a Declaration (vehicle, soil, effects), or an Ocp with settings of its own; path; speed: m/s; obstacles (K, 5):
+    model: a Declaration (vehicle, soil, effects), or an Ocp with settings of its own; path; speed: m/s, inside the controller's
+    limits of u (`OcpSettings.speed`, 0.5 to 12 m/s unless set), so that no speed stops a vehicle: to stop, end the path there, or
+    end the drive and brake; obstacles (K, 5):
     x, y, radius (m) and velocity (m/s), at the time of the first tick 0; n0: first guess of n, default the declared soil's;
     learn: whether n is estimated, else it stays n0 or what `set_n` sets; settings; solver, estimator: used again from
     drive to drive; judge: a second estimate of n with a verdict (`LiveHorizon`), "not_judged" without one; start (6,): first
     state where it is known, else it comes from the first measurements.
-    Raises ValueError for an n0 out of bounds or obstacles of another shape.
+    Raises ValueError for a speed out of those limits, an n0 out of bounds, obstacles or a start of another shape or with numbers
+    that are not finite, a negative radius.
     """
 
     def __init__(
@@ -64,13 +77,10 @@ class Driver:
         self.ocp = _problem(model)
         self.settings = settings or DriverSettings()
         self.path, self.speed = path, speed
-        self.obstacles = np.asarray(obstacles, dtype=float) if np.size(obstacles) else np.zeros((0, 5))
-        if self.obstacles.ndim != 2 or self.obstacles.shape[1] != 5:
-            raise ValueError(f"obstacles: expected (K, 5): x, y, radius, velocity; found shape {self.obstacles.shape}")
-        self.n0 = float(self.ocp.model.p["n_f"].nominal) if n0 is None else n0
-        bounds = SOIL_SIGNALS["n"]
-        if not bounds.lower <= self.n0 <= bounds.upper:
-            raise ValueError(f"n0: expected a first guess in [{bounds.lower}, {bounds.upper}], found {self.n0}")
+        check_speed(speed, self.ocp.settings.speed)
+        self.obstacles = checked_obstacles(obstacles)
+        self.n0 = checked_n0(float(self.ocp.model.p["n_f"].nominal) if n0 is None else n0)
+        self._known = checked_start(start)
         self.learn, self.judge = learn, judge
         self.solver = solver or Nmpc(self.ocp)
         self.estimator = estimator or LiveEstimator(self.ocp.model, self.settings.sensor_std, tick=self.settings.tick)
@@ -79,11 +89,11 @@ class Driver:
         self.resistance = 0.0
         self.along, self.left, self._ticks, self._solves = 0.0, 0.0, 0, 0
         self._begun: float | None = None
+        self._last, self._corrected = -math.inf, math.nan
         self._waiting: tuple[int, tuple] | None = None
         self._halting, self._still, self.status = 0, 0, Status.BAD_STATE
         self.verdict = NOT_JUDGED
         """On the estimated n, of the last tick: that of `judge` unless the filter contests its n, "not_judged" without one."""
-        self._known = None if start is None else np.asarray(start, dtype=float)
 
     def set_n(self, n: float) -> None:
         """Set n of a driver that does not learn."""
@@ -93,8 +103,14 @@ class Driver:
             self.n0 = n
 
     def tick(self, t: float, measured: Measured) -> DriverCommand:
-        """The command from t (s) on, from what was measured at t; call it every `settings.tick` seconds."""
-        solved = False
+        """The command from t (s) on, from what was measured at t; call it every `settings.tick` seconds.
+
+        Raises ValueError for a t that is not finite or before the last tick's, or a name in `measured` that is not known: then
+        nothing was done.
+        """
+        check_time(t, self._last)
+        check_names(measured, MEASURED)
+        self._last, solved = t, False
         if self._begun is None:
             self._begin(t, measured)
         else:
@@ -124,7 +140,7 @@ class Driver:
                 return
             spread = np.where(np.isfinite(first), spread, UNSEEN)
             first = np.where(np.isfinite(first), first, 0.0)
-        self._begun = t
+        self._begun = self._corrected = t
         self.estimator.start(first, self.n0, self.learn, spread)
         if self.judge is not None:
             self.judge.start(t, self.n0)
@@ -158,6 +174,8 @@ class Driver:
             slip = self.slip
         sample, y = {"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, _states(measured)
         self.estimator.tick(sample, y)
+        if self.estimator.corrected:
+            self._corrected = t
         if self.judge is not None:
             self.judge.tick(t, sample, y)
         self.slip += self.settings.slip_share * (slip - self.slip)
@@ -180,7 +198,10 @@ class Driver:
         self.status = Status.LATE if stats.seconds > self.settings.period and stats.status.usable else stats.status
         if stats.status.usable:
             took = max(1, int(np.ceil(stats.seconds / self.settings.tick))) if self.settings.wall else 1
-            self._follow_from(t, solver.z, solver.w, self._must_halt(z0), self._ticks + took)
+            unknown = self._position_unknown(t)
+            if unknown:
+                self.status = Status.POSITION_UNKNOWN
+            self._follow_from(t, solver.z, solver.w, self._must_halt(z0, unknown), self._ticks + took)
 
     def _resist(self, t: float, u: float) -> None:
         """Take in what the vehicle is slower at t (s), at the speed u (m/s), than the plan of a period ago has it."""
@@ -198,10 +219,18 @@ class Driver:
         else:
             self._waiting = (ready, plan)
 
-    def _must_halt(self, z0: Array) -> bool:
-        """Whether the plan meets an obstacle so near that the brakes are due; then until plans are clear for a while."""
+    def _position_unknown(self, t: float) -> bool:
+        """Whether position and velocity were not measured for too long, or the position is too uncertain."""
+        late = t - self._corrected > self.settings.dead_reckoning
+        return late or self.estimator.position_std > self.settings.most_position_std
+
+    def _must_halt(self, z0: Array, unknown: bool) -> bool:
+        """Whether the brakes are due: the position is unknown, or the plan meets an obstacle that is near; then until plans are
+        clear for a while."""
         stage = self.solver.stats.touch
-        if stage < 0:
+        if unknown:
+            self._halting = SETTINGS.clear_steps
+        elif stage < 0:
             self._halting = max(self._halting - 1, 0)
         elif self._halting:
             self._halting = SETTINGS.clear_steps
@@ -212,20 +241,23 @@ class Driver:
         return self._halting > 0
 
     def _command(self, t: float, speed: float, lost: bool, solved: bool) -> DriverCommand:
-        u = float(self.estimator.states[STATE_CHANNELS.index("u")]) if self._begun is not None else 0.0
-        slow = (self.follower.halt or lost) and abs(u) < self.settings.standing
+        known = self._begun is not None
+        u = float(self.estimator.states[STATE_CHANNELS.index("u")]) if known else 0.0
+        slow = known and (self.follower.halt or lost) and abs(u) < self.settings.standing
         self._still = self._still + 1 if slow else 0
-        drives = self._begun is not None and not lost and not self.follower.halt
+        drives = known and not lost and not self.follower.halt
         asked = self.a_x + (self.settings.speed_gain * (speed - u) + self.resistance if drives else 0.0)
         estimate = self._sure or self.estimator
-        known = self._begun is not None
+        ends = self.along > self.path.s[-1] - END and self.status is not Status.POSITION_UNKNOWN
         return DriverCommand(
             t, self.steer, self.steer_rate, speed, self.a_x, asked, self.status, lost, self.follower.halt,
-            bool(self.along > self.path.s[-1] - END), self._still * self.settings.tick > self.settings.stands,
+            bool(ends), self._still * self.settings.tick > self.settings.stands,
             estimate.n if known else self.n0, estimate.n_std if known else self.estimator.tuning.n_std,
             self.n_used if known else self.n0, self.verdict, self.slip, self._z0() if known else self.ocp.z.nominal, solved,
             self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,
             math.nan if self.ocp.vehicle.steering is None else float(self.ocp.vehicle.steering.command_of(self.steer)),
+            self.estimator.status if known else FilterStatus(), self.estimator.position_std if known else math.nan,
+            t - self._corrected,
         )  # fmt: skip
 
     def _steering(self, measured: Measured, default: float) -> float:

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.compiled import FLAGS, build_library
 from softsoil.control.c_controller import sources
-from softsoil.control.c_driver import MEASUREMENTS
-from softsoil.control.driver_types import Measured
+from softsoil.control.driver_checks import check_names
+from softsoil.control.driver_types import MEASUREMENTS, Measured
 from softsoil.control.nmpc_binding import ALIGNMENT, REFUSED
 from softsoil.control.path import Path
 
@@ -39,6 +39,7 @@ def command_type(states: int) -> Any:
     """softsoil_driver_command_t of a controller with so many states."""
     reals = (
         "steer", "steer_rate", "speed", "a_x", "a_asked", "n", "n_std", "n_used", "slip", "resistance", "along", "left",
+        "position_std", "dead_reckoned",
     )  # fmt: skip
     flags = ("status", "filter_status", "lost", "halt", "finished", "stopped", "started", "solved")
 
@@ -64,7 +65,7 @@ class CDriver:
             raise ValueError("driver: expected a C compiler ($CC, cc, gcc or clang) that takes the generated files, found none")
         self.c = ctypes.CDLL(str(library))
         self.c.softsoil_driver_size.restype = ctypes.c_size_t
-        self.c.softsoil_nmpc_status_text.restype = ctypes.c_char_p
+        self.c.softsoil_nmpc_status_text.restype = self.c.softsoil_driver_fault.restype = ctypes.c_char_p
         self._memory = bytearray(int(self.c.softsoil_driver_size()) + ALIGNMENT)
         first = ctypes.c_char.from_buffer(self._memory)
         self.self = ctypes.c_void_p(ctypes.addressof(first) + (-ctypes.addressof(first) % ALIGNMENT))
@@ -76,9 +77,9 @@ class CDriver:
         self, path: Path, speed: float, obstacles: ArrayLike = (), n0: float = 0.7, learn: bool = True,
         start: ArrayLike | None = None,
     ) -> None:  # fmt: skip
-        """Begin a drive: see `softsoil.Driver` for path, speed (m/s), obstacles (K, 5), n0, learn and start (6,).
+        """Begin a drive: see `softsoil.control.driver.Driver` for path, speed (m/s), obstacles (K, 5), n0, learn and start (6,).
 
-        Raises ValueError where the library refuses them.
+        Raises ValueError where the library refuses them, with what it says of them.
         """
         columns = [np.ascontiguousarray(path.points[:, i], dtype=float) for i in (0, 1)]
         columns += [np.zeros(len(path.points)) for _ in range(2)]
@@ -91,10 +92,13 @@ class CDriver:
         if start is not None:
             task.start[:] = [float(value) for value in np.asarray(start)]
         self._check("path", self.c.softsoil_nmpc_path(ctypes.byref(task.path)))
+        fault = self.c.softsoil_driver_fault(None, ctypes.byref(task))
+        if fault is not None:
+            raise ValueError(f"{fault.decode()}; found speed {speed}, n0 {n0}, start {start!r}, obstacles {places.tolist()}")
         self._check("init", self.c.softsoil_driver_init(self.self, None, ctypes.byref(task)))
 
     def tick(self, t: float, measured: Measured) -> Any:
-        """The command from t (s) on, from what was measured at t; the same structure at every tick."""
+        """The command from t (s) on, from what was measured at t; the same structure at every tick; ValueError as of `Driver`."""
         self.take(measured)
         return self.tick_held(t)
 
@@ -103,15 +107,17 @@ class CDriver:
         self._check("judge", self.c.softsoil_driver_judge(self.self, int(identified), _REAL(n), _REAL(n_std)))
 
     def take(self, measured: Measured) -> None:
-        """Measurements for the next `tick_held`."""
+        """Measurements for the next `tick_held`; ValueError for a name that is not among `MEASUREMENTS`."""
+        check_names(measured, MEASUREMENTS)
         self._given[:] = [measured.get(name, np.nan) for name in MEASUREMENTS]
 
     def tick_held(self, t: float) -> Any:
         """The command from t (s) on, from the measurements taken last: the thinnest call."""
         pointer = ctypes.c_void_p(self._given.ctypes.data)
-        self._check("tick", self.c.softsoil_driver_tick(self.self, _REAL(t), pointer, ctypes.byref(self.command)))
+        status = self.c.softsoil_driver_tick(self.self, _REAL(t), pointer, ctypes.byref(self.command))
+        self._check("tick", status, f"; expected a finite t, not before the last tick's, found {t} s")
         return self.command
 
-    def _check(self, call: str, status: int) -> None:
+    def _check(self, call: str, status: int, more: str = "") -> None:
         if status >= REFUSED:
-            raise ValueError(f"softsoil_driver_{call}: {self.c.softsoil_nmpc_status_text(status).decode()}")
+            raise ValueError(f"softsoil_driver_{call}: {self.c.softsoil_nmpc_status_text(status).decode()}{more}")

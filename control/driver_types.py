@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -12,6 +11,8 @@ from numpy.typing import NDArray
 
 from softsoil.codegen.sampling import STEP
 from softsoil.control.nmpc_status import Status
+from softsoil.estimator.terrain_filter import FilterStatus
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.recording.noise import TABLE5
 
 Array = NDArray[np.float64]
@@ -25,7 +26,11 @@ omega_fl, omega_fr, omega_rl, omega_rr: wheel speeds (rad/s, positive forward); 
 the nominal slip. a_x_imu: what an accelerometer along the vehicle reads, du/dt - v omega_z (m/s^2); without it the
 commanded acceleration is taken. steer: angle at the road wheels (rad), or steer_command, which the
 vehicle's steering map turns into it; without both the commanded one is taken.
-Other names are passed over."""
+Other names are refused."""
+MEASUREMENTS = (*STATE_CHANNELS, *WHEEL_CHANNELS, "a_x_imu", "steer")
+"""Names that a tick takes, in the order of enum softsoil_driver_measurement."""
+MEASURED = (*MEASUREMENTS, "steer_command")
+"""Names that a tick of `Driver` takes."""
 IDENTIFIED, INCONSISTENT, NOT_JUDGED = "identified", "inconsistent", "not_judged"
 CONTESTED, CONTESTED_SIGMAS = 0.1, 2.0
 """Share of n, and standard errors of the difference, by which filter and judge must differ for neither n to be identified: a
@@ -44,8 +49,11 @@ class DriverSettings:
     (the soil's resistance, a grade, the pedals' map), which the command makes up for; most_resistance: its limit (m/s^2);
     caution, settled, most: while n is not identified the controller drives on n + caution (n_std - settled), by `most` at most:
     an n that is too low promises lateral force that the soil does not give, one that is too high costs next to nothing.
-    standing, stands: slower than `standing` (m/s) for `stands` (s) while halted or without a plan, the vehicle has stopped.
-    Raises ValueError for a period that is not positive.
+    standing, stands: slower than `standing` (m/s) for `stands` (s) while halted or without a plan, the vehicle has stopped;
+    dead_reckoning: longest time without a measurement of position or velocity (x, y, u, v) that the filter could use (s), and
+    most_position_std: greatest standard deviation of the estimated position (m): beyond either the vehicle brakes to a halt
+    (`Status.POSITION_UNKNOWN`) and goes on as it does after an obstacle, when plans are clear for a while.
+    Raises ValueError for a period that is not positive, sensors that are not six, a limit that is negative or not finite.
     """
 
     tick: float = STEP
@@ -61,6 +69,8 @@ class DriverSettings:
     most: float = 0.25
     standing: float = 0.5
     stands: float = 1.0
+    dead_reckoning: float = 4.0
+    most_position_std: float = 2.5
 
     def __post_init__(self) -> None:
         if not self.tick > 0 or self.plan_every < 1:
@@ -69,6 +79,9 @@ class DriverSettings:
             )
         if len(self.sensor_std) != 6 or not all(value > 0 for value in self.sensor_std):
             raise ValueError(f"driver: expected six positive sensor_std, found {self.sensor_std}")
+        for name in ("dead_reckoning", "most_position_std"):
+            if not 0 <= getattr(self, name) < 1e3:
+                raise ValueError(f"driver: expected {name} in [0, 1000), found {getattr(self, name)}")
 
     @property
     def period(self) -> float:
@@ -81,14 +94,18 @@ class DriverCommand:
     """What the vehicle is to do until the next tick.
 
     steer (rad) at the end of the tick, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the plan; a_asked:
-    a_x, what the speed's error adds and what the resistance takes away; status: of the last solve; lost: there is no plan,
-    the command is the safe one; halt: braking before what cannot be passed; finished: the end of the path; stopped: came to
-    a stand; n, n_std: estimate, the judge's where its verdict is "identified", else the filter's; n_used: what the
+    a_x, what the speed's error adds and what the resistance takes away; status: of the last solve, or why it halts; lost: there
+    is no plan, the command is the safe one; halt: braking to a stand before what cannot be passed (status BLOCKED at first) or
+    where the position is not known (POSITION_UNKNOWN); finished: the end of the path, of a position that is known; stopped: came
+    to a stand, by the estimated speed, which follows the commanded acceleration where none is measured, and never before a first
+    state is known; n, n_std: estimate, the judge's where its verdict is "identified", else the filter's; n_used: what the
     controller drives on; verdict: on n, "inconsistent" where filter and judge contest each
     other's (`CONTESTED`): do not use n for anything else unless it is "identified"; slip: of the wheels;
     state (n_z,): estimate that the driver acts on; solved: whether this tick has a new plan; plan_z (N + 1, n_z),
     plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m); steer_command: what gives
-    `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one.
+    `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one; filter_status: what the filter's
+    rules did in this tick; position_std: root of the sum of the variances of x and y (m); dead_reckoned: time since the
+    filter last used a measurement of x, y, u or v (s); both NaN before the first state.
     """
 
     t: float
@@ -113,7 +130,10 @@ class DriverCommand:
     plan_w: Array
     along: float
     left: float
-    steer_command: float = math.nan
+    steer_command: float
+    filter_status: FilterStatus
+    position_std: float
+    dead_reckoned: float
 
 
 class Judge(Protocol):

@@ -15,6 +15,8 @@ from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
 
+SEEN = ("x", "y", "u", "v")
+"""Measurements of position and velocity."""
 FIRST_SPREAD = (0.3, 0.3, 0.01, 0.1, 0.1, 0.02)
 """Standard deviations of a first state that is known: x, y, psi, u, v, omega_z, SI units."""
 
@@ -23,7 +25,8 @@ class LiveEstimator:
     """The filter of `estimate_terrain`, step by step.
 
     model: bicycle with its effects; std (6,): of the sensors of x, y, psi, u, v, omega_z; tuning: numbers of the filter;
-    tick: prediction step (s). `start` begins a drive; the compiled filter is kept.
+    tick: prediction step (s). `start` begins a drive; the compiled filter is kept. `corrected`: whether the last tick used a
+    measurement of position or velocity (`SEEN`).
     """
 
     def __init__(self, model: Model, std: ArrayLike, tuning: Tuning | None = None, tick: float = STEP) -> None:
@@ -31,6 +34,8 @@ class LiveEstimator:
         self.terrain = TerrainFilter(self.augmented, tick, std, tuning)
         self.tuning, self.filter = self.terrain.tuning, self.terrain.ukf
         self._n_at = self.augmented.x.index("n")
+        self._place = [self.augmented.x.index(name) for name in ("x", "y")]
+        self._seen = [self.augmented.y.index(name) for name in SEEN]
         self._kept = np.array([i for i in range(len(self.augmented.x)) if i != self._n_at])
         self._names = self.augmented.external.names
         self.start(self.augmented.x.nominal[:6], float(self.augmented.x.nominal[self._n_at]), True)
@@ -42,7 +47,7 @@ class LiveEstimator:
         first = first_state(self.augmented, np.asarray(x0, dtype=float), n0)
         std0 = self.tuning.std0(self.augmented.x, np.asarray(spread, dtype=float))
         self.terrain.start(first, std0, learn=learn)
-        self._count = 0
+        self._count, self.corrected = 0, False
 
     def set_n(self, n: float) -> None:
         """Set n of a filter that does not learn."""
@@ -55,13 +60,20 @@ class LiveEstimator:
         """
         self.terrain.predict(np.array([inputs[name] for name in self._names]))
         self._count += 1
+        self.corrected = False
         if self._count % self.tuning.update_every == 0:
-            self.terrain.update(y)
+            used = self.terrain.update(y).used
+            self.corrected = bool(used[self._seen].any()) and not self.status.refused
 
     @property
     def status(self) -> FilterStatus:
         """What the filter's rules did in the last prediction and update."""
         return self.terrain.status
+
+    @property
+    def position_std(self) -> float:
+        """Root of the sum of the variances of x and y (m)."""
+        return float(np.sqrt(self.filter.variance[self._place].sum()))
 
     @property
     def n(self) -> float:

@@ -63,7 +63,7 @@ class Nmpc:
         self._first, self._spent = np.zeros(len(ocp.w)), 0.0
         self.stats = Stats(Status.OUT_OF_ITERATIONS)
         self.set_initial_guess(np.tile(ocp.z.nominal, (n + 1, 1)), np.zeros((n, len(ocp.w))))
-        self.set_parameters(ocp.s.nominal, np.zeros((n, len(ocp.r))), np.tile([0.0, 0.0, 0.0, 5.0], (n + 1, 1)))
+        self._asked = False
 
     def set_parameters(self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None) -> None:
         """s (n_s,): model parameters, slip, slip_gain; r (N, n_r): histories; ref (N + 1, 4): x, y, psi, u of the path;
@@ -80,6 +80,7 @@ class Nmpc:
             if value.shape != shape:
                 raise ValueError(f"{name}: expected shape {shape}, found {value.shape}")
         self.controller.call("parameters", s, r, ref, places)
+        self._asked = True
 
     def histories(self, m: ArrayLike | None, s: ArrayLike) -> Array:
         """(N, n_r) stage parameters: the model's histories from the present memory m (n_m,) along the plan.
@@ -132,7 +133,12 @@ class Nmpc:
         self._spent = time.perf_counter() - began
 
     def make_step(self, z0: ArrayLike) -> Array:
-        """(n_w,) first input of the plan from the state z0 (n_z,); see `stats`, and `z`, `w` for the plan itself."""
+        """(n_w,) first input of the plan from the state z0 (n_z,); see `stats`, and `z`, `w` for the plan itself.
+
+        Raises ValueError for another shape, or before `set_parameters` has said what is to be driven.
+        """
+        if not self._asked:
+            raise ValueError("nmpc: expected set_parameters (s, r, ref, obstacles) before make_step, found none was called")
         z0 = np.ascontiguousarray(z0, dtype=float)
         if z0.shape != self.z[0].shape:
             raise ValueError(f"z0: expected shape {self.z[0].shape}, found {z0.shape}")

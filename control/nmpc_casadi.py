@@ -117,7 +117,12 @@ class CasadiNmpc:
         self._duals = {}
 
     def make_step(self, z0: ArrayLike) -> Array:
-        """(n_w,) first input from the state z0 (n_z,); the plan stands in `z`, `w`, the outcome in `stats`."""
+        """(n_w,) first input from the state z0 (n_z,); the plan stands in `z`, `w`, the outcome in `stats`.
+
+        Raises ValueError before `set_parameters` has said what is to be driven.
+        """
+        if not self._parameters:
+            raise ValueError("nmpc: expected set_parameters (s, r, ref, obstacles) before make_step, found none was called")
         if not np.isfinite(np.asarray(z0, dtype=float)).all():
             self.stats = Stats(Status.BAD_STATE)
             return self.w[0].copy()

@@ -13,6 +13,7 @@ class Status(Enum):
     ITERATED = "one real-time iteration was taken; the next one goes on from it"
     OUT_OF_ITERATIONS = "the iterations ran out before the tolerances were met; the last iterate is used"
     BLOCKED = "the plan meets an obstacle that it finds no way around; the vehicle follows it and brakes before it"
+    POSITION_UNKNOWN = "position and velocity not measured for too long, or position too uncertain; the vehicle brakes to a halt"
     NOT_CLOSED = "the iterations ran out on a plan that breaks the dynamics; the previous plan goes on"
     NOT_CONVEX = "the convexified subproblem still had no positive reduced Hessian; the previous plan goes on"
     NOT_FINITE = "a value was not finite; the previous plan goes on"
@@ -23,7 +24,9 @@ class Status(Enum):
     @property
     def usable(self) -> bool:
         """Whether the solution may be driven."""
-        return self in (Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.BLOCKED, Status.LATE)
+        return self in (
+            Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.BLOCKED, Status.POSITION_UNKNOWN, Status.LATE,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ Array = NDArray[np.float64]
 class Path:
     """A path by its points (M, 2) (m), equally spaced closely enough to be taken as a curve.
 
-    s (M,): length along it; psi (M,): course (rad, unwrapped).
+    s (M,): length along it (m); psi (M,): course (rad, unwrapped).
+    Raises ValueError for another shape or a point that is not finite.
     """
 
     points: Array
@@ -22,6 +23,9 @@ class Path:
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 2 or len(self.points) < 2:
             raise ValueError(f"path: expected points (M, 2), M >= 2, found shape {self.points.shape}")
+        wrong = np.flatnonzero(~np.isfinite(self.points).all(axis=1))
+        if len(wrong):
+            raise ValueError(f"path: expected finite x, y, found {self.points[wrong[0]].tolist()} in point {wrong[0]}")
         moves = np.diff(self.points, axis=0)
         s = np.concatenate([[0.0], np.cumsum(np.hypot(*moves.T))])
         psi = np.unwrap(np.arctan2(np.gradient(self.points[:, 1]), np.gradient(self.points[:, 0])))

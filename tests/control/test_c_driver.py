@@ -1,5 +1,6 @@
 """The generated driver: the same commands as Python's on the same measurements, and what it promises."""
 
+import ctypes
 import importlib.util
 import shutil
 import subprocess
@@ -13,12 +14,14 @@ from benchmarks.judges import c_library as judge
 from drives import PROJECT, reference_vehicle
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.control.c_folder import controller_texts
+from softsoil.control.c_statuses import STATUSES
 from softsoil.control.courses import double_lane_change
 from softsoil.control.driver import Driver
 from softsoil.control.driver_binding import CDriver
 from softsoil.control.driver_types import DriverSettings
 from softsoil.control.live_estimator import LiveEstimator
 from softsoil.control.nmpc import Nmpc
+from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.soil import CLAY
@@ -45,7 +48,7 @@ int main(void) {
 """
 COMPARED = (
     "steer", "steer_rate", "speed", "a_x", "a_asked", "n", "n_std", "n_used", "slip", "along", "left", "lost", "halt", "finished",
-    "stopped", "solved",
+    "stopped", "solved", "position_std", "dead_reckoned",
 )  # fmt: skip
 
 
@@ -130,7 +133,7 @@ def test_every_command_is_pythons(learn, start):
                 del measured["u"]
             ours, theirs = other.tick(k * TICK, measured), one.tick(k * TICK, measured)
             for name in COMPARED:
-                assert getattr(ours, name) == pytest.approx(float(getattr(theirs, name)), abs=1e-6), (k, name)
+                assert getattr(ours, name) == pytest.approx(float(getattr(theirs, name)), abs=1e-6, nan_ok=True), (k, name)
             if ours.started:
                 np.testing.assert_allclose(ours.z, theirs.state, atol=1e-6)
             vehicle.apply(theirs, TICK)
@@ -180,7 +183,29 @@ def test_it_stops_before_what_it_cannot_pass_and_without_measurements():
     driver = started()
     for k in range(200):
         command = driver.tick(k * TICK, {})
+        assert not command.stopped, "no speed is known"
     assert command.lost and command.steer == 0.0 and command.a_asked < 0.0 and not command.started
+    assert np.isnan(command.position_std) and np.isnan(command.dead_reckoned)
+
+
+def test_both_halt_where_nothing_is_measured_any_more_and_go_on_when_it_is():
+    """From 1 s on nothing is measured for 5.5 s: braked after 4 s of it, and driven on after plans that are clear."""
+    one, other, halted = in_python(), started(), []
+    with strangers_vehicle() as vehicle:
+        for k in range(800):
+            measured = vehicle.measure()
+            if 84 <= k < 540:
+                measured = {}
+            ours, theirs = other.tick(k * TICK, measured), one.tick(k * TICK, measured)
+            for name in COMPARED:
+                assert getattr(ours, name) == pytest.approx(float(getattr(theirs, name)), abs=1e-6, nan_ok=True), (k, name)
+            unknown = STATUSES[ours.status][0] == "POSITION_UNKNOWN"
+            assert unknown == (theirs.status is Status.POSITION_UNKNOWN)
+            halted.append((ours.halt, unknown))
+            vehicle.apply(theirs, TICK)
+    first = halted.index((1, 1))
+    assert 4.0 < first * TICK - 83 * TICK < 4.0 + 2 * SENSORS.period and (1, 0) in halted[540:]
+    assert halted[-1] == (0, 0)
 
 
 @lru_cache(maxsize=1)
@@ -236,11 +261,25 @@ def test_compilers_have_nothing_to_say(compiler, tmp_path):
 
 
 def test_wrong_tasks_are_refused():
-    for wrong in ({"n0": 3.0}, {"obstacles": [[np.nan, 0.0, 1.0, 0.0, 0.0]]}, {"start": [np.inf, 0.0, 0.0, 5.0, 0.0, 0.0]}):
-        with pytest.raises(ValueError, match="out of its range"):
+    for wrong, word in (
+        ({"n0": 3.0}, "n0: expected"), ({"obstacles": [[np.nan, 0.0, 1.0, 0.0, 0.0]]}, "obstacles: expected finite"),
+        ({"obstacles": [[9.0, 0.0, -1.0, 0.0, 0.0]]}, "radius >= 0"),
+        ({"start": [np.inf, 0.0, 0.0, 5.0, 0.0, 0.0]}, "start: expected"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=word):
             started(**wrong)
+    for speed in (0.0, -3.0, 20.0, np.nan):
+        with pytest.raises(ValueError, match=r"speed: expected .* 0.5 to 12 m/s .*brake"):
+            in_c().start(double_lane_change(), speed)
+    in_c().self, kept = ctypes.create_string_buffer(len(in_c()._memory)), in_c().self
     with pytest.raises(ValueError, match="has not been called"):
         in_c().tick(0.0, {})
+    in_c().self = kept
     driver = started()
-    with pytest.raises(ValueError, match="out of its range"):
+    with pytest.raises(ValueError, match=r"out of its range.*expected a finite t.*found nan"):
         driver.tick(float("nan"), {})
+    driver.tick(0.0, {})
+    with pytest.raises(ValueError, match=r"not before the last tick's, found -1.0 s"):
+        driver.tick(-1.0, {})
+    with pytest.raises(ValueError, match=r"measured: expected names .*found 'speed'"):
+        driver.tick(0.1, {"speed": 5.0})

@@ -7,12 +7,11 @@ from drives import reference_vehicle
 from softsoil.codegen.c_library.fmi import exponents
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.pack_fmu import pack_fmus
-from softsoil.control.c_driver import MEASUREMENTS
 from softsoil.control.c_fmu import POINTS
 from softsoil.control.c_folder import controller_texts
 from softsoil.control.courses import double_lane_change
 from softsoil.control.driver_binding import CDriver
-from softsoil.control.driver_types import DriverSettings
+from softsoil.control.driver_types import MEASUREMENTS, DriverSettings
 from softsoil.control.ocp import OcpSettings
 from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.soil import CLAY

@@ -199,17 +199,97 @@ def test_a_dropout_is_driven_through():
     assert log.commands[-1].finished and np.abs(log.column("left")).max() < 1.0
 
 
+class Braked(ModelVehicle):
+    """A vehicle whose brakes hold it where it stands, and which rolls straight on while it is slow."""
+
+    def apply(self, command: DriverCommand, seconds: float) -> None:
+        if self.z[3] > 1.0:
+            super().apply(command, seconds)
+            return
+        self.z[3:] = [max(self.z[3] + seconds * command.a_asked, 0.0), 0.0, 0.0, command.steer]
+        self.z[:2] += seconds * self.z[3] * np.array([np.cos(self.z[2]), np.sin(self.z[2])])
+        self.k += 1
+
+
+def test_a_vehicle_that_sees_nothing_any_more_brakes_to_a_halt_and_says_why():
+    """Nothing is measured from 1 s on: driven on for `dead_reckoning`, then halted where it truly stands, never finished."""
+    settings = replace(SENSORS, dead_reckoning=2.0)
+    vehicle = Braked(keep=lambda k, name: k < 84)
+    _, log = driven(vehicle, 12.0, settings=settings)
+    last, halt = log.commands[-1], log.column("halt")
+    assert last.stopped and last.halt and last.status is Status.POSITION_UNKNOWN and not log.column("finished").any()
+    begun = log.commands[int(np.argmax(halt))].t
+    assert 3.0 < begun < 3.0 + 2 * SENSORS.period + SENSORS.tick and halt[int(np.argmax(halt)) :].all()
+    assert vehicle.z[3] < SENSORS.standing
+    assert last.dead_reckoned == pytest.approx(last.t - 83 * SENSORS.tick) and log.commands[80].dead_reckoned == 0.0
+    assert last.position_std > 2 * log.commands[80].position_std > 0.0
+    assert log.failures == 0
+
+
+def test_a_vehicle_that_sees_again_goes_on():
+    vehicle = Braked(keep=lambda k, name: not 84 <= k < 240)
+    _, log = driven(vehicle, 14.0, settings=replace(SENSORS, dead_reckoning=1.5))
+    assert log.column("halt").any() and not log.commands[-1].halt
+    assert log.commands[-1].finished and log.commands[-1].dead_reckoned == 0.0
+
+
+def test_a_position_that_is_too_uncertain_halts_though_the_speed_is_measured():
+    vehicle = Braked(keep=lambda k, name: k < 84 or name == "u")
+    _, log = driven(vehicle, 12.0, settings=replace(SENSORS, most_position_std=0.1))
+    last = log.commands[-1]
+    assert last.stopped and last.status is Status.POSITION_UNKNOWN and last.position_std > 0.1 and last.dead_reckoned == 0.0
+
+
+@pytest.mark.parametrize("value", (None, math.nan))
+def test_nothing_is_stopped_before_a_speed_is_known(value):
+    driver, _ = driven(ModelVehicle(), 0.0)
+    for k in range(200):
+        command = driver.tick(k * SENSORS.tick, {} if value is None else dict.fromkeys(NAMES, value))
+        assert command.lost and not command.stopped and math.isnan(command.position_std)
+
+
+def test_the_command_tells_what_the_filter_did():
+    driver, _ = driven(ModelVehicle(), 1.0)
+    assert driver.tick(1.0, {"x": 500.0, "u": 5.0}).filter_status.gated == ("x",)
+
+
 def test_a_vehicle_that_raises_keeps_the_log():
     _, log = driven(ModelVehicle(raises=120))
     assert isinstance(log.error, OSError) and len(log.commands) == 120
 
 
 def test_what_cannot_be_driven_is_refused():
-    for wrong, word in (({"n0": 3.0}, "n0"), ({"obstacles": [[1.0, 2.0]]}, "obstacles")):
+    wrong = (
+        ({"n0": 3.0}, "n0: expected"), ({"obstacles": [[1.0, 2.0]]}, "obstacles: expected .K, 5."),
+        ({"obstacles": [[30.0, math.nan, 1.0, 0.0, 0.0]]}, "obstacles: expected finite .* in row 0"),
+        ({"obstacles": [[30.0, 0.0, -1.0, 0.0, 0.0]]}, "radius >= 0 m, found -1"),
+        ({"start": [0.0, 0.0, 0.0, math.inf, 0.0, 0.0]}, "start: expected six finite"), ({"start": [0.0]}, "start: expected six"),
+    )  # fmt: skip
+    for given, word in wrong:
         with pytest.raises(ValueError, match=word):
-            driven(ModelVehicle(), 0.1, **wrong)
+            driven(ModelVehicle(), 0.1, **given)
+    for speed in (0.0, -3.0, 20.0, math.nan):
+        with pytest.raises(ValueError, match=f"speed: expected 0.5 to 12 m/s.*found {speed}; .*brake"):
+            Driver(small_ocp(), straight(), speed, solver=parts()[0], estimator=parts()[1])
+    points = straight().points.copy()
+    points[3, 1] = math.nan
+    with pytest.raises(ValueError, match=r"path: expected finite x, y, found .* in point 3"):
+        Path(points)
+    with pytest.raises(ValueError, match="dead_reckoning"):
+        DriverSettings(dead_reckoning=math.nan)
     with pytest.raises(ValueError, match="tick"):
         DriverSettings(tick=0.0)
+
+
+def test_a_tick_that_makes_no_sense_is_refused_and_changes_nothing():
+    driver, _ = driven(ModelVehicle(), 0.5)
+    with pytest.raises(ValueError, match=r"t: expected a finite time .* found nan"):
+        driver.tick(math.nan, {})
+    with pytest.raises(ValueError, match=r"t: expected a time that is not before the last tick's, .*found -1.0 s"):
+        driver.tick(-1.0, {})
+    with pytest.raises(ValueError, match=r"measured: expected names of x, y, .*steer_command; found 'speed'"):
+        driver.tick(0.6, {"speed": 5.0})
+    assert not driver.tick(0.5, {"u": 5.0}).lost
 
 
 def test_control_loads_no_plant_and_no_numba():

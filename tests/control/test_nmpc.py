@@ -113,6 +113,7 @@ def test_real_time_iterations_run_into_the_converged_plan():
 def test_a_state_that_is_not_finite_leaves_the_plan_alone():
     ocp = small_ocp()
     solver = Nmpc(ocp)
+    solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), straight(ocp)[0])
     before = solver.w.copy()
     solver.make_step(np.full(len(ocp.z), np.nan))
     assert solver.stats.status is Status.BAD_STATE and not solver.stats.status.usable
@@ -201,6 +202,12 @@ def test_an_obstacle_that_cannot_be_cleared_is_said(solver):
     assert made.stats.status is Status.BLOCKED and made.stats.gap < 0 < made.stats.touch <= N
 
 
+def test_a_step_before_parameters_is_refused():
+    for solver in (Nmpc(small_ocp()), CasadiNmpc(small_ocp(), "ipopt")):
+        with pytest.raises(ValueError, match=r"expected set_parameters .* before make_step"):
+            solver.make_step(small_ocp().z.nominal)
+
+
 @pytest.mark.parametrize("mode", ("rti", "converged"))
 def test_numbers_that_are_not_finite_are_said_and_forgotten(mode):
     ocp = avoiding_ocp()
@@ -218,7 +225,7 @@ def test_numbers_that_are_not_finite_are_said_and_forgotten(mode):
 def test_every_outcome_has_its_sentence_and_only_whole_plans_are_driven():
     assert all(len(status.value) > 20 for status in Status)
     driven = {status.name for status in Status if status.usable}
-    assert driven == {"CONVERGED", "ITERATED", "OUT_OF_ITERATIONS", "BLOCKED", "LATE"}
+    assert driven == {"CONVERGED", "ITERATED", "OUT_OF_ITERATIONS", "BLOCKED", "POSITION_UNKNOWN", "LATE"}
 
 
 @pytest.mark.parametrize("wrong", ({"ref": np.zeros((3, 4))}, {"s": np.zeros(1)}, {"obstacles": np.zeros((3, 3))}))

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from benchmarks.guide.blocks import run_page
 from drives import PROJECT, clay_bicycle, reference_vehicle
 from softsoil.codegen.compiled import find_compiler
 from softsoil.control.nmpc import Nmpc
@@ -168,3 +169,9 @@ def test_the_do_mpc_example_of_the_docs_runs_as_printed():
     assert done.returncode == 0, done.stderr[-1000:]
     steer_rate, _ = map(float, re.findall(r"-?[\d.]+(?:e-?\d+)?", done.stdout.splitlines()[-1]))
     assert steer_rate > 0.05, "the path lies to the left"
+
+
+def test_the_example_with_histories_prints_what_it_says(tmp_path):
+    text = (PROJECT / "docs" / "reference" / "plugs.md").read_text(encoding="utf-8")
+    (step,) = run_page(text, tmp_path)
+    assert step.expected and step.faults() == []
