@@ -82,7 +82,7 @@ MANOEUVRES = (
     ),
     Manoeuvre(
         "multi-sine",
-        ("toe_rear", "roll_gain", "roll_stiffness_front", "roll_damping_front"),
+        ("toe_rear", "roll_gain", "roll_time", "roll_stiffness_front", "roll_damping_front"),
         lambda v: (
             f"45 s of steering by several sines together (periods of 1 to 8 s, up to {math.degrees(0.6 * v.max_steer):.0f} deg) "
             f"at speeds from {SLOWEST + 1:.0f} to {FASTEST:.0f} m/s and back: it separates n from the vehicle's numbers"

@@ -6,8 +6,6 @@ from softsoil.symbolic.history import lag_share
 from softsoil.symbolic.model import Memory, Quantities, Scalar
 from softsoil.symbolic.signals import Layout, Signal
 
-ROLL_TIME = 0.165
-"""s: how long a damped body takes to roll (first order)."""
 LOWEST = 0.05
 """m: the least h_cg by which a moment is turned into a lateral acceleration; a vehicle may declare 0."""
 LAYOUT = Layout.of(
@@ -19,7 +17,7 @@ LAYOUT = Layout.of(
 
 
 def body_roll() -> Memory:
-    """Memory that all effects of the body's roll share, first order, ROLL_TIME late.
+    """Memory that all effects of the body's roll share, first order, the vehicle's roll_time late.
 
     Provides roll_a (m/s^2), the lateral specific force that the body has followed, roll_tilt (rad), the slope that its wheels'
     sinkages give the vehicle, positive to the right, and the rates of both, `_rate`.
@@ -27,7 +25,7 @@ def body_roll() -> Memory:
     kept = Layout(tuple(Signal(f"kept_{signal.name}", signal.unit, signal.doc) for signal in LAYOUT))
 
     def advance(q: Quantities) -> Quantities:
-        share = lag_share(q["dt"], ROLL_TIME)
+        share = lag_share(q["dt"], q["roll_time"])
         cells: Quantities = {}
         for name, target in (("a", q["force_y"] / q["mass"]), ("tilt", _tilt(q))):
             before = q["memory"][f"kept_roll_{name}"]

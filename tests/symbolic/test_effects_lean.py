@@ -18,7 +18,7 @@ from softsoil.plant.state import PITMAN, TRAVEL, rotation
 from softsoil.plant.world import Plant
 from softsoil.recording.rig import RIG_PATCH
 from softsoil.symbolic.bicycle import Corner
-from softsoil.symbolic.body_roll import ROLL_TIME, body_roll
+from softsoil.symbolic.body_roll import body_roll
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import add_effect
 from softsoil.symbolic.laws.turn_slip import TurnSlip
@@ -197,7 +197,8 @@ def test_a_moment_on_the_body_leans_all_wheels_and_steers_the_rear_ones():
 
 def test_the_body_follows_its_lateral_force_and_the_ground_late():
     """A step of force and of sinkages: 63 % of it after the lag's time, with the rate that leads there."""
-    memory, dt, said = body_roll(), ROLL_TIME / 20, []
+    memory, time, said = body_roll(), 0.08, []
+    dt = time / 20
     force = WheelForce(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     corner = Corner("f", 1, 1, 0.0, 0.0, 0.0, 0.0)
     wheels = [
@@ -213,6 +214,7 @@ def test_the_body_follows_its_lateral_force_and_the_ground_late():
         "track": 1.2,
         "track_rear": 1.2,
         "wheels": wheels,
+        "roll_time": time,
         "dt": dt,
     }
     cells = memory.start(q)
