@@ -234,7 +234,7 @@ def _by_motion(bench: Bench, rules: Rules) -> tuple[list[Contradiction], tuple[s
     given, std = expected(bench.known)["l_f"]
     if place is None:
         lacking = [name for name in STATE_CHANNELS if not any(one.measured(name) for one in bench.recordings)]
-        why = f"do not measure {', '.join(lacking)}" if lacking else "turn too little"
+        why = f"do not measure {', '.join(lacking)}" if lacking else "turn too little, or in stretches too short,"
         return [], (f"l_f: the logs {why}, and do not say where the front axle is",)
     own = float(np.hypot(place.std, std))
     sigmas = abs(place.value - given) / own

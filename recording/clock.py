@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,8 @@ REACH = 0.75
 """Steps: a sample farther away than this is not taken; a gap stays empty (NaN)."""
 SLOWEST_STEP, FINE_STEP = 0.03, 0.0125
 """s: a log whose steps are longer than the first is run on steps of the second or less: a steering angle held for longer lags."""
+MOST_ROWS = 0.8
+"""Share of all rows: a channel with fewer numbers has a clock of its own."""
 SLOPE_REACH = 3
 """Samples to each side that the local slope is taken over."""
 
@@ -85,6 +88,27 @@ def on_coarse_clock(recording: Recording) -> Recording:
     truth = {name: _blocks(values, rows) for name, values in log.truth.items()}
     note = f"t: {rows} rows of {log.dt:.4g} s made one, their median"
     return replace(log, channels=channels, truth=truth, notes=(*log.notes, note))
+
+
+def on_clock_of_the_slowest(recording: Recording, names: Sequence[str]) -> Recording:
+    """The channels `names` on equal steps of the slowest of them; unchanged where each has a number in most rows.
+
+    A drive from sources of several rates keeps the fastest one's clock, and the others are empty between their samples: rows in
+    which all are measured are few. Each time takes the sample nearest to it, as `on_even_clock` does.
+    """
+    there = {name: np.isfinite(recording[name]) for name in names}
+    slowest = min(there, key=lambda name: int(there[name].sum()))
+    seen = recording.t[there[slowest]]
+    if len(seen) < 2 or len(seen) > MOST_ROWS * len(recording):
+        return recording
+    apart = np.diff(seen)
+    dt = float(np.mean(apart[apart < 2.0 * np.median(apart)]))
+    clock = seen[0] + dt * np.arange(int((seen[-1] - seen[0]) / dt) + 1)
+    channels = {
+        name: at_clock(clock, recording.t[rows], _unwrapped(name, recording[name][rows]), REACH * dt)
+        for name, rows in there.items()
+    }
+    return replace(recording, channels={"t": clock, **channels}, truth={})
 
 
 def _blocks(values: Array, rows: int) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter, savgol_filter
 
-from softsoil.recording.clock import on_even_clock
+from softsoil.recording.clock import on_clock_of_the_slowest, on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, Recording
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.states import sensor_std
@@ -65,7 +65,7 @@ def front_axle(recordings: Sequence[Recording], start: float = START) -> Measure
     the position's. Each drive has its own offsets of u and v; the sway is known to SWAY_STD.
     start: seconds left out at the beginning of each.
     """
-    drives = [windows for windows in (_windows(on_even_clock(one), start) for one in recordings) if len(windows)]
+    drives = [windows for windows in (_windows(one, start) for one in recordings) if len(windows)]
     count = sum(len(windows) for windows in drives)
     if count < FEWEST:
         return None
@@ -103,6 +103,7 @@ def _windows(log: Recording, start: float) -> Array:
     is not measured: one that is derived from the others is no evidence."""
     if not log.measured(*STATE_CHANNELS):
         return np.zeros((0, 5, 5))
+    log = on_clock_of_the_slowest(on_even_clock(log), STATE_CHANNELS)
     dt = log.dt
     size = max(round(WINDOW / dt), 8)
     std = sensor_std(log, NOISE_FLOOR)

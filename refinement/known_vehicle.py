@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from softsoil.files.steering_map import SteeringMap, steering_from_table
@@ -15,6 +16,10 @@ NEEDED = ("mass", "l_f", "l_r", "track", "radius", "width")
 """What a scale and a tape give: without them nothing can be said of the rest."""
 LOADS = ("load_front", "load_rear", "wheelbase")
 """In the place of l_f and l_r."""
+UNITS: Mapping[str, float] = MappingProxyType({"kg": 1.0, "N": 9.81, "kN": 9.81e-3, "lb": 2.2046})
+"""In which axles are weighed: unit -> what a kg weighs in it."""
+WEIGHED = 0.03
+"""Share of the mass that the axles' loads may miss, as two scales do."""
 SEARCH = "contact_search"
 """Key of [simulator] that only known numbers have: an identified radius is the one that rolls."""
 HEIGHT_OVER_TRACK = 0.38
@@ -119,6 +124,12 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
         front, rear, wheelbase = numbers["load_front"], numbers["load_rear"], numbers["wheelbase"]
         if not (front > 0 and rear > 0):
             raise ValueError(f"{where}: expected positive axle loads, found {front:g} and {rear:g}")
+        mass = numbers.get("mass", 0.0)
+        if mass > 0 and all(abs((front + rear) / (mass * unit) - 1.0) > WEIGHED for unit in UNITS.values()):
+            raise ValueError(
+                f"{where}: expected load_front and load_rear that make up the mass of {mass:g} kg, in "
+                f"{', '.join(UNITS)}; found {front:g} and {rear:g}, {front + rear:g} together"
+            )
         numbers.setdefault("l_f", wheelbase * rear / (front + rear))
         numbers.setdefault("l_r", wheelbase * front / (front + rear))
     for key in NEEDED:

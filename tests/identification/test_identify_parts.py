@@ -32,6 +32,15 @@ def test_axle_loads_and_wheelbase_give_the_place_of_the_centre_of_gravity():
     assert known["l_f"] == pytest.approx(2.7 * 600 / 1400) and known.wheelbase == pytest.approx(2.7)
 
 
+@pytest.mark.parametrize("unit", (1.0, 9.81, 9.81e-3, 2.2046), ids=("kg", "N", "kN", "lb"))
+def test_axle_loads_make_up_the_mass(unit):
+    """In any unit of a scale; a mass that is half of what the axles bear would make every n wrong, and no log shows it."""
+    loads = {"wheelbase": 2.7, "load_front": 790.0 * unit, "load_rear": 620.0 * unit}
+    assert known_from_table({**NUMBERS_GIVEN, **loads}, "car.toml", "car")["mass"] == 1400.0
+    with pytest.raises(ValueError, match=r"car\.toml: expected load_front and load_rear that make up the mass of 700 kg"):
+        known_from_table({**NUMBERS_GIVEN, **loads, "mass": 700.0}, "car.toml", "car")
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -132,6 +141,16 @@ def test_the_sway_of_a_rolling_body_is_no_length():
     assert np.abs(np.array(swaying) - 1.4).max() < 2e-3
     noisy = [front_axle([add_noise(moving(1.4, sway=0.004), "good", seed)]) for seed in range(5)]
     assert all(abs(place.value - 1.4) < 3.0 * place.std for place in noisy)
+
+
+def test_a_pose_slower_than_the_log_says_where_the_front_axle_is():
+    """Odometry at 41.7 Hz on the clock of an inertial sensor at 100 Hz: no two rows in a line hold all states."""
+    drive = add_noise(moving(1.4, dt=0.01), "good", 1)
+    seen = np.diff(np.floor(drive.t / 0.024), prepend=-1.0) > 0
+    slow = {name: np.where(seen, drive[name], np.nan) for name in ("x", "y", "u", "v")}
+    place, whole = front_axle([drive.with_channels(**slow)]), front_axle([drive])
+    assert 0.35 < seen.mean() < 0.5
+    assert abs(place.value - 1.4) < 3.0 * place.std < 0.15 and place.std > 0.7 * whole.std
 
 
 def test_a_gap_in_a_log_costs_windows_only():
