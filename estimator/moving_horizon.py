@@ -79,11 +79,12 @@ class HorizonRules:
 class HorizonEstimate:
     """The estimate along a drive.
 
-    t (K,): times of the updates (s), the ends of windows; n (K, A), std (K, A): per axle or one column for both; cost (K,): mean
-    robust squared residual of each window in standard deviations; changes: times at which the soil was taken to have changed (s);
-    step_us (K,): time of each update; windows (W, ...) remain in `summary`.
+    begun: start of the first window (s); t (K,): times of the updates (s), the ends of windows; n (K, A), std (K, A): per axle
+    or one column for both; cost (K,): mean robust squared residual of each window in standard deviations; changes: times at
+    which the soil was taken to have changed (s); step_us (K,): time of each update; windows (W, ...) remain in `summary`.
     """
 
+    begun: float
     t: Array
     n: Array
     std: Array
@@ -127,7 +128,8 @@ def estimate_horizon(
     kept[-1] = horizon.n.copy(), horizon.std(len(rows) - 1)
     n, std = (np.array(column) for column in zip(*kept, strict=True))
     return HorizonEstimate(
-        t=windows.drive.t[rows + windows.steps], n=n, std=std, cost=np.array(horizon.summary.cost),
+        begun=float(windows.drive.t[rows[0]]), t=windows.drive.t[rows + windows.steps], n=n, std=std,
+        cost=np.array(horizon.summary.cost),
         changes=tuple(float(windows.drive.t[row]) for row in horizon.changes), step_us=np.array(step_us), summary=horizon.summary,
     )  # fmt: skip
 

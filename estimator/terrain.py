@@ -40,14 +40,15 @@ NOISE_FREE = 0.2
 class TerrainEstimate:
     """What the estimator says about one drive.
 
-    t (N,): times of the updates (s); n_front, n_rear, n_front_std, n_rear_std (N,); states (N, 6): estimates;
-    nis (N,), dof (N,): consistency of each update, empty for a method without innovations; counts: measurements left out;
-    step_us (K,): time of each predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the
-    final estimate; drift: first alarm of the drift monitor, None without one; changes, revoked: times at which the soil was
-    taken to have changed (s), and at which it was but the seconds after did not bear it out; noise_free: whether the log
-    carries far less noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be
-    used, None where nobody judged; by_filter: n and its standard deviation, front and rear, that the filter itself had at the
-    end where windows corrected it, else None. Without soil, one row of NaN and the verdict "no_soil".
+    t (N,): times of the updates (s); n_front, n_rear, n_front_std, n_rear_std (N,); states (N, 6): estimates; nis (N,), dof
+    (N,): consistency of each update, empty for a method without innovations; counts: measurements left out; step_us (K,):
+    time of each predict + update of a pair of steps, microseconds; parameters: p of the underlying model with the final
+    estimate; drift: first alarm of the drift monitor, None without one; changes, revoked: times at which the soil was taken
+    to have changed (s), and at which it was but the seconds after did not bear it out; noise_free: whether the log carries
+    far less noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be used,
+    None where nobody judged; begun: when estimating began (s), None: with the first update; by_filter: n and its standard
+    deviation, front and rear, that the filter itself had at the end where windows corrected it, else None. Without soil,
+    one row of NaN and the verdict "no_soil".
     """
 
     t: Array
@@ -66,6 +67,7 @@ class TerrainEstimate:
     drift: Drift | None = None
     noise_free: bool = False
     verdict: Verdict | None = None
+    begun: float | None = None
     by_filter: tuple[tuple[float, float], tuple[float, float]] | None = None
 
     @property
@@ -75,10 +77,10 @@ class TerrainEstimate:
 
     @property
     def converged_s(self) -> float:
-        """First time after the start from which n_front stays within 10 % of its final value (s)."""
+        """How long after estimating began n_front came within 10 % of its final value to stay (s)."""
         outside = np.abs(self.n_front - self.n_front[-1]) > 0.1 * abs(self.n_front[-1])
         last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
-        return float(self.t[min(last, len(self.t) - 1)] - self.t[0])
+        return float(self.t[min(last, len(self.t) - 1)] - (self.t[0] if self.begun is None else self.begun))
 
 
 @lru_cache(maxsize=4)

@@ -112,7 +112,8 @@ int softsoil_horizon_defaults(softsoil_horizon_options_t *options);
 int softsoil_horizon_init(softsoil_horizon_t *h, const softsoil_horizon_options_t *options, double t);
 
 /* One sample: inputs u and measurements y at time t (s); cheap. valid: 0 for a measurement to leave out; NULL: all count; NaN is
- * left out too. Samples that are missing count as not measured; after more than a second without any, windows start anew. */
+ * left out too. Samples that are missing count as not measured, with the inputs held; windows run across no more than 0.25 s
+ * of these, and after more than a second without any they start anew. */
 int softsoil_horizon_push(softsoil_horizon_t *h, const double u[SOFTSOIL_N_U], const double y[SOFTSOIL_N_Y],
                           const unsigned char valid[SOFTSOIL_N_Y], double t);
 

@@ -23,7 +23,7 @@ static const double stride = 0.5, window_length = 1.0, run_in = 2.5, linearised_
 static const double forgetting = 60.0, longest = 120.0, common_error = 0.02;
 static const double stale = 0.1, change = 4.0, least_change = 0.12;
 static const double fastest = 1.5, slowest = 0.5, settling = 0.1, smoothing = 0.25;
-static const double bridged = 2.0;
+static const double bridged = 2.0, held = 0.25;
 static const double longest_step = 0.015, huber = 3.0, ridge = 1e-06, least_curvature = 1e-09;
 static const double trimmed = 4.0;
 enum { RECENTS = 3 };
@@ -264,7 +264,8 @@ int softsoil_horizon_push(softsoil_horizon_t *h, const double u[SOFTSOIL_N_U], c
     h->first_row = h->next_row = h->rows;
     h->continued = 0;
   } else {
-    for (int k = (int)floor(since + 0.5); k > 1; --k) new_row(h)->blocked = 0;
+    const unsigned char unknown = t - h->clock > held;
+    for (int k = (int)floor(since + 0.5); k > 1; --k) new_row(h)->blocked = unknown;
   }
   for (int i = 0; i < SOFTSOIL_N_U; ++i) {
     if (!isfinite(u[i])) {
@@ -920,7 +921,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
 
 int softsoil_horizon_correct(const softsoil_horizon_t *h, softsoil_t *s) {
   int moved = 0;
-  if (!h || !s || h->magic != MAGIC || s->magic != 0x9898fb7cu || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
+  if (!h || !s || h->magic != MAGIC || s->magic != 0x3cf1dcbeu || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
   for (int k = 0; k < K; ++k) {
     const int at = at_state[k];
     const double away = h->n[k] - s->x[at];

@@ -62,7 +62,7 @@ static void scalar_before(const double *a0, const double *a1, const double *a2, 
   const double t134 = t83 + t123;
   const double t143 = 1378.33 * a2[7];
   const double t12 = t8 * t11;
-  const double t149 = 206.7495 * a2[7];
+  const double t149 = 206.9562495 * a2[7];
   const double t223 = a2[8] * t35;
   const double t321 = sqrt(t320);
   const double t221 = 0.6135 * t12;
@@ -6825,7 +6825,7 @@ static void kernel_before(const ssv *a0, const double *a1, const double *a2, ssv
   const double t134 = t83 + t123;
   const double t143 = 1378.33 * a2[7];
   const double t12 = t8 * t11;
-  const double t149 = 206.7495 * a2[7];
+  const double t149 = 206.9562495 * a2[7];
   const double t223 = a2[8] * t35;
   const double t321 = sqrt(t320);
   const double t221 = 0.6135 * t12;
@@ -7318,7 +7318,7 @@ static void lanes_before(const ssv *a0, const ssv *a1, const double *a2, ssv *r0
   const ssv t134 = t83 + t123;
   const double t143 = 1378.33 * a2[7];
   const double t12 = t8 * t11;
-  const double t149 = 206.7495 * a2[7];
+  const double t149 = 206.9562495 * a2[7];
   const ssv t223 = a2[8] * t35;
   const ssv t321 = ssv_sqrt(t320);
   const double t221 = 0.6135 * t12;

@@ -93,7 +93,7 @@ static void own_before(const double *a0, const double *a1, const double *a2, dou
   const double t322 = t317 + t321;
   const double t391 = t390 + t321;
   const double t158 = t157 * a1[7];
-  const double t163 = 0.15 * t157;
+  const double t163 = 0.15015 * t157;
   const double t242 = 9.81 * t29;
   const double t287 = 1.0 - a2[29];
   const double t289 = 1.0 - a2[30];

@@ -215,6 +215,16 @@ def test_samples_that_never_come_start_windows_anew(drive):
     assert c.n[0] == pytest.approx(declared("tracks").soil.n, abs=4 * c.std[0])
 
 
+@pytest.mark.parametrize("first", (700, 1130))
+def test_no_window_runs_across_samples_that_never_came(drive, first):
+    """0.8 s of them, in which it steered on: inputs that are held so long are not the drive's, and said its mass had changed."""
+    whole, c = ran(drive).head, ran(drive, lambda k, u, y, t: None if first <= k < first + 80 else (u, y, t))
+    assert c.verdict == "identified"
+    assert c.n[0] == pytest.approx(declared("tracks").soil.n, abs=3 * c.std[0])
+    assert whole.windows - 4 <= c.head.windows < whole.windows
+    assert c.head.unexplained[1] < whole.unexplained[1] + 0.01
+
+
 def test_absurd_samples_and_times_are_named(drive):
     rng = np.random.default_rng(5)
 

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.guide.blocks import run_page
 from c_folders import declared, library
+from drives import PROJECT
 from softsoil.codegen.sampling import STEP
 from softsoil.commands.cli import app
+from softsoil.control.c_fmu import OBSTACLES, POINTS
 from softsoil.declaration.model_file import declaration_toml
 
 fmpy = pytest.importorskip("fmpy")
@@ -62,3 +65,19 @@ def run_unit(path, inputs, outputs, t, u):
     unit.terminate()
     unit.freeInstance()
     return np.array(rows)
+
+
+@pytest.mark.study
+def test_the_docs_example_closes_the_loop_of_both_units(tmp_path):
+    """Both units generated and run as the page says; tests/control/test_c_fmu.py runs the driver's against the library."""
+    page = (PROJECT / "docs" / "reference" / "c-library.md").read_text(encoding="utf-8")
+    steps = list(run_page(page, tmp_path))
+    assert len(steps) == 2 and [fault for step in steps for fault in step.faults()] == []
+
+
+def test_the_docs_name_the_length_of_the_units_arrays():
+    page = (PROJECT / "docs" / "reference" / "c-library.md").read_text(encoding="utf-8")
+    assert f"are {POINTS} points each" in page and f"is {5 * OBSTACLES}\n  numbers, {OBSTACLES} times" in page
+    folder = (PROJECT / "codegen" / "c_library" / "templates" / "CONTROLLER.md.in").read_text(encoding="utf-8")
+    places = f"({OBSTACLES} times x, y, radius and velocity: {5 * OBSTACLES} numbers"
+    assert f"({POINTS} points each" in folder and places in folder

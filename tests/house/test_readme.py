@@ -2,6 +2,7 @@
 
 import json
 import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -71,6 +72,24 @@ def test_python_of_the_readme_prints_what_it_says_and_what_the_command_prints(tm
     assert verdict == written["verdict"] and f"\n{verdict}: " in result.output
     assert number == f"n {written['n_front']:.3f} ± {written['n_front_std']:.3f}"
     assert f"n front {written['n_front']:.3f} ± {written['n_front_std']:.3f}" in result.output
+
+
+@pytest.mark.slow
+def test_python_of_the_model_page_runs(tmp_path):
+    page = (PROJECT / "docs" / "concepts" / "model.md").read_text(encoding="utf-8")
+    shown = "".join(block.text for block in blocks(page) if block.kind == "python")
+    (step,) = run_page(f"```python\n{shown}```\n", tmp_path)
+    assert "rollout" in shown and step.faults() == []
+
+
+def test_modules_that_are_public_as_well_have_what_the_page_says():
+    page = (PROJECT / "docs" / "reference" / "python.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ((?:`[a-z_.]+`(?:, )?)+) \| (.*?) \|", page, re.M)
+    assert len(rows) > 8
+    for modules, names in rows:
+        owners = [import_module(f"softsoil.{module}") for module in re.findall(r"`([\w.]+)`", modules)]
+        for name in re.findall(r"`(\w+)`", names):
+            assert any(hasattr(owner, name) for owner in owners), f"{modules}: {name}"
 
 
 def test_python_in_the_documents_imports_the_public_face_first():
