@@ -29,7 +29,7 @@ def soil_command(
     ],
     soil: Annotated[
         str,
-        typer.Option("--soil", help="Soil TOML with a table [uncertainty]: what may be wrong, by how much.", show_default=False),
+        typer.Option("--soil", help="Soil TOML with a table \\[uncertainty]: what may be wrong, how much.", show_default=False),
     ],
     vehicle: VehicleOption = None,
     columns: ColumnsOption = None,

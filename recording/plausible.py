@@ -25,6 +25,10 @@ SPAN = 1.0
 """s over which motions are compared."""
 DEGREES = 180 / np.pi
 KMH = 3.6
+FORWARD = 0.5
+"""m/s: faster rows drive forward."""
+LIKELY = 0.5
+"""Least correlation of steering angle and yaw rate that shows whether their signs agree."""
 
 
 def check_units(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array]) -> None:
@@ -43,7 +47,7 @@ def check_units(path: Path, sources: Mapping[str, Source], channels: Mapping[str
     _check_size(path, sources, channels)
     ends = _spans(t)
     if {"psi", "omega_z"} <= set(channels):
-        _check_heading(path, sources["psi"].column, t, channels["psi"], channels["omega_z"], ends)
+        _check_heading(path, sources, t, channels, ends)
     if {"x", "y", "u"} <= set(channels):
         _check_speed(path, sources["u"].column, t, channels, ends)
 
@@ -76,8 +80,12 @@ def _integral(t: Array, rate: Array, spans: tuple[Rows, Rows]) -> Array:
     return total[spans[1]] - total[spans[0]]
 
 
-def _check_heading(path: Path, column: str, t: Array, psi: Array, rate: Array, spans: tuple[Rows, Rows]) -> None:
-    """Heading in degrees turns 57.3 times as fast as the yaw rate says, a flipped one against it."""
+def _check_heading(
+    path: Path, sources: Mapping[str, Source], t: Array, channels: Mapping[str, Array], spans: tuple[Rows, Rows]
+) -> None:
+    """Heading in degrees turns 57.3 times as fast as the yaw rate says, a flipped one against it; which of the two is flipped,
+    the steering tells."""
+    psi, rate, column = channels["psi"], channels["omega_z"], sources["psi"].column
     turned, expected = psi[spans[1]] - psi[spans[0]], _integral(t, rate, spans)
     good = np.isfinite(turned)
     turned, expected = turned[good], expected[good]
@@ -93,10 +101,25 @@ def _check_heading(path: Path, column: str, t: Array, psi: Array, rate: Array, s
         )
     near, mirrored = (np.median(np.abs(np.angle(np.exp(1j * (turned - side * expected))))) for side in (1.0, -1.0))
     if mirrored < 0.5 * near:
+        if _against("steer", channels):
+            raise ValueError(
+                f"{path}: column {sources['omega_z'].column!r}: expected a yaw rate that grows to the left (ISO 8855), found the "
+                "opposite of what heading and steering say: a column map with sign = -1 converts, and of an inertial sensor that "
+                'hangs upside down a source with frame = "z-down" in the map of softsoil import'
+            )
         raise ValueError(
             f"{path}: column {column!r}: expected a heading that grows to the left as the yaw rate does (ISO 8855), found the "
             "opposite: a column map with sign = -1 converts"
         )
+
+
+def _against(name: str, channels: Mapping[str, Array]) -> bool:
+    """Whether a channel and the yaw rate, driving forward, have opposite signs; False without the channel or the speed."""
+    if not {name, "u"} <= set(channels):
+        return False
+    value, rate = channels[name], channels["omega_z"]
+    rows = np.isfinite(value) & np.isfinite(rate) & (channels["u"] > FORWARD)
+    return bool(rows.any() and np.corrcoef(value[rows], rate[rows])[0, 1] < -LIKELY)
 
 
 def _check_speed(path: Path, column: str, t: Array, channels: Mapping[str, Array], spans: tuple[Rows, Rows]) -> None:

@@ -156,12 +156,13 @@ def load_vehicle(source: str | Path) -> Vehicle:
 def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     """Vehicle from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
     known = {f.name for f in fields(Vehicle)} - {"source"}
+    missing = [f"{n.name} ({n.unit}: {n.doc})" for n in NUMBERS if n.default is None and n.name not in table]
+    if missing:
+        found = "none of these" if missing[1:] else "none of that name"
+        raise ValueError(f"{where}: expected keys {'; '.join(missing)}; found {found}: softsoil identify finds them from logs")
     for key in table:
         if key not in known:
             raise ValueError(f"{where}: expected keys {', '.join(sorted(known))}; found {key!r}")
-    missing = [f"{n.name} ({n.unit}: {n.doc})" for n in NUMBERS if n.default is None and n.name not in table]
-    if missing:
-        raise ValueError(f"{where}: expected keys {'; '.join(missing)}; found none of {'these' if missing[1:] else 'that name'}")
     values: dict[str, Any] = {n.name: finite(table[n.name], f"{where}: key {n.name!r}") for n in NUMBERS if n.name in table}
     for part, options in (("simulator", SIMULATOR), ("driveline", DRIVELINE)):
         values[part] = number_table(table, part, where, {s.name: (s.lower, s.upper) for s in options})
