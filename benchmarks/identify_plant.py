@@ -5,7 +5,7 @@ Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | 
     [--absent v] [--judged-absent v] [--robots] [--lag 0.1]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
 measured with its errors; with --robots one of 180 to 350 kg. Fitted: one lock and one multi-sine drive with the noise "good"
-or --fit- noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on
+or --fit-noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on
 three other drives on other n with Table-5 noise (robots: "good", their lateral velocity is less than Table 5's noise): n by
 windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against what the true wheel
 forces of the fitted logs balance with; with --effects, what `refine` names on drives with a payload, a steering offset, a
@@ -14,8 +14,9 @@ off. Each is met on the drives of --logs, traced in one call, each on a soil of 
 vehicle's generated library, say of n on each of these drives alone, the library while driving, too. True values are read to
 judge only.
 Looked at were seeds 0 to 2 while this command was made; 100, 101 and 104 while the rules of contradiction were; 100 to 102
-while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 118 while the strain
-of the numbers was; many of these, 120 to 128 and 134 while the load was that a drive must show; the others were not.
+while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 118 while the
+strain of the numbers was; many of these, 120 to 128 and 134 while the load was that a drive must show; 400 to 402, 500 and
+501 while the body's roll_time was; the others were not.
 """
 
 from __future__ import annotations

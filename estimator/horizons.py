@@ -113,7 +113,7 @@ class Replay:
     def __init__(self, recording: Recording, model: Model, start: float = START_UP) -> None:
         log = on_even_clock(recording)
         self.t, self.dt, self.name = log.t, log.dt, log.name
-        self.states, self.recorded = _bridged(known_states(log), log.dt), measured_states(log)
+        self.states, self.recorded = bridged(known_states(log), log.dt), measured_states(log)
         self._lengths = lengths(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
@@ -164,7 +164,7 @@ class Replay:
         return self.predictor.track(_filled(self.states), self.inputs, p)
 
 
-def _bridged(states: Array, dt: float) -> Array:
+def bridged(states: Array, dt: float) -> Array:
     """States with gaps of at most BRIDGED (s) filled by lines; dt: s per row."""
     return np.column_stack([interpolated(column, round(BRIDGED / dt)) for column in states.T])
 

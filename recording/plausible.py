@@ -119,7 +119,8 @@ def _against(name: str, channels: Mapping[str, Array]) -> bool:
         return False
     value, rate = channels[name], channels["omega_z"]
     rows = np.isfinite(value) & np.isfinite(rate) & (channels["u"] > FORWARD)
-    return bool(rows.any() and np.corrcoef(value[rows], rate[rows])[0, 1] < -LIKELY)
+    moves = rows.any() and value[rows].std() > 0 and rate[rows].std() > 0
+    return bool(moves and np.corrcoef(value[rows], rate[rows])[0, 1] < -LIKELY)
 
 
 def _check_speed(path: Path, column: str, t: Array, channels: Mapping[str, Array], spans: tuple[Rows, Rows]) -> None:

@@ -120,8 +120,8 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     numbers = {
         key: finite(value, f"{where}: key {key!r}") for key, value in table.items() if key in BOUNDS or key in LOADS
     }
-    if all(key in numbers for key in LOADS):
-        front, rear, wheelbase = numbers["load_front"], numbers["load_rear"], numbers["wheelbase"]
+    if "load_front" in numbers and "load_rear" in numbers:
+        front, rear = numbers["load_front"], numbers["load_rear"]
         if not (front > 0 and rear > 0):
             raise ValueError(f"{where}: expected positive axle loads, found {front:g} and {rear:g}")
         mass = numbers.get("mass", 0.0)
@@ -130,8 +130,9 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
                 f"{where}: expected load_front and load_rear that make up the mass of {mass:g} kg, in "
                 f"{', '.join(UNITS)}; found {front:g} and {rear:g}, {front + rear:g} together"
             )
-        numbers.setdefault("l_f", wheelbase * rear / (front + rear))
-        numbers.setdefault("l_r", wheelbase * front / (front + rear))
+        if "wheelbase" in numbers:
+            numbers.setdefault("l_f", numbers["wheelbase"] * rear / (front + rear))
+            numbers.setdefault("l_r", numbers["wheelbase"] * front / (front + rear))
     for key in NEEDED:
         if key not in numbers:
             beside = " (or wheelbase, load_front and load_rear)" if key in ("l_f", "l_r") else ""

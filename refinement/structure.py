@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.estimator.horizons import bridged
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.noise import add_noise
@@ -78,7 +79,7 @@ def axle_windows(
     recording, model, vehicle: as of `structure`; middles (M,): middles of the windows (s).
     """
     log = on_even_clock(recording)
-    states, (inputs, _) = _between_samples(measured_states(log)), measured_inputs(log, model.external)
+    states, (inputs, _) = bridged(measured_states(log), log.dt), measured_inputs(log, model.external)
     half = max(round(WINDOW / log.dt / 2), 1)
     rows = np.searchsorted(log.t, middles)[:, None] + np.arange(-half, half + 1)
     rows = np.clip(rows, 0, len(log) - 1)
@@ -101,17 +102,6 @@ def axle_windows(
         "constant": np.ones(len(rows)),
     }
     return *split_by_axle(rate_v, rate_r, vehicle), signals
-
-
-def _between_samples(states: Array) -> Array:
-    """(N, 6) states on straight lines between their samples: what means and slopes of windows need; NaN before and after."""
-    filled, rows = states.copy(), np.arange(len(states))
-    for column in filled.T:
-        good = np.flatnonzero(np.isfinite(column))
-        if len(good) > 1:
-            inside = slice(good[0], good[-1] + 1)
-            column[inside] = np.interp(rows[inside], good, column[good])
-    return filled
 
 
 def _correlations(values: Array, signals: dict[str, Array]) -> dict[str, float]:

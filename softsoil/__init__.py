@@ -1,8 +1,7 @@
 """Vehicles on deformable soil: one declaration becomes model, estimator, prediction, controller and C.
 
 `import softsoil` offers the names below, each loaded on first use; `help(softsoil.estimate)` shows arguments, units and an
-example. Beside them the modules that docs/reference/python.md lists
-are public; everything else in the package is internal and may change.
+example. The modules that docs/reference/python.md lists are public as well; everything else is internal and may change.
 """
 
 from __future__ import annotations
