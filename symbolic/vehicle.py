@@ -158,7 +158,7 @@ def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     known = {f.name for f in fields(Vehicle)} - {"source"}
     missing = [f"{n.name} ({n.unit}: {n.doc})" for n in NUMBERS if n.default is None and n.name not in table]
     if missing:
-        found = f"none of {'these' if missing[1:] else 'that name'}; softsoil identify makes a vehicle of what a tape and scale say"
+        found = f"none of {'these' if missing[1:] else 'that name'}; softsoil identify makes a vehicle of what tape and scale say"
         raise ValueError(f"{where}: expected keys {'; '.join(missing)}; found {found}")
     for key in table:
         if key not in known:
