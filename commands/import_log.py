@@ -10,11 +10,12 @@ from rich.table import Table
 
 from softsoil.commands.import_steering import fitted_map, say_map, steered, without_command
 from softsoil.commands.invocation import software
-from softsoil.commands.options_model import OutOption, VehicleOption, about_vehicle, declared_vehicle, say_vehicle
+from softsoil.commands.options_model import OutOption, measured_vehicle, say_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.import_report import write_import_report
+from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
 from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources
-from softsoil.importing.draft_map import draft
+from softsoil.importing.draft_map import draft, hangs
 from softsoil.importing.import_map import STEER_COMMAND, ImportMap, load_map, map_from_table
 from softsoil.importing.merge import LEAST
 from softsoil.recording.cross_check import refuse_contradictions
@@ -34,7 +35,14 @@ def import_log(
             "--map", help="Map TOML (default: standard messages and names, as inspect drafts it).", show_default=False
         ),
     ] = None,
-    vehicle: VehicleOption = None,
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(
+            "--vehicle",
+            help=f"{', '.join(VEHICLE_NAMES)} (default: reference), a vehicle TOML, or the known numbers that identify takes.",
+            show_default=False,
+        ),
+    ] = None,
     align: Annotated[bool, typer.Option("--align", help="Shift each source's clock by its estimated offset.")] = False,
     out: OutOption = None,
 ) -> None:
@@ -46,7 +54,7 @@ def import_log(
     Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
     """
     say_vehicle(vehicle)
-    geometry = declared_vehicle(vehicle, None)
+    geometry = measured_vehicle(vehicle)
     with progress(", ".join(path.name for path in sources)) as told:
         plan = load_map(map_file) if map_file is not None else drafted(sources)
         plan = steered(plan, geometry)
@@ -63,7 +71,7 @@ def import_log(
         content["steering"] = say_map(steering)
         written.append(folder / "steering.toml")
         written[-1].write_text("\n".join(steering.map.toml()) + "\n", encoding="utf-8")
-    about = about_vehicle(vehicle)
+    about = {"name": geometry.name, "file": source_name(vehicle_file(vehicle or REFERENCE_VEHICLE))}
     written.append(write_result(folder / "import.json", content, about))
     report = write_import_report(found, folder / "report.html", {"software": software(), "vehicle": about})
     say_written([*written, report])
@@ -84,6 +92,10 @@ def drafted(sources: list[Path]) -> ImportMap:
             f"{sources[0]}: expected fields recognised as {', '.join(LEAST)}; found none for {', '.join(lacking)} among "
             f"{', '.join(fields[:MOST_NAMED])}{more}: `softsoil inspect` drafts a map to name them in, for --map"
         )
+    for holding in holdings:
+        if hangs(holding):
+            told = f"{holding.name}: taken as a sensor with z down (x ahead, y right), by the gravity that it reads"
+            console.print(told, highlight=False, markup=False, soft_wrap=True)
     return map_from_table(entries, "map drafted from the sources")
 
 

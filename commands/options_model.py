@@ -15,7 +15,7 @@ from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source
 from softsoil.files.toml_file import read_toml
 from softsoil.recording.log_names import named_soil
 from softsoil.symbolic.soil import SOILS, Soil, load_soil
-from softsoil.symbolic.vehicle import Vehicle, load_vehicle, vehicle_from_table
+from softsoil.symbolic.vehicle import NUMBERS, Vehicle, load_vehicle, vehicle_from_table
 from softsoil.symbolic.wheel import law_names
 
 if TYPE_CHECKING:
@@ -55,6 +55,20 @@ def declared_vehicle(vehicle: Path | None, model: Path | None) -> Vehicle:
             raise ValueError(f"{model}: expected a table [vehicle], found none")
         return vehicle_from_table(table, str(model), model.stem)
     return load_vehicle(vehicle or REFERENCE_VEHICLE)
+
+
+def measured_vehicle(vehicle: Path | None) -> Vehicle:
+    """The vehicle whose axles, wheels and steering a log is brought in with: a vehicle file's, or, before there is one, that of
+    the known numbers that `softsoil identify` starts from."""
+    path = vehicle_file(vehicle or REFERENCE_VEHICLE)
+    table = read_toml(path, "vehicle")
+    table = table.get("vehicle", table)
+    if all(n.default is not None or n.name in table for n in NUMBERS):
+        return load_vehicle(path)
+    from softsoil.refinement.known_vehicle import load_known
+    from softsoil.refinement.vehicle_numbers import declared_vehicle as of_known
+
+    return of_known(load_known(path))
 
 
 def say_vehicle(vehicle: Path | None, model: Path | None = None, default: Path | None = None) -> str:

@@ -84,6 +84,12 @@ PLACES = (
 )
 
 
+UPWARD = re.compile(r"(\A|\.)(linear_acceleration\.z|a(cc\w*)?_?z(_imu)?)\Z", re.I)
+"""Field of an accelerometer along its own third axis."""
+HANGING = (-13.0, -6.0)
+"""m/s^2: what an accelerometer reads along an axis that points down; along one that points up it is the opposite."""
+
+
 @dataclass(frozen=True)
 class Offer:
     """A field that may be a channel: channel, source, path, unit guessed (empty for SI), why, score (larger is better).
@@ -244,9 +250,20 @@ def draft(holdings: Sequence[Holding]) -> str:
             "# steer: if this is the angle of the steering wheel, add ratio = (steering wheel over road wheel)."
         )
     lines += ["", *PLACES]
-    lines += [f"# [mount.{json.dumps(h.name)}]\n# x = 0.0\n# y = 0.0\n# yaw = 0.0" for h in holdings if _has_place(h)]
+    for h in holdings:
+        mark = "" if hangs(h) else "# "
+        if mark == "" or _has_place(h):
+            lines += [f"{mark}[mount.{json.dumps(h.name)}]", "# x = 0.0", "# y = 0.0", "# yaw = 0.0"]
+        if hangs(h):
+            lines.append('frame = "z-down"  # its accelerometer reads gravity as that of a sensor with z down does')
     lines += ["", "# [clock]", "# rate_hz = 100"]
     return "\n".join(lines) + "\n"
+
+
+def hangs(holding: Holding) -> bool:
+    """Whether a sensor's third axis points down, by the gravity that its accelerometer reads along it."""
+    along = [(s.least + s.largest) / 2 for path, s in holding.fields.items() if UPWARD.search(path) and not s.unit]
+    return any(HANGING[0] < value < HANGING[1] for value in along)
 
 
 def _has_place(holding: Holding) -> bool:

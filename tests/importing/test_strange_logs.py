@@ -1,5 +1,6 @@
 """Logs as newcomers bring them: read right, or refused with the place and the cure."""
 
+import json
 import tomllib
 from dataclasses import replace
 from types import SimpleNamespace
@@ -204,3 +205,38 @@ def test_the_speed_of_a_velocity_to_the_east_and_north_is_drafted():
                  for name in ("/gps/vel", "/base/velocity"))  # fmt: skip
     assert [(o.channel, o.path) for o in offers([gps])] == [("u", "twist.linear.speed")]
     assert ("u", "twist.linear.x") in [(o.channel, o.path) for o in offers([body])]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0], ids=("up", "down"))
+def test_a_sensor_with_z_down_is_told_by_the_gravity_that_it_reads(side, clean, tmp_path):
+    """One table is the sensor, where side is -1 with y right and z down; another has speed and steering."""
+    t = clean.t - clean.t[0]
+    jolts = np.random.default_rng(0).normal(0.0, 0.3, len(t))
+    turned = {"yaw_rate": "omega_z", "heading": "psi", "accel_y": "a_y_imu"}
+    sensor = {"t": t, "accel_x": clean["a_x_imu"], **{column: side * clean[name] for column, name in turned.items()}}
+    pd.DataFrame({**sensor, "accel_z": side * (9.81 + jolts)}).to_csv(tmp_path / "imu.csv", index=False)
+    pd.DataFrame({"t": t, "speed": clean["u"], "steering_angle": clean["steer"]}).to_csv(tmp_path / "can.csv", index=False)
+    sources = [str(tmp_path / name) for name in ("imu.csv", "can.csv")]
+    done = CliRunner().invoke(app, ["import", *sources, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    assert ("imu.csv: taken as a sensor with z down" in done.output) == (side < 0)
+    drive = read_drive(tmp_path / "out" / "drive.parquet")
+    for name in ("psi", "omega_z", "a_y_imu"):
+        assert np.allclose(drive[name], clean[name][: len(drive)], atol=1e-6), name
+
+
+def test_a_vehicle_of_which_little_is_known_yet_brings_a_log_in(clean, tmp_path):
+    """Known numbers, before there is a vehicle file: the wheels' radius and the axles are taken from them."""
+    known = "mass = 1378.0\nl_f = 1.546\nl_r = 1.175\ntrack = 1.19\nradius = 0.330\nwidth = 0.21\n"
+    path, file = tmp_path / "log.csv", tmp_path / "known.toml"
+    path.write_text(pd.DataFrame({name: clean[name] for name in clean.channels}).to_csv(index=False), encoding="utf-8")
+    for radius in (0.330, 0.250):
+        file.write_text(known.replace("radius = 0.330", f"radius = {radius}"), encoding="utf-8")
+        done = CliRunner().invoke(app, ["import", str(path), "--vehicle", str(file), "--out", str(tmp_path / "out")])
+        assert ("contradict" in done.output or "warning" in done.output) == (radius < 0.3), done.output
+        assert "since --vehicle names none" not in done.output
+    about = json.loads((tmp_path / "out" / "import.json").read_text(encoding="utf-8"))["vehicle"]
+    assert about["file"] == str(file) and about["name"] == "known"
+    file.write_text(known.replace("mass = 1378.0\n", ""), encoding="utf-8")
+    refused = CliRunner().invoke(app, ["import", str(path), "--vehicle", str(file), "--out", str(tmp_path / "out")])
+    assert refused.exit_code != 0 and "mass" in refused.output
