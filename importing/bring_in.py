@@ -16,10 +16,12 @@ from softsoil.importing.local_frame import east_north
 from softsoil.importing.loose_table import inspect_table, open_table, read_columns
 from softsoil.importing.merge import Merged, merge
 from softsoil.importing.sources import Holding, Series, check_source, is_bag
+from softsoil.recording.check_place import place_checks
 from softsoil.recording.check_words import Check
 from softsoil.recording.cross_check import check_channels
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
+from softsoil.recording.evidence import Motion
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.offsets import Offset, time_offsets
 
@@ -27,6 +29,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "psi": ("psi",), "u": ("u",), "wheels": WHEEL_CHANNELS, "position": ("x", "y"), "steer": ("steer",),
 }  # fmt: skip
 """Group of a time offset -> channels whose sources share it."""
+BY_V = ("position", "steer")
+"""Groups whose offsets rest on the lateral velocity: of one that is doubted they say nothing."""
 LEAST_SIGMAS = 3.0
 """A clock is shifted by an offset of at least so many standard errors."""
 ROUNDS = 3
@@ -148,8 +152,9 @@ def bring_in(
     shifts: dict[str, float] = {}
     if align:
         found = offsets
+        elsewhere = any(not check.passed for check in place_checks(Motion.of(merged.recording), geometry))
         for _ in range(ROUNDS):
-            further = source_shifts(plan, found)
+            further = source_shifts(plan, [offset for offset in found if not (elsewhere and offset.group in BY_V)])
             shifts = {source: shifts.get(source, 0.0) + further.get(source, 0.0) for source in {*shifts, *further}}
             if max((abs(value) for value in further.values()), default=0.0) < SETTLED:
                 break

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from softsoil.recording.check_clocks import clock_checks, filter_checks
 from softsoil.recording.check_motion import heading_checks, inertial_checks, pose_checks
+from softsoil.recording.check_place import place_checks
 from softsoil.recording.check_single import excitation_checks, single_checks
 from softsoil.recording.check_speed import speed_checks
 from softsoil.recording.check_wheels import sensor_checks, side_checks, steering_checks, wheel_checks
@@ -33,7 +34,8 @@ def check_channels(recording: Recording, geometry: Geometry, late_steering: floa
     checks = excitation_checks(motion)
     if not checks[0].passed:
         return tuple(checks)
-    checks += clock_checks(recording, geometry, late_steering)  # first: a clock that is off makes other checks fail
+    checks += place_checks(motion, geometry)
+    checks += clock_checks(recording, geometry, late_steering)  # before the rest: a clock that is off makes other checks fail
     checks += filter_checks(motion.log)
     checks += speed_checks(motion, geometry)
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)

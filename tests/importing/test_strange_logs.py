@@ -240,3 +240,23 @@ def test_a_vehicle_of_which_little_is_known_yet_brings_a_log_in(clean, tmp_path)
     file.write_text(known.replace("mass = 1378.0\n", ""), encoding="utf-8")
     refused = CliRunner().invoke(app, ["import", str(path), "--vehicle", str(file), "--out", str(tmp_path / "out")])
     assert refused.exit_code != 0 and "mass" in refused.output
+
+
+@pytest.mark.parametrize("mounted", [False, True])
+def test_odometry_of_the_rear_axle_shifts_no_steering_clock(mounted, clean, tmp_path):
+    """Positions and velocities of the rear axle, which nothing declares: their v makes the steering seem early."""
+    axles, psi = reference_vehicle(), np.unwrap(clean["psi"])
+    x, y = (clean[name] - axles.wheelbase * side for name, side in (("x", np.cos(psi)), ("y", np.sin(psi))))
+    motion = {"x": x, "y": y, "psi": psi, "u": clean["u"], "v": clean["v"] - axles.l_r * clean["omega_z"]}
+    odometry = {"t": clean.t, **motion, "omega_z": clean["omega_z"]}
+    pd.DataFrame(odometry).to_csv(tmp_path / "odom.csv", index=False)
+    pd.DataFrame({"t": clean.t, "steer": clean["steer"]}).to_csv(tmp_path / "can.csv", index=False)
+    entries = "\n".join(f'{name} = "odom.csv:{name}"' for name in ("x", "y", "psi", "u", "v", "omega_z"))
+    place = f'[mount."odom.csv"]\nx = {-axles.l_r}\n' if mounted else ""
+    (tmp_path / "map.toml").write_text(f'[channels]\n{entries}\nsteer = "can.csv:steer"\n{place}', encoding="utf-8")
+    sources = [str(tmp_path / name) for name in ("odom.csv", "can.csv")]
+    options = ["--map", str(tmp_path / "map.toml"), "--align", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, ["import", *sources, *options])
+    assert "can.csv: clock shifted" not in done.output, done.output
+    assert (done.exit_code == 0) == mounted  # positions and velocities that do not belong together are refused
+    assert ("if the source is odometry of the rear axle (base_link)" in done.output) == (not mounted)

@@ -1,0 +1,37 @@
+"""The rear axle's lateral velocity in the place of the centre of gravity's, by how it turns, without an accelerometer."""
+
+from dataclasses import replace
+
+import pytest
+
+from drives import LOAM_LOG, MULTI_LOG, reference_vehicle
+from softsoil.recording.check_place import NAME, place_checks
+from softsoil.recording.cross_check import check_channels
+from softsoil.recording.evidence import Motion
+from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
+
+
+def without_accelerometer(log, behind):
+    """A drive with noise, its v that of a point so far (m) behind the centre of gravity."""
+    drive = add_noise(read_drive(log), "good", 1)
+    channels = {name: values for name, values in drive.channels.items() if not name.startswith("a_")}
+    return replace(drive, channels={**channels, "v": drive["v"] - behind * drive["omega_z"]})
+
+
+@pytest.mark.parametrize("log", [MULTI_LOG, LOAM_LOG], ids=("multi", "lock"))
+def test_the_rear_axles_lateral_velocity_is_doubted_and_the_centre_of_gravitys_is_not(log):
+    vehicle = reference_vehicle()
+    right, rear = (without_accelerometer(log, behind) for behind in (0.0, vehicle.l_r))
+    (passed,), (doubted,) = (place_checks(Motion.of(drive), vehicle) for drive in (right, rear))
+    assert passed.passed and not passed.cure
+    assert not doubted.passed and not doubted.beyond_doubt and f"[mount], x = {-vehicle.l_r:.2f}" in doubted.cure
+    assert NAME in [check.name for check in check_channels(rear, vehicle) if not check.passed]
+
+
+def test_with_an_accelerometer_or_without_v_it_says_nothing():
+    drive = read_drive(MULTI_LOG)
+    assert place_checks(Motion.of(drive), reference_vehicle()) == []
+    bare = without_accelerometer(MULTI_LOG, 0.0)
+    bare = replace(bare, channels={name: values for name, values in bare.channels.items() if name != "v"})
+    assert place_checks(Motion.of(bare), reference_vehicle()) == []
