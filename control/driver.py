@@ -77,7 +77,6 @@ class Driver:
         self.ocp = _problem(model)
         self.settings = settings or DriverSettings()
         self.path, self.speed = path, speed
-        check_speed(speed, self.ocp.settings.speed)
         self.obstacles = checked_obstacles(obstacles)
         self.n0 = checked_n0(float(self.ocp.model.p["n_f"].nominal) if n0 is None else n0)
         self._known = checked_start(start)
@@ -94,6 +93,16 @@ class Driver:
         self._halting, self._still, self.status = 0, 0, Status.BAD_STATE
         self.verdict = NOT_JUDGED
         """On the estimated n, of the last tick: that of `judge` unless the filter contests its n, "not_judged" without one."""
+
+    @property
+    def speed(self) -> float:
+        """Speed to drive at (m/s); ValueError where one is set that is out of the controller's limits."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, speed: float) -> None:
+        check_speed(speed, self.ocp.settings.speed)
+        self._speed = float(speed)
 
     def set_n(self, n: float) -> None:
         """Set n of a driver that does not learn."""

@@ -164,3 +164,9 @@ def sensor_variance(values: Array, dt: float) -> tuple[float, float]:
     seen, alike = (level.std / max(level.rough, 1e-15)) ** 2, (level.white / max(level.std, 1e-15)) ** 2
     variance = seen * float(np.mean(kept**2)) / 20.0
     return variance, variance * float(np.sqrt(4.6 * alike / len(kept)))
+
+
+def percent_above(share: float, limit: float) -> str:
+    """A share in per cent, 999 at most, with as many decimals, up to two, as show that it is above its limit, a share, too."""
+    texts = [f"{100 * min(share, 9.99):.{decimals}f}" for decimals in range(3)]
+    return next((text for text in texts if float(text) > 100 * limit), texts[-1])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.evidence import Evidence, gather
+from softsoil.estimator.evidence import Evidence, gather, percent_above
 from softsoil.estimator.hard_ground import HardGround, compare_hard_ground, on_hard_ground
 from softsoil.estimator.late_change import PARTS, PARTS_SIGMAS
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
@@ -278,8 +278,8 @@ def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules
     share = float(np.max(e.information_std / np.maximum(n, SOIL_SIGNALS["n"].lower)))
     if not share <= rules.excited:
         return "not_excited", (
-            f"the drive determines n to ± {100 * min(share, 9.99):.0f} % only (limit {100 * rules.excited:.0f} %; lateral "
-            f"specific force {e.motion:.2f} m/s^2 rms over {e.windows} windows): steer more, at several speeds"
+            f"the drive determines n to ± {percent_above(share, rules.excited)} % only (limit {100 * rules.excited:.0f} %; "
+            f"lateral specific force {e.motion:.2f} m/s^2 rms over {e.windows} windows): steer more, at several speeds"
         )
     return None
 
@@ -288,8 +288,8 @@ def _class_is_known(e: Evidence, n: Array, others: Sequence[float], rules: Verdi
     if e.soil.std <= rules.of_class:
         return None
     return "not_excited", (
-        f"the errors that the soil's file states of its class make n uncertain by ± {100 * e.soil.std:.0f} % (limit "
-        f"{100 * rules.of_class:.0f} %): softsoil soil fits them to drives"
+        f"the errors that the soil's file states of its class make n uncertain by ± {percent_above(e.soil.std, rules.of_class)} "
+        f"% (limit {100 * rules.of_class:.0f} %): softsoil soil fits them to drives"
     )
 
 
@@ -297,7 +297,7 @@ def _shows_a_load(e: Evidence, n: Array, others: Sequence[float], rules: Verdict
     if e.change is None or e.change.seen_std <= rules.load_seen:
         return None
     return "not_excited", (
-        f"the drive tells a load to ± {100 * min(e.change.seen_std, 9.99):.1f} % of the vehicle's mass only (limit "
+        f"the drive tells a load to ± {percent_above(e.change.seen_std, rules.load_seen)} % of the vehicle's mass only (limit "
         f"{100 * rules.load_seen:.0f} %), and a load that it does not show would make n wrong: drive longer, with more steering"
     )
 

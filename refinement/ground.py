@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.estimator.evidence import percent_above
 from softsoil.estimator.verdict import VerdictRules
 from softsoil.refinement.fit import Fit
 from softsoil.symbolic.soil import Soil
@@ -83,5 +84,6 @@ def _judged(free: Free, value: float, shown: float, std: float, left: bool) -> t
     if left:
         return "inconsistent", "more is left of the axle forces than a right model leaves"
     if not share <= limit:
-        return "not_excited", f"the drives determine it to ± {100 * share:.0f} % only (limit {100 * limit:.0f} %): turn harder"
+        only = f"the drives determine it to ± {percent_above(share, limit)} % only (limit {100 * limit:.0f} %)"
+        return "not_excited", f"{only}: turn harder"
     return "identified", f"the drives determine it to ± {100 * share:.0f} %"

@@ -271,6 +271,10 @@ def test_what_cannot_be_driven_is_refused():
     for speed in (0.0, -3.0, 20.0, math.nan):
         with pytest.raises(ValueError, match=f"speed: expected 0.5 to 12 m/s.*found {speed}; .*brake"):
             Driver(small_ocp(), straight(), speed, solver=parts()[0], estimator=parts()[1])
+    driver = Driver(small_ocp(), straight(), 4.0, solver=parts()[0], estimator=parts()[1])
+    with pytest.raises(ValueError, match="speed: expected 0.5 to 12 m/s"):
+        driver.speed = 0.0
+    assert driver.speed == 4.0
     points = straight().points.copy()
     points[3, 1] = math.nan
     with pytest.raises(ValueError, match=r"path: expected finite x, y, found .* in point 3"):

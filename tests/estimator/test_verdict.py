@@ -8,7 +8,7 @@ import pytest
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
-from softsoil.estimator.evidence import Evidence, sensor_variance
+from softsoil.estimator.evidence import Evidence, percent_above, sensor_variance
 from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_horizon
@@ -235,3 +235,8 @@ def test_noise_of_a_channel_from_its_third_differences():
     values = np.array([value for value, _ in estimates])
     assert np.mean(values) == pytest.approx(0.01, rel=0.02)
     assert np.std(values) == pytest.approx(estimates[0][1], rel=0.4)
+
+
+def test_a_share_above_its_limit_is_printed_as_one():
+    """A load shown to ± 6.04 % was printed as "± 6.0 % (limit 6 %)"."""
+    assert [percent_above(share, 0.06) for share in (0.0604, 0.063, 0.08, 1e9)] == ["6.04", "6.3", "8", "999"]
