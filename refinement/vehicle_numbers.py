@@ -121,7 +121,7 @@ OWN: tuple[Number, ...] = (
             "turn plates"),
     _number("roll_gain", "roll of the body per lateral acceleration", lambda k: (0.007, 0.005),
             "1 to 8 degrees per g", _share(0.2), "inclinometer in a steady turn"),
-    _number("roll_time", "time constant with which the body rolls, first order", lambda k: (0.1, 0.06),
+    _number("roll_time", "damping of the body's roll over its stiffness", lambda k: (0.1, 0.06),
             "0.03 s on stiff springs to 0.2 s on soft, well damped ones", _share(0.2), "inclinometer while turning in"),
     _number("roll_stiffness_front", "front share of the springs that resist roll", lambda k: (0.5, 0.12),
             "0.35 to 0.65 on cars", _plain(0.05), "drawings"),

@@ -103,9 +103,7 @@ def add_effect(model: Model, effect: Effect, values: Mapping[str, float] | None 
     memories: dict[str, Memory] = {}
     for memory in (memory for a in added for memory in a.memories):
         if memories.setdefault(memory.name, memory).cells != memory.cells:
-            raise ValueError(
-                f"effect {effect.name}: expected a memory of its own name, found another one named {memory.name!r}"
-            )
+            raise ValueError(f"effect {effect.name}: expected a memory of its own name, found another one named {memory.name!r}")
     grown = replace(
         model,
         x=_inserted(model.x, new.x, [a.x for a in added], added.index(new)),

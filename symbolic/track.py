@@ -19,13 +19,8 @@ Cell = dict[str, Scalar]
 
 def track_layout(prefix: str, count: int, values: Sequence[Signal]) -> Layout:
     """Layout of `count` cells, each with the given values: names <prefix>_<value>_<cell>."""
-    return Layout(
-        tuple(
-            Signal(f"{prefix}_{value.name}_{k}", value.unit, f"{value.doc}, cell {k}")
-            for k in range(count)
-            for value in values
-        )
-    )
+    cells = ((k, value) for k in range(count) for value in values)
+    return Layout(tuple(Signal(f"{prefix}_{value.name}_{k}", value.unit, f"{value.doc}, cell {k}") for k, value in cells))
 
 
 def read_cells(memory: Mapping[str, Scalar], prefix: str, count: int, values: Sequence[Signal]) -> list[Cell]:

@@ -76,7 +76,7 @@ class Vehicle:
     roll_stiffness_front: float = _number("1", 0.0, 1.0, "front share of the springs in roll", "data sheet", 0.5, spread=0.1)
     roll_damping_front: float = _number("1", 0.0, 1.0, "front share of the dampers in roll", "data sheet", 0.5, spread=0.15)
     roll_gain: float = _number("rad s^2/m", 0.0, 0.2, "roll on the springs per a_y", "inclinometer in turns", 0.007, share=0.5)
-    roll_time: float = _number("s", 0.01, 1.0, "time constant of the body's roll", "step steer, inclinometer", 0.165, spread=0.05)
+    roll_time: float = _number("s", 0.01, 1.0, "damping over stiffness in roll", "step steer, inclinometer", 0.165, spread=0.05)
     pitch_gain: float = _number("rad/(N m)", 0.0, 10.0, "pitch on the springs per moment", "loads added", 0.0, spread=1e-5)
     ackermann: float = _number("1/rad", -5.0, 5.0, "front: delta_l - delta_r = a delta^2 + toe", "turn plates", 0.0, spread=0.4)
     toe: float = _number("rad", -0.2, 0.2, "front: delta_l - delta_r when pointing ahead", "wheel alignment", 0.0, spread=0.01)

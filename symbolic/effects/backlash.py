@@ -24,9 +24,7 @@ def effect(vehicle: Vehicle) -> Effect:
         doc="play in the steering",
         kind="steering",
         reference="play operator (hysteresis)",
-        parameters=Layout.of(
-            Signal("backlash", "rad", "half width of the play at the road wheels", 0.0, 0.0, 0.2, spread=0.1)
-        ),
+        parameters=Layout.of(Signal("backlash", "rad", "half width of the play at the road wheels", 0.0, 0.0, 0.2, spread=0.1)),
         typical={"backlash": 0.03},
         corrections={"inputs": added("play")},
         memories=(memory,),

@@ -16,9 +16,7 @@ def effect(vehicle: Vehicle) -> Effect:
         parameters=Layout.of(Signal("grade", "rad", "slope, rising towards world +x", 0.0, -0.4, 0.4, spread=0.15)),
         typical={"grade": 0.03},
         corrections={
-            "inputs": Correction(
-                lambda q: along_world(q, -GRAVITY * ca.sin(q["grade"]), 0.0), adds=("gravity_x", "gravity_y")
-            )
+            "inputs": Correction(lambda q: along_world(q, -GRAVITY * ca.sin(q["grade"]), 0.0), adds=("gravity_x", "gravity_y"))
         },
         signatures=("resistance",),
         separates="driving on all headings, at several speeds, with an accelerometer (specific force does not contain gravity)",

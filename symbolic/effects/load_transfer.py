@@ -11,9 +11,6 @@ from softsoil.symbolic.history import lag_share
 from softsoil.symbolic.model import Memory, Quantities, Scalar
 from softsoil.symbolic.smooth import fade_in, smooth_positive
 
-DAMPER_SHARE = 0.91
-"""of roll_time: what a damped suspension's dampers carry of the load transfer while the body still rolls, per rate of what its
-springs carry in the end; the body's inertia makes the rest of roll_time."""
 TORQUE_TIME = 0.2
 """s: first-order lag of the torque; a suspended body rolls no faster, and measured wheel speeds are noisy."""
 LEAST_HEIGHT = 0.05
@@ -30,15 +27,15 @@ TRACKS = (
 def effect(vehicle: Vehicle) -> Effect:
     """Body roll: each wheel its own load, Delta F_z = share (M a h + moment)/T, and rear contacts that move with the body.
 
-    a is the lateral specific force as the rolled body has followed it (first order, `body_roll`), and what the dampers carry
-    on the way: of each axle DAMPER_SHARE roll_time da/dt times its share of the dampers over that of the springs. Two tracks
-    then carry the yaw moment of the wheel that bears more and rolls with more resistance; needs wheel speeds. The rear
-    contacts stand roll_sweep phi left of where they are with an upright body, and while it rolls they move sideways, v_y +=
-    roll_sweep dphi/dt: h_cg for wheels upright to the body and a centre of gravity that swings over them. A trailing arm
-    turns with its travel and its wheel with it, which a speed sensor on the arm does not see: rims roll on by the swing_rear
-    of the vehicle times the travel. A moment on the body loads one side more and rolls it when driving straight, too:
-    shaft_share of the wheels' driving torque, which a propeller shaft hands on to the chassis (1/final drive, negative where
-    it rolls to the left), and roll_moment, which is always there (a centre of gravity off the middle).
+    a is the lateral specific force as the rolled body has followed it (`body_roll`), and what the dampers carry on the way: of
+    each axle roll_time da/dt times its share of the dampers over that of the springs. Two tracks then carry the yaw moment of
+    the wheel that bears more and rolls with more resistance; needs wheel speeds. The rear contacts stand roll_sweep phi left
+    of where they are with an upright body, and while it rolls they move sideways, v_y += roll_sweep dphi/dt: h_cg less the
+    height of the roll centre. A trailing arm turns with its travel and its wheel with it, which a speed sensor on the arm
+    does not see: rims roll on by the swing_rear of the vehicle times the travel. A moment on the body loads one side more and
+    rolls it when driving straight, too: shaft_share of the wheels' driving torque, which a propeller shaft hands on to the
+    chassis (1/final drive, negative where it rolls to the left), and roll_moment, which is always there (a centre of gravity off
+    the middle).
     """
     tip = GRAVITY * vehicle.mass * vehicle.track
     parameters = Layout.of(
@@ -90,7 +87,7 @@ def _two_tracks(q: Quantities) -> Quantities:
     spread = (q["ackermann"] * q["delta"] ** 2 + q["toe"]) / 2
     out, back = q["scrub"] * (ca.cos(q["delta"]) - 1.0), q["scrub"] * ca.sin(q["delta"])
     springs = q["mass"] * q["transfer_height"] * q["roll_a"] + q["body_moment"]
-    dampers = q["mass"] * q["transfer_height"] * DAMPER_SHARE * q["roll_time"] * q["roll_a_rate"]
+    dampers = q["mass"] * q["transfer_height"] * q["roll_time"] * q["roll_a_rate"]
     held, damped = q["roll_stiffness_front"], q["roll_damping_front"]
     swing = q["swing_rear"] * q["track_rear"] / 2 * q["roll_gain"] * q["burden"] * q["roll_a_rate"] / q["radius"]
     # Of each axle: track, moment on its wheels' loads, how far out of line and back a wheel stands, its angle, its arms' turning.

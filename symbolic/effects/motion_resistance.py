@@ -13,9 +13,7 @@ def effect(vehicle: Vehicle) -> Effect:
         parameters=Layout.of(Signal("motion_resistance", "", "resistance over weight", 0.0, -0.3, 0.3, spread=0.2)),
         typical={"motion_resistance": 0.03},
         corrections={
-            "inputs": Correction(
-                lambda q: {"gravity_x": q["gravity_x"] - GRAVITY * q["motion_resistance"]}, adds=("gravity_x",)
-            )
+            "inputs": Correction(lambda q: {"gravity_x": q["gravity_x"] - GRAVITY * q["motion_resistance"]}, adds=("gravity_x",))
         },
         signatures=("resistance",),
         separates="driving on opposite headings",

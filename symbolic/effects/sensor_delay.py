@@ -38,9 +38,7 @@ def effect(vehicle: Vehicle) -> Effect:
         typical={"pose_delay": 0.1, "rate_delay": 0.1},
         corrections={
             "inputs": Correction(_inputs, adds=("delta", "delta_rate", "du", "specific_x", *SPINS)),
-            "outputs": Correction(
-                _outputs, reads=tuple(f"d_{name}" for name in POSE), adds=tuple(f"y_{name}" for name in POSE)
-            ),
+            "outputs": Correction(_outputs, reads=tuple(f"d_{name}" for name in POSE), adds=tuple(f"y_{name}" for name in POSE)),
         },
         memories=(late_by("rate_delay", "late", INPUTS, _present, _still, CELLS, SPACING),),
         signatures=("late or displaced sensor", "late steering"),

@@ -6,7 +6,7 @@ X is forward of the wheel centre, x_f where the soil enters, -x_r where it leave
   sinkage    b int sigma dX = load;
   sliding    u_x = v_x - omega sqrt(r^2 - X^2), u_y = v_y + (yaw_rate + sweep) X;
   path       j(X) = int_X^x_f |u| dX'/v_x with the velocities that this soil met, u_y(X', t - (X' - X)/v_x);
-  shear      tau = (c + sigma tan phi)(1 - exp(-j/k)), against u: force = -b int tau u/|u| dX.
+  shear      tau = (c + sigma tan phi)(1 - exp(-j/k)), against u: force = -b int tau u/|u| dX, in ruts its mean over b.
 Soil that entered through the side of the wheel has run part of the path only (`side_entry`); soil that another wheel
 sheared before starts at `entry_path` in the fraction `overlap` of the width. The equations are those of the soil
 contact model (paper, eqs. (1)-(3)) on a line; turn slip replaces the paper's two branches and correction factors.
@@ -83,10 +83,10 @@ class TurnSlip:
         contact = replace(contact, yaw_rate=(contact.yaw_rate + contact.sweep) * self.factors.turn)
         beside, inside = contact_lines(soil, wheel, contact, self.front_nodes)
         v = ca.sqrt(contact.v_x * contact.v_x + self.speed_floor**2)
-        least = (self.slip_floor * v) ** 2 + scrub**2 / 12.0
+        floor, spread = (self.slip_floor * v) ** 2, scrub * (1.0 / math.sqrt(12.0))
         extra, late = 0.5 * self.contact_step + self.factors.entry_time, self.contact_step * v
         late = 0.0 if isinstance(self.contact_step, float) and not self.contact_step else late
-        motion = Sliding(contact, wheel.radius, 2.0 / v, least, extra, late, self.contact_entry)
+        motion = Sliding(contact, wheel.radius, 2.0 / v, floor, spread, extra, late, self.contact_entry)
         # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.
         per_k, aside = (2.0 / soil.k) * self.factors.path, 2.0 / (v * wheel.width)
         f_x, f_y, m_y, m_z = _strip(soil, wheel, motion, beside, 1.0, per_k, aside)
@@ -108,18 +108,19 @@ def _strip(
 
     per_k: 2/k times the path's factor (1/m); aside: 2/(v_x b) (s/m^2).
     """
-    tan, width = tan_phi(soil.phi), wheel.width * line.share
+    tan, width, fresh = tan_phi(soil.phi), wheel.width * line.share, isinstance(entered, float)
     f_x = f_y = m_y = m_z = 0.0
     for node in line.nodes:
         u_x, u_y, length = motion.at(node.x, node.depth, node.along)
         path = motion.path(node.x, line.x_front, length, node.along) * 0.5 * per_k
         drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
         tau = (soil.c + node.sigma * tan) * (1.0 - entered * side_entry(path, drift))
-        force = -width * node.weight * tau / length
-        f_x += force * u_x
-        f_y += force * u_y
-        m_y -= node.depth * force * u_x + width * node.weight * node.sigma * node.x
-        m_z += node.x * force * u_y
+        force = -width * node.weight * tau
+        along, across = (u_x / length, u_y / length) if fresh else motion.direction(u_x, u_y)
+        f_x += force * along
+        f_y += force * across
+        m_y -= node.depth * force * along + width * node.weight * node.sigma * node.x
+        m_z += node.x * force * across
     return f_x, f_y, m_y, m_z
 
 
@@ -127,7 +128,8 @@ def _strip(
 class Sliding:
     """Sliding velocities of the wheel's body over the soil (m/s), and the shear path they leave (m).
 
-    twice_per_v: 2/v_x (s/m); least: square of the least sliding speed (m^2/s^2); extra: time that a path counts beyond its
+    twice_per_v: 2/v_x (s/m); floor: square of the least sliding speed (m^2/s^2); spread: standard deviation of u_x over the width
+    of a wheel that yaws (m/s); extra: time that a path counts beyond its
     own (s); late: way (m) by which a simulated soil's surface lags behind the rim: it meets the wheel with the height of one
     step before, where the rim moves more slowly backward, over the part `entry` of the contact.
     """
@@ -135,7 +137,8 @@ class Sliding:
     contact: Contact
     radius: Scalar
     twice_per_v: Scalar
-    least: Scalar
+    floor: Scalar
+    spread: Scalar
     extra: Scalar
     late: Scalar = 0.0
     entry: float = 0.1
@@ -154,7 +157,16 @@ class Sliding:
         return depth - ahead * (x + 0.5 * ahead) * (1.0 / self.radius)
 
     def _length(self, u_x: Scalar, u_y: Scalar) -> Scalar:
-        return ca.sqrt(u_x * u_x + u_y * u_y + self.least)
+        return ca.sqrt(u_x * u_x + u_y * u_y + self.spread * self.spread + self.floor)
+
+    def direction(self, u_x: Scalar, u_y: Scalar) -> tuple[Scalar, Scalar]:
+        """Means over the width of u_x/|u| and u_y/|u|, by two Gauss points. Shear in soil that is sheared already follows these;
+        in fresh soil the side that slides faster has also mobilised more, and |u| of the mean velocities is right."""
+        along = across = 0.0
+        for u in (u_x - self.spread, u_x + self.spread):
+            share = 0.5 / ca.sqrt(u * u + u_y * u_y + self.floor)
+            along, across = along + share * u, across + share * u_y
+        return along, across
 
     def mean_y(self, x: Scalar, x_front: Scalar) -> Scalar:
         """Mean lateral sliding velocity of the soil now at x since it entered at x_front (m/s)."""
