@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from softsoil.recording.between import only_samples
 from softsoil.recording.columns import Source
@@ -24,6 +25,8 @@ TABLE_NAME = "table"
 """Name of a drive from a table in memory."""
 GAP_STEPS = 2.5
 """A step longer than this many median steps is reported as a gap."""
+REGULAR = 0.9
+"""Share of the steps between a channel's values, in rows, that are as usual: the sensor is slower than the clock."""
 
 
 def read_drive(
@@ -139,7 +142,8 @@ def _check_clock(path: Path, column: str, t: Array) -> None:
 
 
 def _check_values(path: Path, sources: Mapping[str, Source], channels: Mapping[str, Array], required) -> list[str]:
-    alike: dict[tuple[int, int, int], list[str]] = {}
+    """What the notes say of values that are missing; ValueError for a needed channel of which all are."""
+    alike: dict[str, list[str]] = {}
     for name, values in channels.items():
         missing = ~np.isfinite(values)
         if missing.all() and name in required:
@@ -147,12 +151,19 @@ def _check_values(path: Path, sources: Mapping[str, Source], channels: Mapping[s
                 f"{path}: column {sources[name].column!r}: expected numbers, found none in {len(values)} rows"
             )
         if missing.any():
-            rows = np.flatnonzero(missing)
-            alike.setdefault((len(rows), len(values), int(rows[0])), []).append(name)
-    return [
-        f"{', '.join(names)}: {count} of {total} values missing, the first in row {first + 1}"
-        for (count, total, first), names in alike.items()
-    ]
+            alike.setdefault(_missing(channels["t"], missing), []).append(name)
+    return [f"{', '.join(names)}: {words}" for words, names in alike.items()]
+
+
+def _missing(t: Array, missing: NDArray[np.bool_]) -> str:
+    """In words: a sensor that is slower than the clock t (N,), or values that are missing (N,)."""
+    rows = np.flatnonzero(~missing)
+    steps = np.diff(rows)
+    usual = np.median(steps) if len(steps) else 1.0
+    if usual > 1 and np.mean(np.abs(steps - usual) <= 1) > REGULAR:
+        rate = 1.0 / float(np.median(np.diff(t[rows])))
+        return f"of a sensor of {rate:.3g} Hz, in {len(rows)} of {len(t)} rows"
+    return f"{int(missing.sum())} of {len(t)} values missing, the first in row {int(np.argmax(missing)) + 1}"
 
 
 def _gaps(t: Array) -> list[str]:

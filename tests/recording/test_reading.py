@@ -95,6 +95,19 @@ def test_missing_values_and_gaps_are_noted_not_refused(read):
     assert np.isnan(drive["v"][5:8]).all()
 
 
+def test_a_slower_sensor_is_no_loss_of_values(read):
+    """Positions in every fourth row, and one of them lost: the note says their rate, not how many rows are without."""
+
+    def change(table):
+        rows = np.arange(len(table))
+        return table.assign(**{name: table[name].where((rows % 4 == 0) & (rows != 20)) for name in ("x", "y")})
+
+    drive = read(change)
+    (note,) = [note for note in drive.notes if note.startswith("x, y")]
+    rate = 0.25 / drive.dt
+    assert note == f"x, y: of a sensor of {rate:.3g} Hz, in {int(np.isfinite(drive['x']).sum())} of {len(drive)} rows"
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
