@@ -8,7 +8,7 @@ import numpy as np
 
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
-from softsoil.control.driver import END, STEER_LIMIT, UNSEEN
+from softsoil.control.driver import END, STEER_LIMIT
 from softsoil.control.driver_checks import FARTHEST, LARGEST, LATEST
 from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, MEASUREMENTS, DriverSettings
 from softsoil.control.live_estimator import FIRST_SPREAD, SEEN
@@ -16,7 +16,7 @@ from softsoil.control.nmpc_clearance import NOWHERE
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.ocp import Ocp
 from softsoil.estimator.tuning import N_NAMES, Tuning
-from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS, UNSEEN
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 

@@ -43,7 +43,7 @@ from softsoil.control.ocp import Ocp
 from softsoil.control.path import Path
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.terrain_filter import FilterStatus
-from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS, UNSEEN, WHEEL_CHANNELS
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
@@ -51,8 +51,6 @@ END = 2.0
 """m before the end of the path: there a drive is finished."""
 STEER_LIMIT = 1.6
 """rad: beyond it a value is no steering angle."""
-UNSEEN = (1.0, 1.0, 0.1, 1.0, 0.5, 0.2)
-"""Standard deviations of a first x, y, psi, u, v, omega_z that was not measured and is taken for 0, SI units."""
 
 
 class Driver:

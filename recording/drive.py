@@ -35,6 +35,8 @@ CHANNEL_UNITS: Mapping[str, str] = MappingProxyType(
 """The drive columns and their units: ISO 8855, (x, y) on the front axle, (u, v) at the centre of gravity."""
 
 STATE_CHANNELS = ("x", "y", "psi", "u", "v", "omega_z")
+UNSEEN = (1.0, 1.0, 0.1, 1.0, 0.5, 0.2)
+"""Standard deviations of a first x, y, psi, u, v, omega_z that was not measured, SI units."""
 WHEEL_CHANNELS = ("omega_fl", "omega_fr", "omega_rl", "omega_rr")
 TRUTH_PREFIX = "true_"
 CHECKED = "checked"

@@ -21,6 +21,7 @@ from softsoil.codegen.c_library.vehicle import FILES as VEHICLE_FILES
 from softsoil.codegen.c_library.vehicle import KERNELS, VehicleNumbers, vehicle_kernels, vehicle_values, vehicle_words
 from softsoil.codegen.factor_order import factor_order
 from softsoil.codegen.sampling import LONGEST_STEP, STEP
+from softsoil.recording.drive import STATE_CHANNELS, UNSEEN
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
 
@@ -221,6 +222,8 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
     assert isinstance(versions, dict)
     soil_names = numbers.soil
     provided = model.u.nominal[len(model.external) :]
+    unseen = dict(zip(STATE_CHANNELS, UNSEEN, strict=True))
+    restart = [max(std, unseen.get(name, 0.0)) for name, std in zip(model.x.names, numbers.std0, strict=True)]
     wheels = [name for name in model.external.names if name.startswith("omega_")]
     turns = [
         f"  turning = turning || fabs(s->u[SOFTSOIL_U_{name}]) > {number(numbers.wheels_turn)};" for name in wheels
@@ -263,6 +266,7 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "change_clip": number(numbers.change_clip), "change_youngest": str(numbers.change_youngest),
         "trial_determined": number(numbers.trial_determined**2),
         "default_x0": _list(model.x.nominal), "default_std0": _list(numbers.std0), "default_u": _list(model.external.nominal),
+        "unseen": _list(UNSEEN), "restart_std": _list(restart),
         **_names(model, soil_names), "active_names": ", ".join(parts.active), "bytes": str(structure_bytes(parts, numbers)),
         "window": str(CONSISTENCY_WINDOW), "inconsistent": number(INCONSISTENT), "inconsistent_soil": number(INCONSISTENT_SOIL),
         "driven": ", ".join(parts.driven), "y_driven": _list([int(name in parts.driven) for name in model.y.names]),

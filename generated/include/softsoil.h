@@ -156,7 +156,8 @@ int softsoil_defaults(softsoil_options_t *options);
 int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double x0[SOFTSOIL_N_X],
                   const double std0[SOFTSOIL_N_X], double t);
 
-/* Start the motion again from measurements y at time t, and keep what is known of the soil. valid as in softsoil_update. */
+/* Start the motion again from measurements y at time t, and keep what is known of the soil: a state that is not measured keeps its
+ * value, with a wide standard deviation. valid as in softsoil_update. */
 int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t);
 
 /* Time update over dt (s) with inputs u held. An input that is not finite or beyond reason keeps its last value. */

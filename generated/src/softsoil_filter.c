@@ -701,7 +701,7 @@ int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned 
 }
 
 int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t) {
-  static const double first_std[N] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005, 0.3};
+  static const double first_std[N] = {1.0, 1.0, 0.1, 1.0, 0.5, 0.2, 0.3}; /* of what is not measured */
   int32_t use[NY];
   if (!s || !y) return SOFTSOIL_NULL_POINTER;
   if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;

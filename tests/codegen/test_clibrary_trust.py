@@ -13,6 +13,7 @@ from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.statuses import STATUSES
 from softsoil.codegen.sampling import STEP
 from softsoil.recording.clock import on_even_clock
+from softsoil.recording.drive import UNSEEN
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import measured_states, sensor_std
@@ -198,6 +199,9 @@ def test_restart_keeps_the_soil(noisy):
     assert own.restart(y[800], 9.6) == S["OK"]
     assert np.array_equal(own.x[6:], n) and np.allclose(own.std[6:], std)
     assert np.allclose(own.x[:6], y[800]) and np.allclose(own.std[:6], NOISE)
+    before = own.x.copy()
+    assert own.restart(np.where(np.arange(6) == 4, np.nan, y[900]), 10.8) < S["MEASUREMENT_LATE"]
+    assert own.x[4] == before[4] and own.std[4] == UNSEEN[4]  # v, which was not measured
 
 
 def said_inconsistent(soil) -> int:
