@@ -115,8 +115,8 @@ def _strip(
         path = motion.path(node.x, line.x_front, length, node.along) * 0.5 * per_k
         drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
         tau = (soil.c + node.sigma * tan) * (1.0 - entered * side_entry(path, drift))
-        force = -width * node.weight * tau
-        along, across = (u_x / length, u_y / length) if fresh else motion.direction(u_x, u_y)
+        along, across = (u_x, u_y) if fresh else motion.direction(u_x, u_y)
+        force = -width * node.weight * tau / (length if fresh else 1.0)
         f_x += force * along
         f_y += force * across
         m_y -= node.depth * force * along + width * node.weight * node.sigma * node.x
