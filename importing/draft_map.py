@@ -262,8 +262,10 @@ def draft(holdings: Sequence[Holding]) -> str:
 
 def hangs(holding: Holding) -> bool:
     """Whether a sensor's third axis points down, by the gravity that its accelerometer reads along it."""
-    along = [(s.least + s.largest) / 2 for path, s in holding.fields.items() if UPWARD.search(path) and not s.unit]
-    return any(HANGING[0] < value < HANGING[1] for value in along)
+    sizes = {"": 1.0, "m/s^2": 1.0, "g": 9.81}
+    along = [s for path, s in holding.fields.items() if UPWARD.search(path)]
+    read = [sizes.get(WRITTEN_UNITS.get(s.unit.strip(), ""), 0.0) * (s.least + s.largest) / 2 for s in along]
+    return any(HANGING[0] < value < HANGING[1] for value in read)
 
 
 def _has_place(holding: Holding) -> bool:

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.commands.cli import app
-from softsoil.importing.draft_map import draft, offers
+from softsoil.importing.draft_map import draft, hangs, offers
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.loose_table import read_columns
 from softsoil.importing.merge import merge
@@ -205,6 +205,15 @@ def test_the_speed_of_a_velocity_to_the_east_and_north_is_drafted():
                  for name in ("/gps/vel", "/base/velocity"))  # fmt: skip
     assert [(o.channel, o.path) for o in offers([gps])] == [("u", "twist.linear.speed")]
     assert ("u", "twist.linear.x") in [(o.channel, o.path) for o in offers([body])]
+
+
+@pytest.mark.parametrize(
+    ("unit", "reads", "down"),
+    [("", -9.7, True), ("m/s²", -9.8, True), ("g", -1.0, True), ("g", 1.0, False), ("rpm", -9.8, False), ("", -0.2, False)],
+)
+def test_the_unit_of_gravity_is_read(unit, reads, down):
+    fields = {"imu.linear_acceleration.z": Spread(reads - 0.1, reads + 0.1, True, unit)}
+    assert hangs(Holding("/imu", "sensor_msgs/msg/Imu", "bag", 10, 100.0, 0.0, 2.0, "header stamps", fields)) == down
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0], ids=("up", "down"))
