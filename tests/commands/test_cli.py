@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from drives import CLAY_LOG, LOAM_LOG, PROJECT
+from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, PROJECT
 from softsoil.commands.cli import app
 from softsoil.estimator.verdict import WORDS
 from softsoil.figures.labels import plain
@@ -29,7 +29,7 @@ def softsoil(*arguments):
 def short_log(tmp_path_factory):
     """Nine seconds of clay, under a name that tells soil and n."""
     path = tmp_path_factory.mktemp("logs") / "short_clay_n0.50.csv"
-    return write_drive(read_drive(CLAY_LOG).between(0.0, 9.0), path)
+    return write_drive(read_drive(MULTI_LOG).between(0.0, 9.0), path)
 
 
 @pytest.fixture
