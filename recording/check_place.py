@@ -13,7 +13,7 @@ SIGMAS = 2.0
 FARTHEST = 0.15
 """Over l_r: how far ahead of the rear axle v may seem to be taken and is still doubted. Slip that does not grow in proportion
 draws the estimate towards the axle: 0.1 to 1.05 on 76 drives of sixteen vehicles with the centre of gravity's v, none of which
-was doubted, -0.9 to 0.05 with the rear axle's, 72 of which were."""
+was doubted, -0.9 to 0.05 with the rear axle's, 72 of which were (`benchmarks.velocity_place`)."""
 STEADY = 0.3
 """Largest standard error, over l_r, of the estimate."""
 

@@ -89,7 +89,7 @@ class TurnSlip:
         motion = Sliding(contact, wheel.radius, 2.0 / v, floor, spread, extra, late, self.contact_entry)
         # Twice the reciprocals: CasADi would turn each product with a plain 1/x back into a division.
         per_k, aside = (2.0 / soil.k) * self.factors.path, 2.0 / (v * wheel.width)
-        f_x, f_y, m_y, m_z = _strip(soil, wheel, motion, beside, 1.0, per_k, aside)
+        f_x, f_y, m_y, m_z = _strip(soil, wheel, motion, beside, None, per_k, aside)
         if inside is not None:
             entered = ca.exp(-contact.entry_path / soil.k)
             more = _strip(soil, wheel, motion, inside, entered, per_k, aside)
@@ -102,21 +102,21 @@ class TurnSlip:
 
 
 def _strip(
-    soil: Soil, wheel: Wheel, motion: Sliding, line: ContactLine, entered: Scalar, per_k: Scalar, aside: Scalar
+    soil: Soil, wheel: Wheel, motion: Sliding, line: ContactLine, sheared: Scalar | None, per_k: Scalar, aside: Scalar
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """f_x, f_y (N), m_y, m_z (N m) of one strip of the width; entered: exp(-j/k) of the path that its soil had run before.
+    """f_x, f_y (N), m_y, m_z (N m) of one strip of the width; sheared: exp(-j/k) of its soil's path before, None in fresh soil.
 
     per_k: 2/k times the path's factor (1/m); aside: 2/(v_x b) (s/m^2).
     """
-    tan, width, fresh = tan_phi(soil.phi), wheel.width * line.share, isinstance(entered, float)
+    tan, width, entered = tan_phi(soil.phi), wheel.width * line.share, 1.0 if sheared is None else sheared
     f_x = f_y = m_y = m_z = 0.0
     for node in line.nodes:
         u_x, u_y, length = motion.at(node.x, node.depth, node.along)
         path = motion.path(node.x, line.x_front, length, node.along) * 0.5 * per_k
         drift = motion.mean_y(node.x, line.x_front) * (0.5 * (line.x_front - node.x)) * aside
         tau = (soil.c + node.sigma * tan) * (1.0 - entered * side_entry(path, drift))
-        along, across = (u_x, u_y) if fresh else motion.direction(u_x, u_y)
-        force = -width * node.weight * tau / (length if fresh else 1.0)
+        along, across = (u_x, u_y) if sheared is None else motion.direction(u_x, u_y)
+        force = -width * node.weight * tau / (length if sheared is None else 1.0)
         f_x += force * along
         f_y += force * across
         m_y -= node.depth * force * along + width * node.weight * node.sigma * node.x
@@ -129,9 +129,9 @@ class Sliding:
     """Sliding velocities of the wheel's body over the soil (m/s), and the shear path they leave (m).
 
     twice_per_v: 2/v_x (s/m); floor: square of the least sliding speed (m^2/s^2); spread: standard deviation of u_x over the width
-    of a wheel that yaws (m/s); extra: time that a path counts beyond its
-    own (s); late: way (m) by which a simulated soil's surface lags behind the rim: it meets the wheel with the height of one
-    step before, where the rim moves more slowly backward, over the part `entry` of the contact.
+    of a wheel that yaws (m/s); extra: time that a path counts beyond its own (s); late: way (m) by which a simulated soil's
+    surface lags behind the rim: it meets the wheel with the height of one step before, where the rim moves more slowly backward,
+    over the part `entry` of the contact.
     """
 
     contact: Contact

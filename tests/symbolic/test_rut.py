@@ -13,7 +13,7 @@ from softsoil.plant.simulate import simulate
 from softsoil.recording.states import measured_states
 from softsoil.symbolic.bicycle import body_force
 from softsoil.symbolic.catalogue import bicycle, catalogue
-from softsoil.symbolic.laws.turn_slip import TurnSlip
+from softsoil.symbolic.laws.turn_slip import Sliding, TurnSlip
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 from softsoil.symbolic.track import interpolate, push
 from softsoil.symbolic.vehicle import load_vehicle
@@ -21,6 +21,30 @@ from softsoil.symbolic.wheel import Contact, Wheel
 from softsoil.windows.inputs import measured_inputs
 
 REAR = ("rl", "rr")
+
+
+@pytest.mark.parametrize("u_x", [-0.1, 0.0, 0.05, 0.3])
+@pytest.mark.parametrize("u_y", [0.1, -0.3])
+def test_sheared_soil_is_pushed_as_the_width_slides_on_average(u_x, u_y):
+    """The mean of u/|u| over the width of a wheel that yaws, u_x evenly within 0.1 m/s of its middle: two points against many."""
+    half = 0.1
+    sliding = Sliding(Contact(3.0, u_y, 10.0, 1e3), 0.4, 2.0 / 3.0, 1e-8, half / np.sqrt(3.0), 0.0)
+    across = u_x + np.linspace(-half, half, 20001)
+    exact = [float(np.mean(u / np.hypot(across, u_y))) for u in (across, u_y * np.ones_like(across))]
+    assert [float(value) for value in sliding.direction(u_x, u_y)] == pytest.approx(exact, abs=0.03)
+
+
+def test_a_path_given_as_a_number_is_a_path():
+    """The same force where the path that a rut's soil has run is a number and where it is a symbol."""
+    wheel, law = Wheel(0.45, 0.4), TurnSlip()
+    path = ca.SX.sym("path")
+
+    def force(entry_path):
+        met = {"entry_path": entry_path, "overlap": 0.7, "rut_depth": 0.04}
+        return law(CLAY, wheel, Contact(v_x=3.0, v_y=-0.2, omega=7.0, load=6000.0, yaw_rate=0.8, **met)).f_y
+
+    symbolic = ca.Function("force", [path], [force(path)])
+    assert float(ca.DM(force(0.05))) == pytest.approx(float(symbolic(0.05)), rel=1e-9)
 
 
 @pytest.mark.parametrize("speed", [1.0, 3.0, 4.0, 5.0, 5.6, 7.0, 9.0, 12.0])
