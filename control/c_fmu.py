@@ -33,13 +33,14 @@ OUTPUTS = Layout.of(
     Signal("left", "m", "left of the path"),
     Signal("status", "", "of the last plan, enum softsoil_nmpc_status"),
     Signal("lost", "", "1: no plan, this is the safe command"),
-    Signal("halt", "", "1: braking to a stand before what cannot be passed or where the position is unknown"),
+    Signal("halt", "", "1: braking to a stand before what cannot be passed, or as status says"),
     Signal("finished", "", "1: the end of the path"),
     Signal("stopped", "", "1: came to a stand"),
     Signal("solved", "", "1: this tick has a new plan"),
     Signal("filter_status", "", "the gravest of the tick, enum softsoil_status"),
     Signal("position_std", "m", "root of the sum of the variances of x and y, NaN before the first state"),
     Signal("dead_reckoned", "s", "time since x, y, u or v was last measured, NaN before the first state"),
+    Signal("actuator_lag", "s", "of the measured steering angle behind its command"),
 )
 _FIELDS = {"steer_asked": "steer", "speed_asked": "speed"}
 

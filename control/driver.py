@@ -36,6 +36,7 @@ from softsoil.control.driver_types import (
 from softsoil.control.follower import PlanFollower
 from softsoil.control.horizon import reference, watched
 from softsoil.control.live_estimator import FIRST_SPREAD, LiveEstimator
+from softsoil.control.live_steering import LiveSteering
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.nmpc_status import Status
@@ -49,8 +50,6 @@ from softsoil.symbolic.soil import SOIL_SIGNALS
 Array = NDArray[np.float64]
 END = 2.0
 """m before the end of the path: there a drive is finished."""
-STEER_LIMIT = 1.6
-"""rad: beyond it a value is no steering angle."""
 
 
 class Driver:
@@ -82,7 +81,10 @@ class Driver:
         self.solver = solver or Nmpc(self.ocp)
         self.estimator = estimator or LiveEstimator(self.ocp.model, self.settings.sensor_std, tick=self.settings.tick)
         self.follower = PlanFollower(self.ocp.settings.dt, self.settings.tick)
-        self.slip, self.steer, self.steer_rate, self.a_x = self.ocp.settings.slip, 0.0, 0.0, 0.0
+        self.steering = LiveSteering(
+            self.ocp.vehicle.max_steer_rate, self.settings.tick, self.settings.steering_gap, self.settings.actuator_lag
+        )
+        self.slip, self.steer_rate, self.a_x = self.ocp.settings.slip, 0.0, 0.0
         self.resistance = 0.0
         self.along, self.left, self._ticks, self._solves = 0.0, 0.0, 0, 0
         self._begun: float | None = None
@@ -132,9 +134,10 @@ class Driver:
                 self._waiting = None
             self._ticks += 1
         lost = self.follower.lost(t)
-        before = self.steer
-        self.steer, speed, self.a_x = self.follower.command(t + self.settings.tick, before)
-        self.steer_rate = (self.steer - before) / self.settings.tick
+        before = self.steering.command
+        steer, speed, self.a_x = self.follower.command(t + self.settings.tick, before, self.steering.lag)
+        self.steering.ask(steer)
+        self.steer_rate = (steer - before) / self.settings.tick
         return self._command(t, speed, lost, solved)
 
     def _begin(self, t: float, measured: Measured) -> None:
@@ -159,12 +162,11 @@ class Driver:
         z[:, named[3]] = max(first[3], SETTINGS.slowest)
         self.solver.set_initial_guess(z, np.zeros((n, len(self.ocp.w))))
         self._follow_from(t, z, np.zeros((n, len(self.ocp.w))), False)
-        if self._known is None:
-            self.steer = self._steering(measured, 0.0)
+        self.steering.begin(self._steering(measured))
 
     def _estimate(self, t: float, measured: Measured) -> None:
         states = self.estimator.states
-        steer = self._steering(measured, self.steer)
+        steer = self.steering.take(self._steering(measured))
         u, v, omega_z = (states[STATE_CHANNELS.index(name)] for name in ("u", "v", "omega_z"))
         accelerometer = _given(measured, "a_x_imu", np.nan)
         a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else self.a_x
@@ -186,7 +188,6 @@ class Driver:
         if self.judge is not None:
             self.judge.tick(t, sample, y)
         self.slip += self.settings.slip_share * (slip - self.slip)
-        self.steer = steer
 
     def _solve(self, t: float) -> None:
         solver, z0 = self.solver, self._z0()
@@ -205,10 +206,9 @@ class Driver:
         self.status = Status.LATE if stats.seconds > self.settings.period and stats.status.usable else stats.status
         if stats.status.usable:
             took = max(1, int(np.ceil(stats.seconds / self.settings.tick))) if self.settings.wall else 1
-            unknown = self._position_unknown(t)
-            if unknown:
-                self.status = Status.POSITION_UNKNOWN
-            self._follow_from(t, solver.z, solver.w, self._must_halt(z0, unknown), self._ticks + took)
+            fault = self._fault(t)
+            self.status = fault or self.status
+            self._follow_from(t, solver.z, solver.w, self._must_halt(z0, fault is not None), self._ticks + took)
 
     def _resist(self, t: float, u: float) -> None:
         """Take in what the vehicle is slower at t (s), at the speed u (m/s), than the plan of a period ago has it."""
@@ -226,16 +226,19 @@ class Driver:
         else:
             self._waiting = (ready, plan)
 
-    def _position_unknown(self, t: float) -> bool:
-        """Whether position and velocity were not measured for too long, or the position is too uncertain."""
+    def _fault(self, t: float) -> Status | None:
+        """What halts the vehicle at t (s): position and velocity not measured for too long, a position that is too uncertain, or
+        a steering that does not follow."""
         late = t - self._corrected > self.settings.dead_reckoning
-        return late or self.estimator.position_std > self.settings.most_position_std
+        if late or self.estimator.position_std > self.settings.most_position_std:
+            return Status.POSITION_UNKNOWN
+        return Status.STEERING_STUCK if self.steering.stuck else None
 
-    def _must_halt(self, z0: Array, unknown: bool) -> bool:
-        """Whether the brakes are due: the position is unknown, or the plan meets an obstacle that is near; then until plans are
-        clear for a while."""
+    def _must_halt(self, z0: Array, fault: bool) -> bool:
+        """Whether the brakes are due: for a fault, or the plan meets an obstacle that is near; then until plans are clear for a
+        while."""
         stage = self.solver.stats.touch
-        if unknown:
+        if fault:
             self._halting = SETTINGS.clear_steps
         elif stage < 0:
             self._halting = max(self._halting - 1, 0)
@@ -257,22 +260,21 @@ class Driver:
         estimate = self._sure or self.estimator
         ends = self.along > self.path.s[-1] - END and self.status is not Status.POSITION_UNKNOWN
         return DriverCommand(
-            t, self.steer, self.steer_rate, speed, self.a_x, asked, self.status, lost, self.follower.halt,
+            t, self.steering.command, self.steer_rate, speed, self.a_x, asked, self.status, lost, self.follower.halt,
             bool(ends), self._still * self.settings.tick > self.settings.stands,
             estimate.n if known else self.n0, estimate.n_std if known else self.estimator.tuning.n_std,
             self.n_used if known else self.n0, self.verdict, self.slip, self._z0() if known else self.ocp.z.nominal, solved,
             self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,
-            math.nan if self.ocp.vehicle.steering is None else float(self.ocp.vehicle.steering.command_of(self.steer)),
+            math.nan if self.ocp.vehicle.steering is None else float(self.ocp.vehicle.steering.command_of(self.steering.command)),
             self.estimator.status if known else FilterStatus(), self.estimator.position_std if known else math.nan,
-            t - self._corrected,
+            t - self._corrected, self.steering.lag,
         )  # fmt: skip
 
-    def _steering(self, measured: Measured, default: float) -> float:
-        """Angle at the road wheels (rad): measured, by the vehicle's steering map from a measured command, or `default`."""
+    def _steering(self, measured: Measured) -> float:
+        """Angle at the road wheels (rad): measured, or by the vehicle's steering map from a measured command, else NaN."""
         command, steering = _given(measured, "steer_command", math.nan), self.ocp.vehicle.steering
-        if steering is not None and math.isfinite(command):
-            default = float(steering.angle_of(command))
-        return _steered(measured, default)
+        mapped = steering is not None and math.isfinite(command)
+        return _given(measured, "steer", float(steering.angle_of(command)) if steering is not None and mapped else math.nan)
 
     def _verdict(self, judge: Judge) -> str:
         """The judge's verdict, "inconsistent" where the filter is sure of another n than the one that it calls identified."""
@@ -297,7 +299,7 @@ class Driver:
         return min(n + float(np.clip(more, 0.0, self.settings.most)), SOIL_SIGNALS["n"].upper)
 
     def _z0(self) -> Array:
-        return np.append(self.estimator.states, self.steer)
+        return np.append(self.estimator.states, self.steering.wheels)
 
     def _parameters(self, n: float) -> Array:
         p = self.ocp.model.p.pack(n_f=n, n_r=n)
@@ -313,12 +315,6 @@ def _problem(model: Declaration | Ocp) -> Ocp:
 
 def _states(measured: Measured) -> Array:
     return np.array([_given(measured, name, np.nan) for name in STATE_CHANNELS])
-
-
-def _steered(measured: Measured, default: float) -> float:
-    """A measured steering angle that may be one, else the default."""
-    steer = _given(measured, "steer", default)
-    return steer if abs(steer) < STEER_LIMIT else default
 
 
 def _given(measured: Measured, name: str, default: float) -> float:

@@ -39,7 +39,7 @@ def command_type(states: int) -> Any:
     """softsoil_driver_command_t of a controller with so many states."""
     reals = (
         "steer", "steer_rate", "speed", "a_x", "a_asked", "n", "n_std", "n_used", "slip", "resistance", "along", "left",
-        "position_std", "dead_reckoned",
+        "position_std", "dead_reckoned", "actuator_lag",
     )  # fmt: skip
     flags = ("status", "filter_status", "lost", "halt", "finished", "stopped", "started", "solved")
 

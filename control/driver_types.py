@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.codegen.sampling import STEP
+from softsoil.control.live_steering import MOST_LAG
 from softsoil.control.nmpc_status import Status
 from softsoil.estimator.terrain_filter import FilterStatus
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
@@ -52,8 +53,12 @@ class DriverSettings:
     standing, stands: slower than `standing` (m/s) for `stands` (s) while halted or without a plan, the vehicle has stopped;
     dead_reckoning: longest time without a measurement of position or velocity (x, y, u, v) that the filter could use (s), and
     most_position_std: greatest standard deviation of the estimated position (m): beyond either the vehicle brakes to a halt
-    (`Status.POSITION_UNKNOWN`) and goes on as it does after an obstacle, when plans are clear for a while.
-    Raises ValueError for a period that is not positive, sensors that are not six, a limit that is negative or not finite.
+    (`Status.POSITION_UNKNOWN`) and goes on as it does after an obstacle, when plans are clear for a while; steering_gap: greatest
+    mean of expected less measured steering angle (rad) where that does not move: beyond it the same (`Status.STEERING_STUCK`),
+    until it moves and follows; actuator_lag: of the wheels behind their command (s, first order), a first guess where the angle
+    is measured (`LiveSteering`).
+    Raises ValueError for a period that is not positive, sensors that are not six, a limit that is negative or not finite, a lag
+    out of 0 to 0.5 s.
     """
 
     tick: float = STEP
@@ -71,6 +76,8 @@ class DriverSettings:
     stands: float = 1.0
     dead_reckoning: float = 4.0
     most_position_std: float = 2.5
+    steering_gap: float = 0.1
+    actuator_lag: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.tick > 0 or self.plan_every < 1:
@@ -79,9 +86,11 @@ class DriverSettings:
             )
         if len(self.sensor_std) != 6 or not all(value > 0 for value in self.sensor_std):
             raise ValueError(f"driver: expected six positive sensor_std, found {self.sensor_std}")
-        for name in ("dead_reckoning", "most_position_std"):
+        for name in ("dead_reckoning", "most_position_std", "steering_gap"):
             if not 0 <= getattr(self, name) < 1e3:
                 raise ValueError(f"driver: expected {name} in [0, 1000), found {getattr(self, name)}")
+        if not 0 <= self.actuator_lag <= MOST_LAG:
+            raise ValueError(f"driver: expected actuator_lag in [0, {MOST_LAG}] s, found {self.actuator_lag}")
 
     @property
     def period(self) -> float:
@@ -105,7 +114,8 @@ class DriverCommand:
     plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m); steer_command: what gives
     `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one; filter_status: what the filter's
     rules did in this tick; position_std: root of the sum of the variances of x and y (m); dead_reckoned: time since the
-    filter last used a measurement of x, y, u or v (s); both NaN before the first state.
+    filter last used a measurement of x, y, u or v (s); both NaN before the first state; actuator_lag: of the measured steering
+    angle behind its command (s), as `LiveSteering` finds it.
     """
 
     t: float
@@ -134,6 +144,7 @@ class DriverCommand:
     filter_status: FilterStatus
     position_std: float
     dead_reckoned: float
+    actuator_lag: float
 
 
 class Judge(Protocol):

@@ -41,15 +41,16 @@ class PlanFollower:
         """Whether the plan is too old to be followed at t (s)."""
         return t - self._t0 > self.patience
 
-    def command(self, t: float, steer_now: float) -> tuple[float, float, float]:
-        """(steering angle at t, speed, acceleration): of the plan, or the safe ones where it is lost; steer_now: rad."""
+    def command(self, t: float, steer_now: float, lag: float = 0.0) -> tuple[float, float, float]:
+        """(steering angle at t, speed, acceleration): of the plan, or the safe ones where it is lost; steer_now: rad; lag: of the
+        wheels behind the command, which takes the plan's angle so much later (s)."""
         if self.lost(t):
             away = self.tick * self.straighten
             return steer_now - float(np.clip(steer_now, -away, away)), 0.0, self.slowing
         age = (t - self._t0) / self.dt
         k = min(int(age), len(self._a) - 1)
         places = np.arange(len(self._steer))
-        steer = float(np.interp(age, places, self._steer))
+        steer = float(np.interp(age + lag / self.dt, places, self._steer))
         if self.halt:
             return steer, 0.0, self.braking
         return steer, float(np.interp(age, places, self._u)), float(self._a[k])

@@ -14,6 +14,7 @@ class Status(Enum):
     OUT_OF_ITERATIONS = "the iterations ran out before the tolerances were met; the last iterate is used"
     BLOCKED = "the plan meets an obstacle that it finds no way around; the vehicle follows it and brakes before it"
     POSITION_UNKNOWN = "position and velocity not measured for too long, or position too uncertain; the vehicle brakes to a halt"
+    STEERING_STUCK = "the measured steering angle does not follow its command; the vehicle brakes to a halt"
     NOT_CLOSED = "the iterations ran out on a plan that breaks the dynamics; the previous plan goes on"
     NOT_CONVEX = "the convexified subproblem still had no positive reduced Hessian; the previous plan goes on"
     NOT_FINITE = "a value was not finite; the previous plan goes on"
@@ -25,7 +26,8 @@ class Status(Enum):
     def usable(self) -> bool:
         """Whether the solution may be driven."""
         return self in (
-            Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.BLOCKED, Status.POSITION_UNKNOWN, Status.LATE,
+            Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.BLOCKED, Status.POSITION_UNKNOWN,
+            Status.STEERING_STUCK, Status.LATE,
         )  # fmt: skip
 
 

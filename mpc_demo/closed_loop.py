@@ -166,7 +166,7 @@ class _Run:
         measured: dict[str, float] = {}
         for k in range(round(2.0 * self.scenario.seconds / TICK)):
             self.driver.set_n(self._n(sample["x"]))
-            steer = self.driver.steer
+            steer = self.driver.steering.wheels
             command = self.driver.tick(k * TICK, measured)
             if command.solved:
                 self._note(sample, command, steer)

@@ -48,7 +48,7 @@ int main(void) {
 """
 COMPARED = (
     "steer", "steer_rate", "speed", "a_x", "a_asked", "n", "n_std", "n_used", "slip", "along", "left", "lost", "halt", "finished",
-    "stopped", "solved", "position_std", "dead_reckoned",
+    "stopped", "solved", "position_std", "dead_reckoned", "actuator_lag",
 )  # fmt: skip
 
 
@@ -206,6 +206,24 @@ def test_both_halt_where_nothing_is_measured_any_more_and_go_on_when_it_is():
     first = halted.index((1, 1))
     assert 4.0 < first * TICK - 83 * TICK < 4.0 + 2 * SENSORS.period and (1, 0) in halted[540:]
     assert halted[-1] == (0, 0)
+
+
+def test_both_learn_the_lag_of_a_steering_and_halt_where_it_is_stuck():
+    """A sensor that is read at one tick in four sees a lag of 0.15 s, and stays where it was from 3.6 s on."""
+    one, other, angle = in_python(), started(), 0.0
+    with strangers_vehicle() as vehicle:
+        for k in range(700):
+            measured = vehicle.measure() | {"steer": angle if k % 4 == 0 else float("nan")}
+            ours, theirs = other.tick(k * TICK, measured), one.tick(k * TICK, measured)
+            for name in COMPARED:
+                assert getattr(ours, name) == pytest.approx(float(getattr(theirs, name)), abs=1e-6), (k, name)
+            assert (STATUSES[ours.status][0] == "STEERING_STUCK") == (theirs.status is Status.STEERING_STUCK)
+            if k < 300:
+                angle += (1.0 - np.exp(-TICK / 0.15)) * (theirs.steer - angle)
+            if k == 300:
+                assert ours.actuator_lag == pytest.approx(0.15, abs=0.03)
+            vehicle.apply(theirs, TICK)
+    assert theirs.status is Status.STEERING_STUCK and ours.halt
 
 
 @lru_cache(maxsize=1)

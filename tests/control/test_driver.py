@@ -6,20 +6,18 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 import pytest
 
+from driven_vehicle import NAMES, SENSORS, Braked, ModelVehicle, driven, parts
 from drives import PROJECT
 from nmpc_problem import small_ocp
 from softsoil.control.courses import double_lane_change, straight
-from softsoil.control.drive_loop import DriveLog, drive
 from softsoil.control.driver import Driver
 from softsoil.control.driver_types import DriverCommand, DriverSettings
 from softsoil.control.follower import PlanFollower
 from softsoil.control.live_estimator import LiveEstimator
-from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp
 from softsoil.control.path import Path
@@ -70,42 +68,6 @@ def test_without_a_plan_the_vehicle_straightens_and_brakes():
     assert throttle == 0.0 and brake > 0
 
 
-SENSORS = DriverSettings(sensor_std=(0.05, 0.05, 0.003, 0.05, 0.05, 0.005))
-NAMES = ("x", "y", "psi", "u", "v", "omega_z")
-
-
-class ModelVehicle:
-    """A vehicle that obeys the controller's own model at once, and measures only what `keep` lets through."""
-
-    def __init__(self, keep=lambda k, name: True, y: float = 0.4, raises: int | None = None) -> None:
-        self.ocp, self.keep, self.raises, self.k = small_ocp(), keep, raises, 0
-        self.rates, self.z = self.ocp.dynamics(), self.ocp.z.pack(u=5.0, y=y)
-
-    def measure(self) -> dict[str, float]:
-        if self.k == self.raises:
-            raise OSError("the line is dead")
-        return {name: float(self.z[i]) for i, name in enumerate(NAMES) if self.keep(self.k, name)}
-
-    def apply(self, command: DriverCommand, seconds: float) -> None:
-        w = np.array([(command.steer - self.z[-1]) / seconds, command.a_asked])
-        rates = np.array(self.rates(self.z, w, np.zeros(len(self.ocp.r)), self.ocp.s.nominal)[0]).ravel()
-        self.z, self.k = self.z + seconds * rates, self.k + 1
-
-
-@lru_cache(maxsize=1)
-def parts() -> tuple[Nmpc, LiveEstimator]:
-    """Compiled once for all drives."""
-    return Nmpc(small_ocp()), LiveEstimator(small_ocp().model, SENSORS.sensor_std)
-
-
-def driven(vehicle: ModelVehicle, seconds: float = 8.0, **more) -> tuple[Driver, DriveLog]:
-    solver, estimator = parts()
-    path = Path(straight().points[: int(40 / 0.25)])
-    given = {"settings": SENSORS, "solver": solver, "estimator": estimator, "n0": 0.7, **more}
-    driver = Driver(small_ocp(), path, 5.0, **given)
-    return driver, drive(driver, vehicle, seconds)
-
-
 def test_a_stranger_starts_from_its_first_measurements_and_comes_to_the_path():
     _, log = driven(ModelVehicle())
     assert log.error is None and log.commands[-1].finished and log.failures == 0
@@ -123,9 +85,9 @@ def test_a_vehicle_with_a_steering_map_is_commanded_in_its_unit_and_measured_in_
     measured = {"x": 0.0, "y": 0.4, "psi": 0.0, "u": 5.0, "steer_command": 1.2}
     first = driver.tick(0.0, measured)
     assert steering.angle_of(first.steer_command) == pytest.approx(first.steer, abs=1e-9)
-    assert driver._steering(measured, 0.0) == pytest.approx(float(steering.angle_of(1.2)))
-    assert driver._steering({**measured, "steer": 0.1}, 0.0) == 0.1
-    assert driver._steering({}, 0.07) == 0.07
+    assert driver._steering(measured) == pytest.approx(float(steering.angle_of(1.2)))
+    assert driver._steering({**measured, "steer": 0.1}) == 0.1
+    assert math.isnan(driver._steering({}))
     plain, _ = driven(ModelVehicle(), 0.1)
     assert math.isnan(plain.tick(0.2, {}).steer_command)
 
@@ -197,18 +159,6 @@ def test_it_waits_for_a_first_state_and_the_command_meanwhile_is_safe():
 def test_a_dropout_is_driven_through():
     _, log = driven(ModelVehicle(keep=lambda k, name: not 150 < k < 250))
     assert log.commands[-1].finished and np.abs(log.column("left")).max() < 1.0
-
-
-class Braked(ModelVehicle):
-    """A vehicle whose brakes hold it where it stands, and which rolls straight on while it is slow."""
-
-    def apply(self, command: DriverCommand, seconds: float) -> None:
-        if self.z[3] > 1.0:
-            super().apply(command, seconds)
-            return
-        self.z[3:] = [max(self.z[3] + seconds * command.a_asked, 0.0), 0.0, 0.0, command.steer]
-        self.z[:2] += seconds * self.z[3] * np.array([np.cos(self.z[2]), np.sin(self.z[2])])
-        self.k += 1
 
 
 def test_a_vehicle_that_sees_nothing_any_more_brakes_to_a_halt_and_says_why():
