@@ -28,6 +28,11 @@ class Found:
     given: float | None
     before: tuple[float, float]
 
+    @property
+    def no_better(self) -> bool:
+        """Whether it is identified with an error that is no smaller than what was expected before the logs."""
+        return self.state == "identified" and self.given is None and self.std >= self.before[1] * (1.0 - 1e-6)
+
 
 @dataclass(frozen=True)
 class Judged:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from softsoil.files.toml_file import toml_text
 from softsoil.identification.result import Found, Identification
+from softsoil.identification.words import NO_BETTER
 from softsoil.refinement.vehicle_numbers import FIXED, by_name
 from softsoil.symbolic.vehicle import NUMBERS
 
@@ -53,6 +54,7 @@ def _line(name: str, value: float, number: Found | None, unit: str, fixed: bool 
         words = f"{unit} ± {number.std:.2g}, {STATES[number.state]}".strip()
         if number.state == "identified" and number.given is not None:
             words += f" (given {number.given:.6g})"
+        words += f", {NO_BETTER}" if number.no_better else ""
         words += f" [{abs(number.n_percent_per_std):.1f} %]"
     elif fixed:
         words = f"{unit} by the soil contact model".strip()

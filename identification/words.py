@@ -8,6 +8,8 @@ from softsoil.estimator.verdict import CHANNEL_WORDS
 from softsoil.identification.result import Found, Identification
 from softsoil.refinement.words import in_degrees, with_error, with_unit
 
+NO_BETTER = "no better known"
+"""Of an identified number whose error is that of before the logs."""
 STATES = {"given": "given", "identified": "identified", "not_identifiable": "not identifiable"}
 VERDICTS = {
     "identified": "Identified: the logs give the vehicle's numbers",
@@ -33,10 +35,10 @@ def value_words(number: Found) -> str:
 
 
 def state_words(number: Found) -> str:
-    """The state; of an identified number that was given, what was given."""
+    """The state; of an identified number what was given, or whether its error is that of before the logs."""
     if number.state == "identified" and number.given is not None:
         return f"identified (given {in_degrees(number.given, number.std, number.unit)[0]:.5g})"
-    return STATES[number.state]
+    return f"identified ({NO_BETTER})" if number.no_better else STATES[number.state]
 
 
 def error_sentence(found: Identification) -> str:

@@ -13,6 +13,7 @@ from softsoil.identification.identify import by_rolling
 from softsoil.identification.n_errors import model_error, n_stds
 from softsoil.identification.result import Found
 from softsoil.identification.rules import RULES
+from softsoil.identification.words import state_words
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry_check import beyond_doubt, front_axle, rolling_radius
@@ -30,6 +31,17 @@ def test_axle_loads_and_wheelbase_give_the_place_of_the_centre_of_gravity():
     table = {k: v for k, v in NUMBERS_GIVEN.items() if k not in ("l_f", "l_r")}
     known = known_from_table({**table, "wheelbase": 2.7, "load_front": 800.0, "load_rear": 600.0}, "car.toml", "car")
     assert known["l_f"] == pytest.approx(2.7 * 600 / 1400) and known.wheelbase == pytest.approx(2.7)
+
+
+@pytest.mark.parametrize(
+    ("state", "std", "given", "words"),
+    [
+        ("identified", 0.19, None, "identified"), ("identified", 0.2, None, "identified (no better known)"),
+        ("identified", 0.2, 1.2, "identified (given 1.2)"), ("not_identifiable", 0.2, None, "not identifiable"),
+    ],
+)  # fmt: skip
+def test_an_identified_number_that_is_no_better_known_than_before_says_so(state, std, given, words):
+    assert state_words(Found(1.1, std, "m", state, 0.5, given, (1.0, 0.2))) == words
 
 
 @pytest.mark.parametrize("unit", (1.0, 9.81, 9.81e-3, 2.2046), ids=("kg", "N", "kN", "lb"))
