@@ -50,12 +50,12 @@ class Guarded(TyperGroup):
         except typer.Abort:
             return _fail(f"stopped by the user; {invocation.left_behind()}", OWN_FAILURE)
         except (ValueError, OSError) as error:
-            return _bad_input(error)
+            return _bad_input(f"{str(error) or type(error).__name__}{invocation.earlier_results()}")
         except Exception as error:
             if type(error).__name__ == "NoArgsIsHelpError":  # the help has been printed
                 return BAD_INPUT
             if hasattr(error, "format_message"):  # a usage error of typer's: unknown option, wrong type
-                return _bad_input(error, error.format_message())
+                return _bad_input(error.format_message())
             _show_traceback()
             return _fail(f"a failure of the program's own: {type(error).__name__}: {error}", OWN_FAILURE)
         return result if isinstance(result, int) else 0
@@ -77,9 +77,9 @@ def plain_warnings() -> Iterator[None]:
         yield
 
 
-def _bad_input(error: Exception, words: str | None = None) -> int:
+def _bad_input(words: str) -> int:
     _show_traceback()
-    return _fail(words or str(error) or type(error).__name__, BAD_INPUT)
+    return _fail(words, BAD_INPUT)
 
 
 def _fail(words: str, code: int) -> int:

@@ -53,6 +53,7 @@ def import_log(
 
     Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
     """
+    folder = output_folder(out, "import")
     say_vehicle(vehicle)
     geometry = measured_vehicle(vehicle)
     with progress(", ".join(path.name for path in sources)) as told:
@@ -63,7 +64,6 @@ def import_log(
         found = bring_in(_name(sources[0]), without_command(plan), series, geometry, align)
     _say(found)
     refuse_contradictions(str(sources[0]), found.checks)
-    folder = output_folder(out, "import")
     drive = write_drive(found.drive, folder / "drive.parquet")
     content = found.as_json()
     written = [drive]

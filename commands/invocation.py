@@ -33,6 +33,14 @@ class Invocation:
         kept = [path for path in self.folder.rglob("*") if path.is_file() and path.stat().st_mtime >= self.began - 1.0]
         return f"{len(kept)} files written before are kept in {self.folder}" if kept else "nothing was written"
 
+    def earlier_results(self) -> str:
+        """What the folder holds of an earlier run of a command that was refused, as the end of its message, or nothing."""
+        if self.resumes is not None or self.folder is None or not self.folder.is_dir():
+            return ""
+        results = [path.stat().st_mtime for path in self.folder.glob("*.json")]
+        earlier = results and max(results) < self.began - 1.0
+        return f"; {self.folder} still holds the results of an earlier run" if earlier else ""
+
 
 _CURRENT: ContextVar[Invocation | None] = ContextVar("invocation", default=None)
 

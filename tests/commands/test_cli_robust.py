@@ -1,6 +1,7 @@
 """Commands under bad conditions: folders that cannot be written, interruptions, warnings; and what every result carries."""
 
 import json
+import os
 import re
 import warnings
 from importlib.metadata import version
@@ -73,6 +74,18 @@ def test_a_run_that_fails_leaves_no_folder(home):
         result = softsoil(*command, "--out", "deep/er/out")
         assert result.exit_code == 2
     assert not (home / "deep").exists()
+
+
+def test_a_refused_run_says_that_the_folder_holds_an_earlier_ones_results(home):
+    refused = ("import", "none.csv", "--out", "kept")
+    assert "earlier" not in softsoil(*refused).stderr
+    (home / "kept").mkdir()
+    (home / "kept" / "import.json").write_text("{}", encoding="utf-8")
+    assert "earlier" not in softsoil(*refused).stderr, "of this run, for all that the clock says"
+    os.utime(home / "kept" / "import.json", (1e9, 1e9))
+    result = softsoil(*refused)
+    assert result.exit_code == 2 and len(result.stderr.splitlines()) == 1
+    assert result.stderr.strip().endswith("; kept still holds the results of an earlier run")
 
 
 def test_an_output_folder_is_made_with_its_first_file(tmp_path):
