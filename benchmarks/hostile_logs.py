@@ -1,8 +1,10 @@
 """Every hostile variant of a good log as a command opens it: refused, warned about, or what n comes out.
 
     python benchmarks/hostile_logs.py [--log data/multi_clay_n0.50.parquet] [--write docs/reference/any-log.md]
+        [--vehicle runs/identify_suv.toml] [--noise good]
 
-With --write the table replaces what stands between the marks in that document.
+Another vehicle's log, with its file as `softsoil identify` wrote it, and with the noise of a sensor set. With --write the table
+replaces what stands between the marks in that document.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import forward_part
 from softsoil.recording.log_names import named_n, named_soil
+from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive, write_drive
 from softsoil.recording.usable import checked
 from softsoil.symbolic.catalogue import bicycle
@@ -36,11 +39,13 @@ def main() -> None:
     """Run all variants, print the table, write it where asked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--log", type=Path, default=LOGS / "multi_clay_n0.50.parquet")
+    parser.add_argument("--vehicle", type=Path, default=REFERENCE_VEHICLE)
+    parser.add_argument("--noise", default="none", choices=sorted(NOISES))
     parser.add_argument("--write", type=Path)
     parser.add_argument("--skip", nargs="*", default=[], help="names of variants to leave out")
     arguments = parser.parse_args()
-    good = read_drive(arguments.log)
-    vehicle, soil = load_vehicle(REFERENCE_VEHICLE), SOILS[named_soil(good.name) or "clay"]
+    good = add_noise(read_drive(arguments.log), arguments.noise, 1)
+    vehicle, soil = load_vehicle(arguments.vehicle), SOILS[named_soil(good.name) or "clay"]
     model = bicycle(vehicle, soil)
 
     def n_of(drive: Recording) -> tuple[float, str]:

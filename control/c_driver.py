@@ -9,9 +9,9 @@ import numpy as np
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control import live_steering as steering
-from softsoil.control.driver import END
 from softsoil.control.driver_checks import FARTHEST, LARGEST, LATEST
 from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, MEASUREMENTS, DriverSettings
+from softsoil.control.inbox import TOGETHER
 from softsoil.control.live_estimator import FIRST_SPREAD, SEEN
 from softsoil.control.nmpc_clearance import NOWHERE
 from softsoil.control.nmpc_settings import SETTINGS
@@ -46,7 +46,7 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
     tuning, limits = Tuning(), SOIL_SIGNALS["n"]
     names = (
         "tick", "slip_share", "speed_gain", "resistance_share", "most_resistance", "caution", "settled", "most", "standing",
-        "stands", "dead_reckoning", "most_position_std", "steering_gap", "actuator_lag",
+        "stands", "dead_reckoning", "most_position_std", "steering_gap", "actuator_lag", "end",
     )  # fmt: skip
     numbers = ("JUMP", "LEAD", "MEMORY", "MOVES", "QUICK", "SLOWEST", "SMOOTH", "STILL", "WHILE")
     of_steering = {f"steer_{name.lower()}": number(getattr(steering, name), 17) for name in numbers}
@@ -55,8 +55,9 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "driver_measurements": ", ".join(f"SOFTSOIL_DRIVER_{name}" for name in MEASUREMENTS),
         "driver_states": ", ".join(f"SOFTSOIL_X_{name}" for name in ocp.model.x.names),
         "soil_indices": ", ".join(f"SOFTSOIL_X_{name}" for name in model.x.names if name in N_NAMES),
-        "first_spread": _list(FIRST_SPREAD), "unseen": _list(UNSEEN), "driver_end": number(END, 17),
+        "first_spread": _list(FIRST_SPREAD), "unseen": _list(UNSEEN),
         "n_lower": number(limits.lower, 17), "n_upper": number(limits.upper, 17), "most_lag": number(steering.MOST_LAG),
+        "together": number(TOGETHER),
         "steer_limit": number(steering.STEER_LIMIT, 17), "max_steer_rate": number(ocp.vehicle.max_steer_rate, 17),
         "driver_r_std": _list(settings.sensor_std), "driver_n_std": number(tuning.n_std, 17),
         "driver_plan_every": str(settings.plan_every), "driver_update_every": str(tuning.update_every),

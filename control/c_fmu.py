@@ -9,7 +9,7 @@ from softsoil.codegen.c_library.fmi import description, variables_of
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.codegen.c_library.pack_fmu import DRIVER_IDENTIFIER
-from softsoil.control.driver_types import MEASUREMENTS, DriverSettings
+from softsoil.control.driver_types import MEASUREMENTS
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
@@ -45,13 +45,13 @@ OUTPUTS = Layout.of(
 _FIELDS = {"steer_asked": "steer", "speed_asked": "speed"}
 
 
-def driver_fmi_files(n0: float, values: Mapping[str, str]) -> dict[str, str]:
+def driver_fmi_files(n0: float, values: Mapping[str, str], tick: float) -> dict[str, str]:
     """fmi/fmu_driver.c and fmi/driverDescription.xml, beside those of the model.
 
-    n0: initial guess of n where none is set; values: of `controller_values`.
+    n0: initial guess of n where none is set; values: of `controller_values`; tick: of the driver (s).
     """
     known = hashlib.sha256(repr(sorted(values.items())).encode()).hexdigest()[:8]
-    token, step = f"{{softsoil-driver-{known}}}", number(DriverSettings().tick)
+    token, step = f"{{softsoil-driver-{known}}}", number(tick)
     measured = Layout.of(*[Signal(name, _UNITS.get(name, "rad/s"), "measured, NaN where absent") for name in MEASUREMENTS])
     variables = variables_of(measured, FIRST_INPUT, 'causality="input" variability="discrete"', lambda s: "NaN")
     kind = 'causality="output" variability="discrete" initial="calculated"'

@@ -29,8 +29,10 @@ def controller_texts(
 
     The model gets LEAST_EFFECTS where its vehicle declares no effects, as everywhere in control. dt: nominal step of the
     estimator (s); fmi: with the FMI unit's files; settings: of the optimal control problem; hessian: of the controller;
-    driver: declared numbers of the driver. Raises ValueError for a step or a Hessian that is not possible.
+    driver: declared numbers of the driver, which without them ticks every dt. Raises ValueError for a step or a Hessian that is
+    not possible.
     """
+    driver = driver or DriverSettings(tick=dt, plan_every=max(round(DriverSettings().period / dt), 1))
     declared = for_control(declared)
     ocp = Ocp(declared.build(), declared.vehicle, settings)
     values = controller_values(ocp) | _tables(ocp)
@@ -38,7 +40,7 @@ def controller_texts(
     soil = ", ".join(f"SOFTSOIL_X_{name}" for name in model.x.names if name in N_NAMES)
     obstacles = ", ".join(f"{{{', '.join(number(v) for v in place)}}}" for place in EXAMPLE_OBSTACLES)
     values |= {"soil_indices": soil, "example_obstacles": obstacles, "example_n": number(declared.soil.n)}
-    unit = driver_fmi_files(declared.soil.n, values) if fmi else {}
+    unit = driver_fmi_files(declared.soil.n, values, driver.tick) if fmi else {}
     own = {"example_drive.c": "example_drive.c.in", "CONTROLLER.md": "CONTROLLER.md.in"}
     return {
         **c_library_texts(declared, dt, fmi),

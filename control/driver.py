@@ -35,6 +35,7 @@ from softsoil.control.driver_types import (
 )
 from softsoil.control.follower import PlanFollower
 from softsoil.control.horizon import reference, watched
+from softsoil.control.inbox import Inbox
 from softsoil.control.live_estimator import FIRST_SPREAD, LiveEstimator
 from softsoil.control.live_steering import LiveSteering
 from softsoil.control.nmpc import Nmpc
@@ -48,16 +49,14 @@ from softsoil.recording.drive import STATE_CHANNELS, UNSEEN, WHEEL_CHANNELS
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
-END = 2.0
-"""m before the end of the path: there a drive is finished."""
 
 
 class Driver:
     """Drives a path at a speed.
 
     model: a Declaration (vehicle, soil, effects), or an Ocp with settings of its own; path; speed: m/s, inside the controller's
-    limits of u (`OcpSettings.speed`, 0.5 to 12 m/s unless set), so that no speed stops a vehicle: to stop, end the path there, or
-    end the drive and brake; obstacles (K, 5):
+    limits of u (`OcpSettings.speed`, 0.5 to 12 m/s unless set), so that no speed stops a vehicle: to stop, end
+    the drive and brake, as from `finished` on; obstacles (K, 5):
     x, y, radius (m) and velocity (m/s), at the time of the first tick 0; n0: first guess of n, default the declared soil's;
     learn: whether n is estimated, else it stays n0 or what `set_n` sets; settings; solver, estimator: used again from
     drive to drive; judge: a second estimate of n with a verdict (`LiveHorizon`), "not_judged" without one; start (6,): first
@@ -87,10 +86,11 @@ class Driver:
         self.slip, self.steer_rate, self.a_x = self.ocp.settings.slip, 0.0, 0.0
         self.resistance = 0.0
         self.along, self.left, self._ticks, self._solves = 0.0, 0.0, 0, 0
+        self.inbox = Inbox(self.settings.tick)
         self._begun: float | None = None
-        self._last, self._corrected = -math.inf, math.nan
+        self._origin, self._last, self._corrected = math.nan, -math.inf, math.nan
         self._waiting: tuple[int, tuple] | None = None
-        self._halting, self._still, self.status = 0, 0, Status.BAD_STATE
+        self._halting, self._still, self.status = 0, 0, Status.NO_STATE
         self.verdict = NOT_JUDGED
         """On the estimated n, of the last tick: that of `judge` unless the filter contests its n, "not_judged" without one."""
 
@@ -112,18 +112,24 @@ class Driver:
             self.n0 = n
 
     def tick(self, t: float, measured: Measured) -> DriverCommand:
-        """The command from t (s) on, from what was measured at t; call it every `settings.tick` seconds.
+        """The command from t (s) on, from what was measured since the last call; call it every `settings.tick` seconds.
 
+        The filter takes steps of `settings.tick` up to t: a late call is predicted over, and after a pause longer than
+        `settings.dead_reckoning` the drive begins anew where the vehicle is measured, with the last n as its first guess.
         Raises ValueError for a t that is not finite or before the last tick's, or a name in `measured` that is not known: then
         nothing was done.
         """
         check_time(t, self._last)
         check_names(measured, MEASURED)
         self._last, solved = t, False
+        if self._begun is not None and t - self.inbox.at > self.settings.dead_reckoning:
+            self.n0, self._begun, self._known, self.status = self.estimator.n, None, None, Status.NO_STATE
+            self.along, self.left, self._corrected = 0.0, 0.0, math.nan
+        known = self.inbox.take(t, measured)
         if self._begun is None:
-            self._begin(t, measured)
-        else:
-            self._estimate(t, measured)
+            self._begin(t)
+        elif steps := self.inbox.steps(t):
+            self._estimate(t, known, steps)
         if self._begun is not None:
             self.verdict = NOT_JUDGED if self.judge is None else self._verdict(self.judge)
             if self._ticks % self.settings.plan_every == 0:
@@ -140,8 +146,9 @@ class Driver:
         self.steer_rate = (steer - before) / self.settings.tick
         return self._command(t, speed, lost, solved)
 
-    def _begin(self, t: float, measured: Measured) -> None:
-        """Start where the vehicle is known or measured to be; wait where it is neither."""
+    def _begin(self, t: float) -> None:
+        """Start where the vehicle is known or was measured to be just now; wait where it is neither."""
+        measured = self.inbox.recent(t)
         first, spread = self._known, np.array(FIRST_SPREAD)
         if first is None:
             first, spread = _states(measured), np.array(self.settings.sensor_std)
@@ -149,8 +156,12 @@ class Driver:
             if not np.isfinite(first[needed]).all():
                 return
             spread = np.where(np.isfinite(first), spread, UNSEEN)
+            spread[:2] += abs(first[needed[3]]) * np.array([self.inbox.age(t, name) for name in ("x", "y")])
             first = np.where(np.isfinite(first), first, 0.0)
         self._begun = self._corrected = t
+        self._origin = t if math.isnan(self._origin) else self._origin
+        self._ticks, self._waiting, self._halting = 0, None, 0
+        self.inbox.begin(t)
         self.estimator.start(first, self.n0, self.learn, spread)
         if self.judge is not None:
             self.judge.start(t, self.n0)
@@ -164,12 +175,14 @@ class Driver:
         self._follow_from(t, z, np.zeros((n, len(self.ocp.w))), False)
         self.steering.begin(self._steering(measured))
 
-    def _estimate(self, t: float, measured: Measured) -> None:
+    def _estimate(self, t: float, measured: Measured, steps: int) -> None:
+        """Filter and slip over so many steps of the filter; what was measured counts at the end of the last."""
         states = self.estimator.states
-        steer = self.steering.take(self._steering(measured))
+        steer = self.steering.take(self._steering(measured), steps)
         u, v, omega_z = (states[STATE_CHANNELS.index(name)] for name in ("u", "v", "omega_z"))
         accelerometer = _given(measured, "a_x_imu", np.nan)
-        a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else self.a_x
+        slowest = -u / (steps * self.settings.tick)  # brakes hold a vehicle that stands
+        a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else max(self.a_x, slowest)
         wheels = {name: _given(measured, name, np.nan) for name in WHEEL_CHANNELS}
         seen = np.array(list(wheels.values()))
         if np.isfinite(seen).all():
@@ -182,11 +195,13 @@ class Driver:
             wheels = {name: value if np.isfinite(value) else assumed[name] for name, value in wheels.items()}
             slip = self.slip
         sample, y = {"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, _states(measured)
-        self.estimator.tick(sample, y)
+        for left in reversed(range(steps)):
+            seen = y if left == 0 else np.full_like(y, math.nan)
+            self.estimator.tick(sample, seen)
+            if self.judge is not None:
+                self.judge.tick(t - left * self.settings.tick, sample, seen)
         if self.estimator.corrected:
             self._corrected = t
-        if self.judge is not None:
-            self.judge.tick(t, sample, y)
         self.slip += self.settings.slip_share * (slip - self.slip)
 
     def _solve(self, t: float) -> None:
@@ -198,7 +213,7 @@ class Driver:
             solver.shift(self.settings.period)
         solver.set_parameters(
             s, solver.histories(self.estimator.filter.memory, s), reference(self.ocp, self.path, self.along, self.speed, z0),
-            watched(self.ocp, self.obstacles, t - (self._begun or 0.0), z0),
+            watched(self.ocp, self.obstacles, t - self._origin, z0),
         )  # fmt: skip
         self._solves += 1
         solver.make_step(z0)
@@ -258,7 +273,7 @@ class Driver:
         drives = known and not lost and not self.follower.halt
         asked = self.a_x + (self.settings.speed_gain * (speed - u) + self.resistance if drives else 0.0)
         estimate = self._sure or self.estimator
-        ends = self.along > self.path.s[-1] - END and self.status is not Status.POSITION_UNKNOWN
+        ends = self.along > self.path.s[-1] - self.settings.end and self.status is not Status.POSITION_UNKNOWN
         return DriverCommand(
             t, self.steering.command, self.steer_rate, speed, self.a_x, asked, self.status, lost, self.follower.halt,
             bool(ends), self._still * self.settings.tick > self.settings.stands,

@@ -20,7 +20,7 @@ def check_speed(speed: float, limits: tuple[float, float]) -> None:
     if not least <= speed <= greatest:
         raise ValueError(
             f"speed: expected {least:g} to {greatest:g} m/s, the controller's limits of u (OcpSettings.speed), found {speed}; "
-            "no speed stops a vehicle: to stop, end the path there, or end the drive and brake"
+            "no speed stops a vehicle: to stop, end the drive and brake"
         )
 
 

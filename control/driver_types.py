@@ -56,7 +56,7 @@ class DriverSettings:
     (`Status.POSITION_UNKNOWN`) and goes on as it does after an obstacle, when plans are clear for a while; steering_gap: greatest
     mean of expected less measured steering angle (rad) where that does not move: beyond it the same (`Status.STEERING_STUCK`),
     until it moves and follows; actuator_lag: of the wheels behind their command (s, first order), a first guess where the angle
-    is measured (`LiveSteering`).
+    is measured (`LiveSteering`); end: before the end of the path from which on a drive is finished, at speed (m).
     Raises ValueError for a period that is not positive, sensors that are not six, a limit that is negative or not finite, a lag
     out of 0 to 0.5 s.
     """
@@ -78,6 +78,7 @@ class DriverSettings:
     most_position_std: float = 2.5
     steering_gap: float = 0.1
     actuator_lag: float = 0.0
+    end: float = 2.0
 
     def __post_init__(self) -> None:
         if not self.tick > 0 or self.plan_every < 1:
@@ -86,7 +87,7 @@ class DriverSettings:
             )
         if len(self.sensor_std) != 6 or not all(value > 0 for value in self.sensor_std):
             raise ValueError(f"driver: expected six positive sensor_std, found {self.sensor_std}")
-        for name in ("dead_reckoning", "most_position_std", "steering_gap"):
+        for name in ("dead_reckoning", "most_position_std", "steering_gap", "end"):
             if not 0 <= getattr(self, name) < 1e3:
                 raise ValueError(f"driver: expected {name} in [0, 1000), found {getattr(self, name)}")
         if not 0 <= self.actuator_lag <= MOST_LAG:
@@ -105,8 +106,8 @@ class DriverCommand:
     steer (rad) at the end of the tick, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the plan; a_asked:
     a_x, what the speed's error adds and what the resistance takes away; status: of the last solve, or why it halts; lost: there
     is no plan, the command is the safe one; halt: braking to a stand before what cannot be passed (status BLOCKED at first) or
-    where the position is not known (POSITION_UNKNOWN); finished: the end of the path, of a position that is known; stopped: came
-    to a stand, by the estimated speed, which follows the commanded acceleration where none is measured, and never before a first
+    as status says; finished: from `end` before the end of the path on, of a position that is known: brake; stopped: came to a
+    stand, by the estimated speed, which follows the commanded acceleration where none is measured, and never before a first
     state is known; n, n_std: estimate, the judge's where its verdict is "identified", else the filter's; n_used: what the
     controller drives on; verdict: on n, "inconsistent" where filter and judge contest each
     other's (`CONTESTED`): do not use n for anything else unless it is "identified"; slip: of the wheels;

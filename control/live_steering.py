@@ -51,23 +51,24 @@ class LiveSteering:
         self._filtered = np.full(2, angle)
         self._last, self._age = (measured if angle == measured else math.nan), 0.0
 
-    def take(self, measured: float) -> float:
-        """The wheels' angle (rad) after a tick: measured where that may be one, else where they are expected."""
-        self._age += self.tick
+    def take(self, measured: float, ticks: int = 1) -> float:
+        """The wheels' angle (rad) after so many ticks of the last command: measured where that may be one, else where they are
+        expected."""
+        self.wheels += (_share(ticks * self.tick, self.lag) if self.lag > 0.0 else 1.0) * (self.command - self.wheels)
+        self._age += ticks * self.tick
         if not abs(measured) < STEER_LIMIT or abs(measured - self._last) > JUMP + 2.0 * self.rate * self._age:
             return self.wheels
         self._learn_lag(measured, self._age)
         self._watch(measured, self._age)
         self._last, self._age = measured, 0.0
-        most, lead = self.rate * self.tick, LEAD * self.gap
+        most, lead = self.rate * ticks * self.tick, LEAD * self.gap
         back = float(np.clip(self.wheels, measured - lead, measured + lead)) - self.wheels
         self.wheels += float(np.clip(back, -most, most))
         return measured
 
     def ask(self, command: float) -> None:
-        """The command of the coming tick (rad)."""
+        """The command from now on (rad)."""
         self.command = command
-        self.wheels += (_share(self.tick, self.lag) if self.lag > 0.0 else 1.0) * (command - self.wheels)
 
     def _learn_lag(self, measured: float, elapsed: float) -> None:
         """lag * rate = command - angle, all filtered alike, by least squares over the last seconds, around their means."""

@@ -26,18 +26,21 @@ CIRCLES = 3
 """Circles that stand for the vehicle where obstacles are."""
 WHEELS = (("fl", 1, 1), ("fr", 1, -1), ("rl", 0, 1), ("rr", 0, -1))
 """Name, front (1) or rear (0), side."""
+CRAWL = 0.2
+"""m/s: at a slower speed of the path the direction of a motion gives way to the heading."""
 
 
 @dataclass(frozen=True)
 class Weights:
-    """Of squared errors, per second: across and along (1/m^2) the path, heading (1/rad^2), speed (s^2/m^2), yaw-rate
-    (s^2/rad^2), steering rate (s^2/rad^2), acceleration (s^4/m^2); terminal: times of a step that the last state counts;
-    slack, slack_squared: of soft limits per unit violated. Raises ValueError for a negative one.
+    """Of squared errors, per second: across and along (1/m^2) the path, course (1/rad^2), the direction in which the front axle
+    moves against the path's, speed (s^2/m^2), yaw-rate (s^2/rad^2), steering rate (s^2/rad^2), acceleration (s^4/m^2);
+    terminal: times of a step that the last state counts; slack, slack_squared: of soft limits per unit violated. Raises
+    ValueError for a negative one.
     """
 
     across: float = 1.0
     along: float = 0.02
-    heading: float = 2.0
+    course: float = 2.0
     speed: float = 0.3
     yaw_rate: float = 0.0
     steer_rate: float = 0.3
@@ -181,18 +184,24 @@ class Ocp:
         )
 
     def cost(self) -> ca.Function:
-        """[z, w, ref] -> [l]: weighted squared errors, per second."""
+        """[z, w, ref] -> [l]: weighted squared errors, per second.
+
+        The front axle keeps to the path where it moves along it: psi + (v + l_f omega_z)/u is the path's course, and the heading
+        stands inside the curve by about the wheelbase over its radius. u is the path's, which keeps the cost quadratic.
+        """
         z, w, _, _ = self.symbols()
         ref = ca.SX.sym("ref", len(REFERENCE))
         weights = self.settings.weights
         dx, dy, psi, u = (z[self.z.index(name)] - ref[i] for i, name in enumerate(REFERENCE.names))
+        v_y, omega_z = (z[self.z.index(name)] for name in ("v", "omega_z"))
+        course = psi + (v_y + self.vehicle.l_f * omega_z) / smooth_norm(ref[3], 0.0, CRAWL)
         cos, sin = ca.cos(ref[2]), ca.sin(ref[2])
         terms = (
             (weights.along, cos * dx + sin * dy),
             (weights.across, cos * dy - sin * dx),
-            (weights.heading, psi),
+            (weights.course, course),
             (weights.speed, u),
-            (weights.yaw_rate, z[self.z.index("omega_z")]),
+            (weights.yaw_rate, omega_z),
             (weights.steer_rate, w[0]),
             (weights.a_x, w[1]),
         )

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+AGAIN = 1.0
+"""m by which a place farther along a path has to be nearer, for a vehicle to begin there."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +47,18 @@ class Path:
         return np.stack([x, y, np.interp(s, self.s, self.psi)], axis=1)
 
     def project(self, x: float, y: float, near: float | None = None, reach: float = 8.0) -> tuple[float, float]:
-        """(length along the path, distance left of it) of the point nearest to x, y (m); near: only within `reach` m of there."""
+        """(length along the path, distance left of it) of the point nearest to x, y (m); near: only within `reach` m of there.
+
+        Without `near`, the first place along the path that is no more than `AGAIN` farther away than the nearest: a path that
+        comes by again, as a closed one does, is driven from its beginning.
+        """
         squares = (self.points[:, 0] - x) ** 2 + (self.points[:, 1] - y) ** 2
         if near is not None:
             squares = np.where(np.abs(self.s - near) <= reach, squares, np.inf)
         i = int(np.argmin(squares))
+        if near is None:
+            nearer = np.concatenate([[True], squares[1:] < squares[:-1]]) & np.concatenate([squares[:-1] <= squares[1:], [True]])
+            i = int(np.flatnonzero(nearer & (np.sqrt(squares) <= math.sqrt(squares[i]) + AGAIN))[0])
         cos, sin = np.cos(self.psi[i]), np.sin(self.psi[i])
         dx, dy = x - self.points[i, 0], y - self.points[i, 1]
         return float(self.s[i] + cos * dx + sin * dy), float(cos * dy - sin * dx)

@@ -5,6 +5,7 @@ import importlib.util
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -208,6 +209,29 @@ def test_both_halt_where_nothing_is_measured_any_more_and_go_on_when_it_is():
     assert halted[-1] == (0, 0)
 
 
+def test_late_calls_and_pauses_are_the_same_in_both():
+    """Calls that come early and late, with sensors of different rates; pauses of 0.5 s, and of 5 s, in which somebody else drives
+    straight on and brakes: there both begin anew."""
+    one, other, rng, t, restarted = in_python(), started(), np.random.default_rng(7), 0.0, False
+    with strangers_vehicle() as vehicle:
+        measured = vehicle.measure()
+        for k in range(500):
+            kept = {name: value for i, (name, value) in enumerate(measured.items()) if (k + i) % 3 == 0}
+            ours, theirs = other.tick(t, kept), one.tick(t, kept)
+            for name in COMPARED:
+                assert getattr(ours, name) == pytest.approx(float(getattr(theirs, name)), abs=1e-6, nan_ok=True), (k, name)
+            assert STATUSES[ours.status][0] == ("ITERATED" if theirs.status is Status.LATE else theirs.status.name)
+            restarted = restarted or (k > 350 and not ours.started)
+            pause = {200: 0.5, 350: 5.0}.get(k, TICK * float(rng.uniform(0.3, 2.0)))
+            pieces = round(pause / TICK) if pause > 0.1 else 1
+            driven_by = replace(theirs, steer=0.0, a_asked=-0.8) if pause > 4.0 else theirs
+            for _ in range(pieces):
+                vehicle.apply(driven_by, pause / pieces)
+                measured = vehicle.measure()
+            t += pause
+    assert restarted and ours.started and theirs.dead_reckoned < 0.2
+
+
 def test_both_learn_the_lag_of_a_steering_and_halt_where_it_is_stuck():
     """A sensor that is read at one tick in four sees a lag of 0.15 s, and stays where it was from 3.6 s on."""
     one, other, angle = in_python(), started(), 0.0
@@ -276,6 +300,63 @@ def test_compilers_have_nothing_to_say(compiler, tmp_path):
         command = [*compiler, f"-I{folder() / 'include'}", "-c", str(source), "-o", str(tmp_path / "object.o")]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr[:2000]
+
+
+FAULTS = """
+#include <math.h>
+#include <stdio.h>
+#include "softsoil_driver.h"
+static void say(const softsoil_driver_settings_t *s, softsoil_driver_task_t *task) {
+  static softsoil_driver_t driver;
+  const char *fault = softsoil_driver_fault(s, task);
+  printf("%d %s\\n", softsoil_driver_init(&driver, s, task) == SOFTSOIL_NMPC_OK, fault ? fault : "none");
+}
+int main(void) {
+  double x[3] = {0.0, 1.0, 2.0}, y[3] = {0.0, 0.0, 0.0}, s[3] = {0.0}, psi[3] = {0.0};
+  softsoil_driver_settings_t good, bad;
+  softsoil_driver_task_t task = {{3, x, y, s, psi}, 5.0, NULL, 0, 0.7, 1, 0, {0.0}};
+  softsoil_driver_defaults(&good);
+  say(&good, &task); /* softsoil_nmpc_path was forgotten */
+  softsoil_nmpc_path(&task.path);
+  say(&good, &task);
+  bad = good; bad.tick = 0.0; say(&bad, &task);
+  bad = good; bad.actuator_lag = 0.7; say(&bad, &task);
+  bad = good; bad.plan_every = 100; say(&bad, &task);
+  bad = good; bad.end = NAN; say(&bad, &task);
+  bad = good; bad.nmpc.limits[0][0] = bad.nmpc.limits[0][1]; say(&bad, &task);
+  bad = good; bad.filter.r_std[4] = HUGE_VAL; say(&bad, &task);
+  bad = good; bad.filter.r_std[0] = 0.0; say(&bad, &task);
+  return 0;
+}
+"""
+
+
+def test_what_a_library_refuses_is_named(tmp_path):
+    """Nothing is refused that `softsoil_driver_fault` has no word for, and nothing taken that it objects to."""
+    main, program = tmp_path / "faults.c", tmp_path / "faults"
+    main.write_text(FAULTS, encoding="utf-8")
+    sources = [str(path) for path in (folder() / "src").glob("*.c")]
+    subprocess.run(["gcc", "-O0", f"-I{folder() / 'include'}", *sources, str(main), "-lm", "-o", str(program)], check=True)
+    lines = subprocess.run([str(program)], capture_output=True, text=True, check=True).stdout.splitlines()
+    words = (
+        "path: expected s that grow", "none", "settings.tick:", "settings.actuator_lag:", "settings.plan_every: expected plans",
+        "settings.end:", "settings.nmpc.limits:", "settings.filter.r_std:", "settings.filter.r_std:",
+    )  # fmt: skip
+    assert len(lines) == len(words)
+    for line, word in zip(lines, words, strict=True):
+        taken, said = line.split(" ", 1)
+        assert said.startswith(word) and (taken == "1") == (word == "none"), line
+
+
+def test_a_driver_ticks_as_its_estimator_steps():
+    """`softsoil generate --controller --dt 0.02`: one step for filter, driver and example."""
+    texts = controller_texts(DECLARED, 0.02, fmi=True)
+    driver = texts["src/softsoil_driver.c"]
+    assert "settings->tick = 0.02;" in driver and "settings->plan_every = 2;" in driver
+    assert "#define SOFTSOIL_STEP 0.02" in texts["include/softsoil.h"]
+    assert 'stepSize="0.02"' in texts["fmi/driverDescription.xml"]
+    asked = controller_texts(DECLARED, 0.02, driver=DriverSettings(tick=0.01))
+    assert "settings->tick = 0.01" in asked["src/softsoil_driver.c"]
 
 
 def test_wrong_tasks_are_refused():

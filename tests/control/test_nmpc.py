@@ -165,7 +165,7 @@ def test_fatrop_finds_the_stages_and_ipopts_plan():
     ref, z = straight(ocp)
     for name in ("fatrop", "ipopt"):
         solver = CasadiNmpc(ocp, name)
-        solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, np.array([[6.0, 1.0, 0.4]]))
+        solver.set_parameters(ocp.s.nominal, np.zeros((N, 0)), ref, np.array([[7.0, 1.0, 0.4]]))
         solver.set_initial_guess(z, np.zeros((N, 2)))
         solver.make_step(z[0])
         assert solver.stats.status is Status.CONVERGED, solver.stats.sentence

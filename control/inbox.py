@@ -1,0 +1,48 @@
+"""What was measured between the steps of a driver's filter, and how many steps a call is due."""
+
+from __future__ import annotations
+
+import math
+
+from softsoil.control.driver_types import Measured
+
+TOGETHER = 0.5
+"""s within which the measurements of a first state have to come."""
+
+
+class Inbox:
+    """Calls come when they come; the filter takes steps of `tick` (s). What is measured waits for the next step."""
+
+    def __init__(self, tick: float) -> None:
+        self.tick, self.at = tick, math.nan
+        self._waiting: dict[str, float] = {}
+        self._seen: dict[str, tuple[float, float]] = {}
+
+    def take(self, t: float, measured: Measured) -> dict[str, float]:
+        """What was measured since the last step, at t (s) the last of each; values that are not finite are none."""
+        for name, value in measured.items():
+            if value is not None and math.isfinite(value):
+                self._waiting[name] = float(value)
+                self._seen[name] = (t, float(value))
+        return dict(self._waiting)
+
+    def steps(self, t: float) -> int:
+        """Steps of the filter until t (s), to the nearest; with one or more, nothing waits any longer."""
+        count = max(math.floor((t - self.at) / self.tick + 0.5), 0)
+        self.at += count * self.tick
+        if count:
+            self._waiting.clear()
+        return count
+
+    def begin(self, t: float) -> None:
+        """The filter stands at t (s)."""
+        self.at = t
+        self._waiting.clear()
+
+    def recent(self, t: float) -> dict[str, float]:
+        """The last of every measurement that is at most `TOGETHER` old at t (s)."""
+        return {name: value for name, (when, value) in self._seen.items() if t - when <= TOGETHER}
+
+    def age(self, t: float, name: str) -> float:
+        """Of the last measurement of that name (s)."""
+        return t - self._seen[name][0]
