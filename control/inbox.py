@@ -11,7 +11,7 @@ TOGETHER = 0.5
 
 
 class Inbox:
-    """Calls come when they come; the filter takes steps of `tick` (s). What is measured waits for the next step."""
+    """Calls come when they come; the filter takes steps of `tick`, s. What is measured waits for the next step."""
 
     def __init__(self, tick: float) -> None:
         self.tick, self.at = tick, math.nan
@@ -44,5 +44,5 @@ class Inbox:
         return {name: value for name, (when, value) in self._seen.items() if t - when <= TOGETHER}
 
     def age(self, t: float, name: str) -> float:
-        """Of the last measurement of that name (s)."""
+        """Time from the last measurement of that name until t (s)."""
         return t - self._seen[name][0]
