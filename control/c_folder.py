@@ -27,7 +27,7 @@ def controller_texts(
 ) -> dict[str, str]:  # fmt: skip
     """Every file of estimator and controller, path -> text, for a declared model.
 
-    The model gets LEAST_EFFECTS where its vehicle declares no effects, as everywhere in control. dt: nominal step of the
+    The model gets the effects of `for_control` where its vehicle declares none, as everywhere in control. dt: nominal step of the
     estimator (s); fmi: with the FMI unit's files; settings: of the optimal control problem; hessian: of the controller;
     driver: declared numbers of the driver, which without them ticks every dt. Raises ValueError for a step or a Hessian that is
     not possible.

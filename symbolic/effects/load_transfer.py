@@ -61,7 +61,7 @@ def effect(vehicle: Vehicle) -> Effect:
         separates="turns of both signs at several lateral accelerations and speeds",
         rests_on=("v", "omega_z", "omega_fl", "omega_fr", "omega_rl", "omega_rr"),
         drawn=("roll_moment", "shaft_share"),
-        for_control={"transfer_height": 0.74, "roll_sweep": 0.55},
+        for_control={"transfer_height": 1.17 * vehicle.h_cg, "roll_sweep": 0.87 * vehicle.h_cg},  # as the reference vehicle's
     )
 
 

@@ -14,6 +14,7 @@ from driven_vehicle import NAMES, SENSORS, Braked, ModelVehicle, driven, parts
 from drives import PROJECT, reference_vehicle
 from nmpc_problem import small_ocp
 from softsoil.control.courses import double_lane_change, straight
+from softsoil.control.declared import for_control
 from softsoil.control.driver import Driver
 from softsoil.control.driver_types import DriverCommand, DriverSettings
 from softsoil.control.follower import PlanFollower
@@ -22,6 +23,7 @@ from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.control.path import Path
 from softsoil.control.pedals import Pedals
+from softsoil.declaration.model_file import Declaration
 from softsoil.files.steering_map import SteeringMap
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.laws.turn_slip import TurnSlip
@@ -259,7 +261,7 @@ def test_without_a_measured_speed_brakes_hold_the_estimate():
 
 
 def test_a_small_robot_keeps_its_speed_round_a_circle():
-    """Its wheelbase is a fifth of the radius: plans that keep the heading to the path's course drive 18 % faster, ahead of it."""
+    """Its wheelbase is a fifth of the radius: plans that keep the heading to the course drive a fifth too fast."""
     robot = reference_vehicle().with_(
         mass=45.0, l_f=0.31, l_r=0.31, yaw_inertia=3.2, track=0.5, track_rear=0.5, h_cg=0.18, radius=0.13, width=0.09,
         max_steer=0.45, max_steer_rate=2.5, effects={},
@@ -376,3 +378,11 @@ def test_the_example_drives_a_vehicle_in_another_process(capsys):
     assert (
         example.main([sys.executable, "-c", "pass"], Driver(small_ocp(), double_lane_change(), 5.5, solver=solver)) == 1
     )
+
+
+def test_a_controllers_least_effects_have_the_size_of_the_vehicle():
+    for scale in (1.0, 0.3):
+        vehicle = reference_vehicle().with_(h_cg=0.63 * scale, effects={})
+        effects = for_control(Declaration(vehicle, CLAY)).vehicle.effects["load_transfer"]
+        assert effects["transfer_height"] == pytest.approx(0.74 * scale, rel=0.01)
+        assert effects["roll_sweep"] == pytest.approx(0.55 * scale, rel=0.01)
