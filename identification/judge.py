@@ -17,7 +17,7 @@ from softsoil.refinement.unknown_ground import free_n
 from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.windows.absent_wheels import with_log_wheels
-from softsoil.windows.free_starts import FASTEST, HORIZON, steps_of, until
+from softsoil.windows.free_starts import FASTEST, HORIZON, SEEN, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.shooting import Drive
 from softsoil.windows.window_fit import fit_windows
@@ -42,7 +42,7 @@ def judge(bench: Bench, after: Mapping[str, float], model_error: float) -> Judge
     results = []
     for one, values in ((declared, {}), (bench, {}), (bench, after)):
         compiled = one.windows[0].compiled
-        first = FreeWindows(compiled, until(drive, row), HORIZON, windows.sigma, FASTEST)
+        first = FreeWindows(compiled, until(drive, row), HORIZON, windows.sigma, FASTEST, seen=SEEN)
         part = replace(one, windows=(first,))
         guess = first_n(part, values)
         fit = fit_windows(part.windows, free_n(len(part.windows)), np.array(guess), one.parameters(values, guess))
@@ -58,7 +58,7 @@ def _declared(bench: Bench) -> Bench:
     model = with_log_wheels(bicycle(vehicle, bench.soils[0]), bench.recordings)
     windows = bench.windows[0]
     compiled = WindowModel(model, bench.drives[0].dt, steps_of(bench.drives[0].dt))
-    mine = FreeWindows(compiled, bench.drives[0], HORIZON, windows.sigma, FASTEST)
+    mine = FreeWindows(compiled, bench.drives[0], HORIZON, windows.sigma, FASTEST, seen=SEEN)
     return replace(bench, vehicle=vehicle, model=model, windows=(mine,), balances=(), p=model.p.nominal[None])
 
 

@@ -26,6 +26,9 @@ SUBSTEPS = 2
 NOISE_FLOOR = np.full(6, 1e-4)
 FASTEST = 1.5
 """rad/s: no window runs across a faster steering, which no actuator follows."""
+SEEN = 0.5
+"""Share of the measured rows of most windows that one has at least: across a gap its initial state went anywhere, and no step of
+the numbers was taken."""
 
 
 def steps_of(dt: float) -> int:
@@ -35,7 +38,7 @@ def steps_of(dt: float) -> int:
 
 def free_windows(compiled: WindowModel, drive: Drive, recording: Recording, floor: Array = NOISE_FLOOR) -> FreeWindows:
     """The windows of one drive, weighted by the noise of the recording's sensors, at least `floor` (6,), and by MODEL_STD."""
-    return FreeWindows(compiled, drive, HORIZON, np.hypot(MODEL_STD, sensor_std(recording, floor)), FASTEST)
+    return FreeWindows(compiled, drive, HORIZON, np.hypot(MODEL_STD, sensor_std(recording, floor)), FASTEST, seen=SEEN)
 
 
 def until(drive: Drive, row: int) -> Drive:

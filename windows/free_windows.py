@@ -83,7 +83,8 @@ class FreeWindows:
     channel is measured against, in its unit, infinite for a channel that does not count; fastest: steering rate (rad/s) beyond
     which no window runs, since no actuator follows; stride: from the start of one window to the next (s), default `horizon`;
     run_in: seconds before a window from which its histories are run, default the whole drive before it; slowest: measured speed
-    (m/s) below which no window runs.
+    (m/s) below which no window runs; seen: least share of the measured rows of most windows, since fewer leave the initial state
+    of a window open.
     Raises ValueError for a drive that holds no two windows.
     """
 
@@ -97,11 +98,12 @@ class FreeWindows:
         stride: float | None = None,
         run_in: float = np.inf,
         slowest: float = -np.inf,
+        seen: float = 0.0,
     ) -> None:
         self.compiled, self.drive, self.sigma = compiled, drive, np.asarray(sigma, dtype=float)
         self.steps = max(round(horizon / drive.dt), 2)
         apart = self.steps if stride is None else max(round(stride / drive.dt), 1)
-        self.rows = _rows(compiled.model, drive, self.steps, apart, fastest, slowest)
+        self.rows = _rows(compiled.model, drive, self.steps, apart, fastest, slowest, seen)
         self._before = len(drive.t) if np.isinf(run_in) else round(run_in / drive.dt)
         if len(self.rows) < 2:
             raise ValueError(
@@ -272,10 +274,13 @@ class FreeWindows:
         return out.reshape(many, count, self.steps + 1, 2 * N)
 
 
-def _rows(model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float) -> NDArray[np.int_]:
+def _rows(
+    model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float, seen: float
+) -> NDArray[np.int_]:
     """First rows of windows of so many steps, `apart` rows apart.
 
-    None runs across a steering that is faster than `fastest`, or a measured speed below `slowest`.
+    None runs across a steering that is faster than `fastest`, or a measured speed below `slowest`; none has a smaller share than
+    `seen` of the measured rows that most have, as across a gap.
     """
     blocked = drive.measured[:, STATE_CHANNELS.index("u")] < slowest
     if "steer_rate" in model.external.names:
@@ -290,4 +295,7 @@ def _rows(model: Model, drive: Drive, steps: int, apart: int, fastest: float, sl
         else:
             rows.append(row)
             row += apart
-    return np.array(rows, dtype=int)
+    found, measured = np.array(rows, dtype=int), np.isfinite(drive.measured).any(axis=1)
+    counts = np.concatenate([[0], np.cumsum(measured)])
+    inside = counts[found + steps + 1] - counts[found]
+    return found[inside >= seen * np.median(inside)] if len(found) else found

@@ -145,6 +145,9 @@ def fit_windows(
             step = problem.step(value, hessian, gradient, damping)
             tried = [x + part.states(step[mine]) for x, part, mine in zip(x0, parts, problem.mine, strict=True)]
             found = problem.cost(value + step, tried)
+            if not found < cost * (1 + 1e-9):
+                tried = problem.nearer(value + step, tried, x0)
+                found = problem.cost(value + step, tried)
             if found < cost * (1 + 1e-9):
                 break
         else:
@@ -203,6 +206,16 @@ class _Problem:
         residuals += [more.residual(row) for more, row in zip(self.beside, self.full(value), strict=False)]
         total = sum(float((window_costs(z) * z.shape[1]).sum()) for z in residuals)
         return total + float((self.prior(value)[0] ** 2).sum())
+
+    def nearer(self, value: Array, tried: Sequence[Array], x0: Sequence[Array]) -> list[Array]:
+        """Initial states by window: those tried, or those before where a window is met better by them. One whose state is nearly
+        open, as by a gap inside it, would keep the numbers of all others from moving.
+        """
+        best = []
+        for windows, row, new, old in zip(self.drives, self.full(value), tried, x0, strict=True):
+            worse = ~(window_costs(windows.residual(row, new)) <= window_costs(windows.residual(row, old)))
+            best.append(np.where(worse[:, None], old, new))
+        return best
 
     def reduced(self, value: Array, x0: Sequence[Array]) -> list[Reduced]:
         rows = zip(self.drives, self.full(value), x0, self.mine, strict=True)

@@ -1,5 +1,7 @@
 """Windows with free initial states: derivatives, recovery from noise, standard errors, windows kept off steering steps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,10 +13,11 @@ from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import TABLE5, add_noise
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SOIL_SIGNALS
+from softsoil.windows.free_starts import SEEN
 from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.parameters import Free
 from softsoil.windows.shooting import shooting_drive
-from softsoil.windows.window_fit import fit_windows, reduce_windows
+from softsoil.windows.window_fit import Reduced, fit_windows, reduce_windows
 
 SIGMA = np.array([TABLE5[name] for name in ("x", "y", "psi", "u", "v", "omega_z")])
 TRUE_N = 0.5
@@ -54,6 +57,38 @@ def test_derivatives_agree_with_central_differences(compiled):
                 x[:, 4] += sign * step
             moved.append(mine.residual(q, x))
         assert np.allclose((moved[0] - moved[1]) / (2 * step), slope, rtol=1e-3, atol=1e-3 * np.abs(slope).max())
+
+
+def test_no_window_runs_across_a_gap(compiled):
+    """Two rows at its ends leave a window's initial state open; slow sensors have few rows in every window, and keep them all."""
+    clean = add_noise(clay_drive(12.0), "good", 1)
+    whole = windows(compiled, clean)
+    first, last = whole.rows[3] + 1, whole.rows[3] + whole.steps - 1
+    gap = {k: v.copy() for k, v in clean.channels.items()}
+    slow = {k: v.copy() for k, v in clean.channels.items()}
+    for name in STATE_CHANNELS:
+        gap[name][first:last] = np.nan
+        slow[name][np.arange(len(clean)) % 16 > 0] = np.nan
+    mine = FreeWindows(compiled, shooting_drive(replace(clean, channels=gap), compiled.model, 1.0), 1.0, SIGMA, seen=SEEN)
+    assert list(mine.rows) == [row for row in whole.rows if row != whole.rows[3]]
+    fit = fit_windows([mine], [sinkage_exponent()], np.array([0.8]), compiled.model.p.nominal)
+    assert fit.value[0] == pytest.approx(TRUE_N, abs=0.05)
+    few = FreeWindows(compiled, shooting_drive(replace(clean, channels=slow), compiled.model, 1.0), 1.0, SIGMA, seen=SEEN)
+    assert list(few.rows) == list(whole.rows)
+
+
+def test_a_window_whose_state_goes_astray_keeps_no_number_from_moving(compiled, monkeypatch):
+    """Where the state of a window is nearly open, as by a gap in it, its linear step may lead anywhere; n moves all the same."""
+    mine, states = windows(compiled, add_noise(clay_drive(12.0), "good", 1)), Reduced.states
+
+    def astray(self, step):
+        found = states(self, step)
+        found[3, STATE_CHANNELS.index("v")] += 8.0
+        return found
+
+    monkeypatch.setattr(Reduced, "states", astray)
+    fit = fit_windows([mine], [sinkage_exponent()], np.array([0.8]), compiled.model.p.nominal)
+    assert fit.value[0] == pytest.approx(TRUE_N, abs=0.05)
 
 
 @pytest.mark.parametrize("guess", [0.3, 0.8])
