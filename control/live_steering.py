@@ -27,10 +27,10 @@ class LiveSteering:
 
     The wheels are expected (`wheels`, rad) where a first-order lag takes the commands. Plans begin there and not at the measured
     angle: an offset of its sensor does not drive the command on, and a steering that lags is asked for what takes it along the
-    plan, the plan's angle a lag later (`lag`, s: the slope of the lead over the rate, both through one state-variable filter,
-    over the last seconds). The measured angle bounds the lead of the expected one, and
-    shows a steering, or a sensor, that is stuck (`stuck`): a mean lead above `gap` over an angle that has not moved for
-    `STILL`, until it has moved and the mean is below half of `gap`.
+    plan, the plan's angle a lag later. The lag (`lag`, s) is the slope of the command's lead over the measured angle against the
+    rate of that angle, both through one state-variable filter, over the last seconds. The measured angle bounds the lead of the
+    expected one, and shows a steering, or a sensor, that is stuck (`stuck`): a mean lead above `gap` over an angle that has not
+    moved for `STILL`, until it has moved and the mean is below half of `gap`.
 
     rate: greatest rate of the steering (rad/s); tick: s; gap: rad; lag: its first guess (s), kept where nothing is measured.
     """
@@ -97,6 +97,6 @@ class LiveSteering:
             self.stuck = False
 
 
-def _share(tick: float, seconds: float) -> float:
-    """Of the way to its input that a first-order lag goes within a tick."""
-    return 1.0 - math.exp(-tick / seconds)
+def _share(elapsed: float, constant: float) -> float:
+    """Share of the way to its input that a first-order lag of a time constant (s) goes within the elapsed time (s)."""
+    return 1.0 - math.exp(-elapsed / constant)
