@@ -19,7 +19,6 @@ from softsoil.estimator.terrain import estimate_terrain
 from softsoil.files.package_data import LOGS, REFERENCE_VEHICLE
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
-from softsoil.recording.forward import forward_part
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive, write_drive
@@ -49,10 +48,10 @@ def main() -> None:
     model = bicycle(vehicle, soil)
 
     def n_of(drive: Recording) -> tuple[float, str]:
-        part, first = forward_part(drive), float(soil.n) + 0.2
-        if len(part) > LONG:
-            return float(estimate_terrain(part, model, first, tied=True, start=2.0).n_front[-1]), "not asked"
-        found = estimate(part, model, first)
+        first = float(soil.n) + 0.2
+        if len(drive) > LONG:
+            return float(estimate_terrain(drive, model, first, tied=True, start=2.0).n_front[-1]), "not asked"
+        found = estimate(drive, model, first)
         return float(found.n_front[-1]), found.verdict.word if found.verdict is not None else "none"
 
     reference, word = n_of(good)

@@ -24,6 +24,7 @@ from benchmarks.identify_suv import FITTED, HELD
 from benchmarks.identify_suv import KNOWN as SUV
 from benchmarks.judges.plant_vehicles import FIT, case_of, log_of
 from softsoil.identification.identify import identify
+from softsoil.identification.result import Identification
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.log_names import named_soil
@@ -96,7 +97,8 @@ def main() -> None:
                 value = found.vehicle.yaw_inertia / subject.inertia - 1.0
                 print(
                     f"{subject.name:10s} {error:14s} seed {seed}: {'said' if hit else 'NOT said' if named else 'right numbers'}"
-                    f"; {found.verdict} {words or 'nothing'}; yaw inertia {100 * value:+.1f} %; {found.seconds:.0f} s",
+                    f"; {found.verdict} {words or 'nothing'}; yaw inertia {100 * value:+.1f} %; {_tracks(found)}; "
+                    f"{found.seconds:.0f} s",
                     *(note for note in found.notes if note.startswith(("l_f:", "radius:"))),
                     sep="\n  ",
                     flush=True,
@@ -128,6 +130,12 @@ def print_place(seeds: Sequence[int]) -> None:
     for limit in (2.5, 3.0, 4.0):
         false, named = (int(np.sum(np.array(sigmas) >= limit)) for sigmas in (right, wrong))
         print(f"limit {limit:g}: {named} of {len(wrong)} that are 2 % wrong contradicted, {false} of {len(right)} right ones")
+
+
+def _tracks(found: Identification) -> str:
+    """Where the given tracks come out, priors and all."""
+    given = [(name, one) for name in ("track", "track_rear") if (one := found.numbers[name]).given is not None]
+    return ", ".join(f"{name} {100 * (one.value / one.given - 1.0):+.1f} %" for name, one in given if one.given)
 
 
 def _subject(name: str, data: Path) -> Subject:

@@ -11,7 +11,6 @@ import argparse
 
 from softsoil.mpc_demo.blind_cases import BORDER, INSIDE, draw_cases, drive_case
 from softsoil.mpc_demo.blind_test import plant_on
-from softsoil.recording.forward import forward_part
 from softsoil.refinement.doubts import loosened
 from softsoil.refinement.folds import cross_validated
 from softsoil.refinement.ranking import try_places
@@ -34,7 +33,7 @@ def main() -> None:
         if told.kind not in (case["kind"], case["name"]):
             continue
         declared = plant_on(case["soil"])
-        bench, _ = loosened(make_bench([forward_part(drive_case(case))], declared, START_UP), declared.vehicle)
+        bench, _ = loosened(make_bench([drive_case(case)], declared, START_UP), declared.vehicle)
         effect = catalogue(declared.vehicle)["soil_change"]
         (found,) = cross_validated(bench, [try_places(bench, effect)])
         assert found.overall is not None

@@ -206,7 +206,7 @@ _SENSORS = (
     Variant("omega_z clipped", _clipped("omega_z", 0.15)), Variant("steer clipped", _clipped("steer", 0.15)),
     Variant("u clipped", _clipped("u", 0.15)), Variant("gyro bias 0.05 rad/s", _offset("omega_z", 0.05)),
     Variant("a_x bias 0.5 m/s^2", _offset("a_x_imu", 0.5)), Variant("heading 0.08 rad off", _offset("psi", 0.08)),
-    Variant("u 12 % fast", _scaled("u", 1.12)),
+    Variant("u 12 % fast", _scaled("u", 1.12)), Variant("omega_z 4 % large", _scaled("omega_z", 1.04)),
 )  # fmt: skip
 _ROBOTS = (
     Variant("wheel odometry", _odometry), Variant("base frame at the rear axle", _rear_axle),

@@ -48,7 +48,7 @@ def estimate(
     states; start: seconds left out at the beginning; tuning: of the filter; progress: called with the share that is done;
     correct: whether the windows correct the filter's n at the end of an identified drive, as the horizon does while driving;
     else n is the filter's own, as in the paper. With a law of hard ground there is no n: NaN, and the verdict "no_soil".
-    Raises ValueError for reversing, an initial guess outside the bounds of n, an unknown method, a log without the channels, or
+    Raises ValueError for an initial guess outside the bounds of n, an unknown method, a log without the channels, or
     channels that contradict each other beyond doubt.
 
     Example:

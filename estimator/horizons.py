@@ -22,12 +22,13 @@ from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.evidence import interpolated
+from softsoil.recording.forward import driven
 from softsoil.recording.states import known_states, measured_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.inputs import measured_inputs
-from softsoil.windows.shooting import lengths, smoothed
+from softsoil.windows.shooting import lengths, smoothed, window_starts
 
 Array = NDArray[np.float64]
 
@@ -83,7 +84,7 @@ def predict(
 
     log: a drive or its file; model: with its declared effects; n: sinkage exponent, or (front, rear), default the soil's;
     horizon (s); start: seconds left out at the beginning. `mse` of the result has the mean squared error of each state.
-    Raises ValueError for reversing, or inputs that the log cannot give.
+    Raises ValueError for inputs that the log cannot give.
 
     Example:
         >>> import softsoil
@@ -107,7 +108,8 @@ class Replay:
     judged by measured ones alone.
 
     recording: taken as it is, so clean logs give the paper's "true states"; model: bicycle, with declared effects if any;
-    start: seconds left out at the beginning. Raises ValueError for reversing or inputs that a drive cannot give.
+    start: seconds left out at the beginning, and after every standstill or reversing. Raises ValueError for inputs that a drive
+    cannot give.
     """
 
     def __init__(self, recording: Recording, model: Model, start: float = START_UP) -> None:
@@ -117,6 +119,7 @@ class Replay:
         self._lengths = lengths(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
+        self._driven = driven(log, start)
         choice = log_driveline(log, model, float(model.p.nominal[model.p.index("n_f")]), start)
         if choice is not None:
             warnings.warn(f"{log.name}: no wheel speeds: {choice}", stacklevel=2)
@@ -135,7 +138,7 @@ class Replay:
         if steps < 1:
             raise ValueError(f"horizon: expected at least one step of {self.dt:g} s, found {horizon:g} s")
         last = len(self.t) if stop is None else stop
-        starts = np.arange(self.first, last - steps, steps)
+        starts = window_starts(self.first, ~self._driven[:last], steps, steps)
         left_out = last - (int(starts[-1]) + steps + 1 if len(starts) else self.first)
         starts = starts[np.isfinite(self.states[starts]).all(axis=1)]
         p = np.concatenate([p, self._nominal[len(np.asarray(p)) :]])

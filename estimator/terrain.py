@@ -105,7 +105,7 @@ def estimate_terrain(
 
     model: bicycle with parameters n_f, n_r (and declared effects); n0: first guess; tied: one n for both axles;
     start: seconds of the log left out at its beginning (start-up transient); progress: called with the share done.
-    Raises ValueError for reversing, a first guess outside the bounds of n, or a log without the channels.
+    Raises ValueError for a first guess outside the bounds of n, or a log without the channels.
     """
     tuning = tuning or Tuning()
     log = on_even_clock(recording)

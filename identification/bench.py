@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from softsoil.identification.wheel_balance import WheelBalance, balances
 from softsoil.recording.drive import Recording
-from softsoil.recording.forward import forward_part
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.unknown_ground import N_NAMES, free_n
 from softsoil.refinement.vehicle_numbers import WIDE, by_name, expected, free_layout, vehicle_of
@@ -84,7 +83,7 @@ def make_bench(
     soils: one per drive, n unknown; start: seconds left out at the beginning of each drive.
     Raises ValueError for drives that cannot be used.
     """
-    recordings = [forward_part(recording) for recording in recordings]
+    recordings = list(recordings)
     vehicle = vehicle_of(known, {})
     layout = free_layout(known)
     models = [with_log_wheels(bicycle(vehicle, soil, "turn_slip", None, layout), recordings) for soil in soils]

@@ -118,11 +118,12 @@ def n_costs(fit: WindowFit, stds: Mapping[str, float]) -> dict[str, float]:
     return costs
 
 
-def departures(fit: WindowFit, errors: Errors) -> dict[str, tuple[float, float, float]]:
+def departures(fit: WindowFit, errors: Errors, bent: Mapping[str, float]) -> dict[str, tuple[float, float, float]]:
     """Given number -> (value, standard error) that the logs alone say, all else known as it is, and by how many standard
     deviations, of the logs and of measuring together, it departs from what is given.
 
-    A posterior N(m, V) with the prior N(g, 1/w) taken out: precision 1/V - w, mean (m/V - g w) over it.
+    bent: number -> share of it by which the force law's own errors move it, part of its standard error. The equations are those
+    of a posterior N(m, V) with the prior N(g, 1/w) taken out: precision 1/V - w, mean (m/V - g w) over it.
     """
     table = {}
     variance = np.diag(errors.covariance)
@@ -135,6 +136,6 @@ def departures(fit: WindowFit, errors: Errors) -> dict[str, tuple[float, float, 
         if left <= LEAST_INFORMATION * precision:
             continue
         alone = (fit.value[k] * precision - given * errors.prior[k]) / left
-        own = np.sqrt(max(variance[k] * precision, 1.0) / left)
+        own = np.hypot(np.sqrt(max(variance[k] * precision, 1.0) / left), bent.get(free.name, 0.0) * given)
         table[free.name] = (float(alone), float(own), float(abs(alone - given) / np.hypot(own, std)))
     return table

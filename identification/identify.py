@@ -188,7 +188,7 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
     elif bench.balances:
         fit = fit_numbers(bench, free_numbers(bench, names, doubted), values, n)
         values, n, errors = {**values, **_values(fit)}, _n(fit), errors_of(fit)
-    contradictions = [_settled(c, values, errors) for c in contradictions]
+    contradictions = [_settled(c, values, errors, rules) for c in contradictions]
     std = {name: min(errors.std[name], before[name][1]) if name not in doubted else errors.std[name] for name in names}
     kept = [name for name in names if name in doubted or std[name] <= rules.seen * before[name][1]]
     values = {**values, **{name: before[name][0] for name in names if name not in kept}}
@@ -279,7 +279,7 @@ def _moved(bench: Bench, contradictions: Sequence[Contradiction]) -> Values:
 def _worst(bench: Bench, fit: WindowFit, errors: Errors, doubted: Sequence[str], rules: Rules) -> Contradiction | None:
     """The given number that the logs contradict most, None where they contradict none."""
     found = []
-    for name, (value, std, sigmas) in departures(fit, errors).items():
+    for name, (value, std, sigmas) in departures(fit, errors, rules.bent).items():
         given = bench.known.value(name)
         if given is None or name in doubted or name == "radius":  # _by_rolling judges the radius
             continue
@@ -288,11 +288,12 @@ def _worst(bench: Bench, fit: WindowFit, errors: Errors, doubted: Sequence[str],
     return max(found, key=lambda c: c.sigmas, default=None)
 
 
-def _settled(c: Contradiction, values: Mapping[str, float], errors: Errors) -> Contradiction:
+def _settled(c: Contradiction, values: Mapping[str, float], errors: Errors, rules: Rules) -> Contradiction:
     """The contradiction with the value and error of the fit in which its number was free."""
     if c.name not in errors.names or c.name == "radius":  # the fit's is what rolls, not what a tape measures
         return c
-    return Contradiction(c.name, c.given, values[c.name], errors.std[c.name], c.sigmas, c.evidence)
+    std = float(np.hypot(errors.std[c.name], rules.bent.get(c.name, 0.0) * c.given))
+    return Contradiction(c.name, c.given, values[c.name], std, c.sigmas, c.evidence)
 
 
 def _numbers(bench: Bench, state: _State) -> dict[str, Found]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -11,9 +12,11 @@ class Rules:
 
     seen: largest share of its prior standard deviation that a number's standard error keeps for it to be identified;
     contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted;
-    contradicted_motion: the same of l_f by position against course, which depends on little else (`python -m
-    benchmarks.identify_contradictions --place 24`); contradicted_rolling: of the radius by rolling; material: the least
-    departure of a given number that matters, as a share of its value; n_std: largest standard error of n, as a share of it;
+    bent: share of a given number by which the force law's own errors move it, in the standard error that it is judged by
+    (`python -m benchmarks.identify_contradictions` prints where right tracks come out); contradicted_motion: as contradicted, of
+    l_f by position against course, which depends on little else (the same command with --place 24); contradicted_rolling: of the
+    radius by rolling; material: the least departure of a given number that matters, as a share of its value; n_std: largest
+    standard error of n, as a share of it;
     inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error
     that one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after
     another; model_error: standard deviations of numbers over their sampling errors, since what the force law misses moves them
@@ -26,6 +29,7 @@ class Rules:
 
     seen: float = 0.75
     contradicted: float = 4.0
+    bent: Mapping[str, float] = field(default_factory=lambda: {"track": 0.04, "track_rear": 0.04})
     contradicted_motion: float = 2.5
     contradicted_rolling: float = 3.0
     material: float = 0.003

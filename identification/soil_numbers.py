@@ -25,7 +25,6 @@ from softsoil.identification.result import mse_ratio
 from softsoil.identification.rules import RULES, Rules
 from softsoil.identification.unexplained import Unexplained, doubt, own_logs
 from softsoil.recording.drive import Recording
-from softsoil.recording.forward import forward_part
 from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import departure
@@ -139,7 +138,7 @@ def identify_soil(
     began = time.perf_counter()
     if not soil.uncertainty:
         raise ValueError(f"soil {soil.name}: expected a table [uncertainty] with the errors of its numbers, found none")
-    recordings = [forward_part(one) for one in distinct([usable(log, vehicle, late_steering(vehicle)) for log in logs])]
+    recordings = distinct([usable(log, vehicle, late_steering(vehicle)) for log in logs])
     bench = _Bench.of(recordings, soil, vehicle, start, rules)
     progress(0.2)
     first = bench.first_n()

@@ -54,7 +54,7 @@ class WheelBalance:
     windows: of the drive, by a model with the `balances` beside it, whose states it follows: noise of recorded ones goes into the
     size of slips, and n comes out too low; p (n_p,): parameters at which the noise of the balances is taken, along the recorded
     states; open_axles: whether both axle differentials are seen to be open; fastest: steering rate (rad/s) beyond which nothing
-    counts.
+    counts, as where the drive is not `driven`.
     """
 
     def __init__(self, windows: FreeWindows, p: Array, open_axles: bool, fastest: float = np.inf) -> None:
@@ -65,7 +65,8 @@ class WheelBalance:
         length = self._size * self._per
         rate = drive.inputs[:, windows.compiled.model.external.index("steer_rate")]
         starts = np.arange(drive.first, len(drive.t) - length + 1, length)
-        self._rows = np.array([row for row in starts if np.abs(rate[row : row + length]).max() <= fastest], dtype=int)
+        fast = (np.abs(rate) > fastest) | ~drive.driven
+        self._rows = np.array([row for row in starts if not fast[row : row + length].any()], dtype=int)
         series = windows.series(p[None])[0]
         noise = 1.4826 * np.median(np.abs(np.diff(series[drive.first :], n=3, axis=0)), axis=0) / np.sqrt(20)
         sigma = np.hypot(MODEL_STD, noise / np.sqrt(self._size))

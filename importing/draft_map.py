@@ -46,22 +46,24 @@ STANDARD: dict[str, tuple[tuple[str, str], ...]] = {
 yaw rate before all others."""
 PREFERRED = {"omega_z": ("Imu",), "x": ("Odometry", "Pose"), "y": ("Odometry", "Pose"), "u": ("Odometry", "Velocity", "Twist"),
              "psi": ("Odometry", "Pose"), "steer": ("SteeringReport", "JointState")}  # fmt: skip
+_SPINS, _TURNS = "wheel|omega|ws|spin|rpm", "wheel|omega|ws|speed|rpm"
+_CORNERS = {"omega_fl": "fl|front_?left|lf|left_?front", "omega_fr": "fr|front_?right|rf|right_?front",
+            "omega_rl": "rl|rear_?left|lr|left_?rear", "omega_rr": "rr|rear_?right|right_?rear"}  # fmt: skip
 NAMES: tuple[tuple[str, str], ...] = (
-    ("omega_fl", r"(wheel|omega|ws|spin).*(fl|front_?left|lf|left_?front)|(fl|front_?left|lf).*(wheel|omega|ws|speed)"),
-    ("omega_fr", r"(wheel|omega|ws|spin).*(fr|front_?right|rf|right_?front)|(fr|front_?right|rf).*(wheel|omega|ws|speed)"),
-    ("omega_rl", r"(wheel|omega|ws|spin).*(rl|rear_?left|lr|left_?rear)|(rl|rear_?left|lr).*(wheel|omega|ws|speed)"),
-    ("omega_rr", r"(wheel|omega|ws|spin).*(rr|rear_?right|right_?rear)|(rr|rear_?right).*(wheel|omega|ws|speed)"),
-    ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])delta(?!_?[tv])|road_?wheel_?angle|lenk(rad)?winkel"),
+    *((channel, rf"({_SPINS}).*({corner})|({corner}).*({_TURNS})") for channel, corner in _CORNERS.items()),
+    ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])(swa\Z|delta(?!_?[tv]))|(road|hand)_?wheel_?angle|lenk(rad)?winkel"),
     ("omega_z", r"yaw_?rate|omega_?z|gyro_?z|angular_velocity\.z|heading_rate|(?<![a-z])wz(?![a-z])|gierrate"),
     ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|long\w*)(_?(imu|cg))?\Z|linear_acceleration\.x"),
     ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*)(_?(imu|cg))?\Z|linear_acceleration\.y"),
-    ("psi", r"(?<!wheel_)(yaw|heading|psi|gierwinkel)(_?(deg|rad))?\Z"),
-    ("v", r"(?<![a-z])(v_?y|vel\w*_?y|lateral_?(vel\w*|speed)|v)\Z"),
-    ("u", r"(?<![a-z])(v_?x|vel\w*_?x|longitudinal_?(vel\w*|speed)|speed(_?[a-z]*)?|velocity|geschwindigkeit|u)\Z"),
+    ("psi", r"(?<!wheel_)(yaw|heading|hdg|psi|bearing|azimuth|gierwinkel)\Z"),
+    ("v", r"(?<![a-z])(v(el\w*)?_?(y|lat\w*)|lateral_?(vel\w*|speed)|v)\Z"),
+    ("u", r"(?<![a-z])(v(el\w*)?_?(x|long\w*)|longitudinal_?(vel\w*|speed)|speed(_?[a-z]*)?|velocity|geschwindigkeit|u)\Z"),
     ("throttle", r"throttle|gas"), ("brake", r"brake"),
     ("x", r"(?<![a-z])(x|pos\w*_?\.?x|east(ing)?)\Z"), ("y", r"(?<![a-z])(y|pos\w*_?\.?y|north(ing)?)\Z"),
 )  # fmt: skip
-"""Channel, pattern of a field's or column's name (its last part first, lower case)."""
+"""Channel, pattern of a field's or column's name (its last part first, lower case, without a unit at its end)."""
+BEARING = re.compile(r"bearing|azimuth", re.I)
+"""Names of a heading that is clockwise from north."""
 STEEPEST, FASTEST_TURN = 1.3, 6.0
 """rad, rad/s: largest road-wheel angle and yaw rate of a wheeled vehicle; beyond it degrees are guessed."""
 WRITTEN_UNITS = {"m/s": "m/s", "km/h": "km/h", "kmh": "km/h", "kph": "km/h", "mph": "mph", "deg": "deg", "°": "deg", "rad": "rad",
@@ -194,7 +196,8 @@ def channel_named(path: str) -> str | None:
     if full in CHANNELS:
         return full
     parts = full.split(".")
-    for text in (parts[-1], full):
+    plain = next((parts[-1].removesuffix(end) for end in sorted(ENDINGS, key=len, reverse=True) if parts[-1].endswith(end)), "")
+    for text in filter(None, (plain, parts[-1], full)):
         for channel, pattern in NAMES:
             if re.search(pattern, text):
                 return channel
@@ -205,9 +208,9 @@ def geodetic(names: Sequence[str]) -> tuple[str, str, str] | None:
     """Names of latitude, longitude and altitude (may be empty) among `names`; None where there is no pair."""
     found = []
     for pattern in (
-        r"(?:.*[._])?lat(itude)?\Z",
-        r"(?:.*[._])?(lon|lng|longitude)\Z",
-        r"(?:.*[._])?(alt|altitude|height)\Z",
+        r"(?:.*[._ ])?lat(itude)?(_deg)?\Z",
+        r"(?:.*[._ ])?(lon|lng|longitude)(_deg)?\Z",
+        r"(?:.*[._ ])?(alt|altitude|height)(_m)?\Z",
     ):
         found.append(next((name for name in names if re.match(pattern, name, re.I)), ""))
     return (found[0], found[1], found[2]) if found[0] and found[1] else None
@@ -278,4 +281,5 @@ def _entry(offer: Offer) -> str:
     sources = [json.dumps(f"{offer.source}:{path}", ensure_ascii=False) for path in (offer.path, *offer.beside)]
     source = f"[{', '.join(sources)}]" if offer.beside else sources[0]
     more = (f', unit = "{offer.unit}"' if offer.unit else "") + (", rate = true" if offer.rate else "")
+    more += ", compass = true" if offer.channel == "psi" and BEARING.search(offer.path) else ""
     return f"{{source = {source}{more}}}" if more else source

@@ -39,7 +39,8 @@ def heading_checks(m: Motion) -> list[Check]:
             line,
             0,
             "a heading that turns as the yaw rate says (scale 1)",
-            "correct the unit or the scale of psi or omega_z",
+            f"factor = {line.value[0]:.3f} for omega_z, a gyro's scale, or correct the unit of psi",
+            LIMITS.turn,
         )
     ]
     if checks[0].passed:

@@ -1,4 +1,4 @@
-"""The part of a drive that a vehicle model can use: the longest stretch driven forwards."""
+"""The parts of a drive that a vehicle model can use: those driven forwards."""
 
 from __future__ import annotations
 
@@ -7,42 +7,44 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.recording.drive import Array, Recording
+from softsoil.recording.drive import Recording
 
 STANDING = 0.2
 """m/s: below this the vehicle stands, crawls or reverses: slip has no meaning there."""
 STANDSTILL = 0.2
 """s: a standstill lasts this long at least; a shorter one is noise."""
+REVERSING = -0.2
+"""m/s: below this it reverses."""
 
 
-def forward_part(recording: Recording) -> Recording:
-    """The longest stretch of a drive without a standstill or reversing, with a note; the drive itself where there is none.
+def driven(recording: Recording, start: float = 0.0) -> NDArray[np.bool_]:
+    """(N,) whether each row is driven forwards, and by `start` seconds later than the last standstill or reversing.
 
-    Missing speeds are interpolated. A drive that never goes forwards comes back as it is: what reads it says why it cannot.
+    Missing speeds are interpolated. A drive without a speed stands.
     """
     u, t = recording["u"], recording.t
     good = np.isfinite(u)
     if not good.any():
+        return np.zeros(len(t), dtype=bool)
+    forwards = np.ones(len(t), dtype=bool)
+    slow = np.concatenate([[False], np.interp(t, t[good], u[good]) < STANDING, [False]])
+    for first, last in np.flatnonzero(np.diff(slow.astype(int))).reshape(-1, 2):
+        if t[last - 1] - t[first] >= STANDSTILL:
+            forwards[first : max(last, int(np.searchsorted(t, t[last - 1] + start, side="right")))] = False
+    return forwards
+
+
+def with_note_of_reversing(recording: Recording) -> Recording:
+    """The recording with a note of how long the vehicle reverses in it, where it does for longer than a STANDSTILL."""
+    u = recording["u"]
+    back = np.concatenate([[False], u < REVERSING, [False]])
+    edges = np.flatnonzero(np.diff(back.astype(int))).reshape(-1, 2)
+    t = recording.t
+    times = [(float(t[last - 1] - t[first]), float(t[first])) for first, last in edges if t[last - 1] - t[first] >= STANDSTILL]
+    if not times:
         return recording
-    stretches = _stretches(np.interp(t, t[good], u[good]) < STANDING, t)
-    if len(stretches) == 0 or stretches == [(0, len(t))]:
-        return recording
-    first, last = max(stretches, key=lambda ends: t[ends[1] - 1] - t[ends[0]])
-    until = t[last] if last < len(t) else np.inf
     note = (
-        f"u: the vehicle stands or reverses in this log; its longest drive forwards, {t[first]:.4g} to {t[last - 1]:.4g} s, "
-        f"is used ({last - first} of {len(t)} rows)"
+        f"u: the vehicle reverses for {sum(length for length, _ in times):.3g} s in this log, first at {times[0][1]:.4g} s; the "
+        "model does not: n is held there, and no window of a fit or of predictions runs across it"
     )
-    part = recording.between(float(t[first]), float(until))
-    return replace(part, notes=(*part.notes, note))
-
-
-def _stretches(slow: NDArray[np.bool_], t: Array) -> list[tuple[int, int]]:
-    """(first row, row after the last) of what lies between standstills."""
-    edges = np.flatnonzero(np.diff(slow.astype(int), prepend=0, append=0))
-    standing = np.zeros(len(t), dtype=int)
-    for start, stop in edges.reshape(-1, 2):
-        if t[stop - 1] - t[start] >= STANDSTILL:
-            standing[start:stop] = 1
-    edges = np.flatnonzero(np.diff(1 - standing, prepend=0, append=0))
-    return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
+    return replace(recording, notes=(*recording.notes, note))

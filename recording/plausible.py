@@ -109,7 +109,7 @@ def _check_heading(
             )
         raise ValueError(
             f"{path}: column {column!r}: expected a heading that grows to the left as the yaw rate does (ISO 8855), found the "
-            "opposite: a column map with sign = -1 converts"
+            "opposite: a column map with sign = -1 converts, and a bearing from north one of softsoil import with compass = true"
         )
 
 

@@ -17,7 +17,6 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.recording.forward import forward_part
 from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import doubts, loosened
@@ -76,7 +75,7 @@ def refine(
     if len(soils) != len(logs):
         raise ValueError(f"soils: expected one per drive ({len(logs)}), found {len(soils)}")
     declaration = Declaration(declaration.vehicle, soils[0], declaration.law)
-    recordings = distinct([forward_part(usable(log, declaration.vehicle, late_steering(declaration.vehicle))) for log in logs])
+    recordings = distinct([usable(log, declaration.vehicle, late_steering(declaration.vehicle)) for log in logs])
     choice = _driveline(recordings, declaration, soils, start)
     if choice is not None:
         declaration = replace(declaration, vehicle=declaration.vehicle.with_(driveline=choice.numbers))

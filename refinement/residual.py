@@ -73,7 +73,7 @@ def residual(
 
     log: a drive, file or table, checked and completed as by `estimate`; n: sinkage exponent of both axles, default the soil's;
     start: seconds left out at the beginning.
-    Raises ValueError for an n outside its bounds, reversing, or a log with no whole window after the start-up.
+    Raises ValueError for an n outside its bounds, or a log with no whole window after the start-up.
 
     Example:
         >>> import softsoil
@@ -99,7 +99,7 @@ def drive_residual(
     """The residual of `model` with parameters p (n_p,), default nominal, on a drive.
 
     vehicle: its mass, inertia and axle distances split the residual; start: seconds left out at the beginning.
-    Raises ValueError for reversing, or a log with no whole window after the start-up.
+    Raises ValueError for a log with no whole window after the start-up.
     """
     p = model.p.nominal if p is None else np.asarray(p, dtype=float)
     replay = Replay(recording, model, start)

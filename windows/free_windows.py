@@ -21,7 +21,7 @@ from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.model import Model
 from softsoil.windows.histories import history_loop
 from softsoil.windows.parameters import Free
-from softsoil.windows.shooting import BROKEN, Drive
+from softsoil.windows.shooting import BROKEN, Drive, window_starts
 
 Array = NDArray[np.float64]
 
@@ -83,8 +83,8 @@ class FreeWindows:
     channel is measured against, in its unit, infinite for a channel that does not count; fastest: steering rate (rad/s) beyond
     which no window runs, since no actuator follows; stride: from the start of one window to the next (s), default `horizon`;
     run_in: seconds before a window from which its histories are run, default the whole drive before it; slowest: measured speed
-    (m/s) below which no window runs; seen: least share of the measured rows of most windows, since fewer leave the initial state
-    of a window open.
+    (m/s) below which no window runs, default where the drive is not `driven`; seen: least share of the measured rows of most
+    windows, since fewer leave the initial state of a window open.
     Raises ValueError for a drive that holds no two windows.
     """
 
@@ -97,7 +97,7 @@ class FreeWindows:
         fastest: float = np.inf,
         stride: float | None = None,
         run_in: float = np.inf,
-        slowest: float = -np.inf,
+        slowest: float | None = None,
         seen: float = 0.0,
     ) -> None:
         self.compiled, self.drive, self.sigma = compiled, drive, np.asarray(sigma, dtype=float)
@@ -106,9 +106,8 @@ class FreeWindows:
         self.rows = _rows(compiled.model, drive, self.steps, apart, fastest, slowest, seen)
         self._before = len(drive.t) if np.isinf(run_in) else round(run_in / drive.dt)
         if len(self.rows) < 2:
-            raise ValueError(
-                f"{drive.name}: expected at least 2 windows of {horizon:g} s above {slowest:g} m/s, found {len(self.rows)}"
-            )
+            where = "driven forwards" if slowest is None else f"above {slowest:g} m/s"
+            raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s {where}, found {len(self.rows)}")
         gaps = zip(self.rows[:-1] + self.steps, self.rows[1:], strict=True)
         self._gaps = {int(to): int(end) for end, to in gaps if 0 < to - end <= round(BRIDGED / drive.dt)}
         take = self.rows[:, None] + np.arange(self.steps + 1)
@@ -275,27 +274,19 @@ class FreeWindows:
 
 
 def _rows(
-    model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float, seen: float
+    model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float | None, seen: float
 ) -> NDArray[np.int_]:
     """First rows of windows of so many steps, `apart` rows apart.
 
-    None runs across a steering that is faster than `fastest`, or a measured speed below `slowest`; none has a smaller share than
-    `seen` of the measured rows that most have, as across a gap.
+    None runs across a steering that is faster than `fastest`, a measured speed below `slowest`, or, where that is None, rows that
+    are not driven; none has a smaller share than `seen` of the measured rows that most have, as across a gap.
     """
-    blocked = drive.measured[:, STATE_CHANNELS.index("u")] < slowest
+    blocked = ~drive.driven if slowest is None else drive.measured[:, STATE_CHANNELS.index("u")] < slowest
     if "steer_rate" in model.external.names:
         blocked |= np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
     after = round(SETTLING / drive.dt)
     blocked = np.convolve(blocked, np.ones(2 * after + 1), mode="same") > 0
-    rows, row = [], drive.first
-    while row + steps < len(drive.t):
-        inside = np.flatnonzero(blocked[row : row + steps + 1])
-        if len(inside):
-            row += int(inside[-1]) + 1
-        else:
-            rows.append(row)
-            row += apart
-    found, measured = np.array(rows, dtype=int), np.isfinite(drive.measured).any(axis=1)
+    found, measured = window_starts(drive.first, blocked, steps, apart), np.isfinite(drive.measured).any(axis=1)
     counts = np.concatenate([[0], np.cumsum(measured)])
     inside = counts[found + steps + 1] - counts[found]
     return found[inside >= seen * np.median(inside)] if len(found) else found

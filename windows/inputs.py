@@ -15,9 +15,6 @@ RATE_WINDOW = 5
 """Samples of the straight line whose slope is the steering rate: two to each side, so that a step stays a step."""
 MOST_ACCELERATION = 12.0
 """m/s^2: more than tyres can do on any soil; an accelerometer that says more has been hit, and its sample is left out."""
-REVERSING = -0.2
-"""m/s: below this, for longer than noise does, the vehicle reverses."""
-REVERSING_SAMPLES = 25
 
 
 def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[str, int]]:
@@ -25,9 +22,8 @@ def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[s
 
     steer and wheel speeds as measured; steer_rate: slope of steer over five samples; a_x: du/dt = a_x_imu + v omega_z, or
     the slope of u where the log has no accelerometer. Missing values are interpolated in time.
-    Raises ValueError for a layout with an input that a drive cannot give, and for reversing (naming the row).
+    Raises ValueError for a layout with an input that a drive cannot give.
     """
-    _check_forward(recording)
     filled, count = _filled(recording)
     known = {
         **filled,
@@ -38,17 +34,6 @@ def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[s
     if missing:
         raise ValueError(f"{recording.name}: expected a model whose inputs a drive can give; it has no {missing[0]!r}")
     return np.column_stack([known[name] for name in layout.names]), count
-
-
-def _check_forward(recording: Recording) -> None:
-    back = np.nan_to_num(recording["u"], nan=0.0) < REVERSING
-    run = np.convolve(back, np.ones(REVERSING_SAMPLES), mode="valid") if len(back) >= REVERSING_SAMPLES else np.array([])
-    if run.size and run.max() >= REVERSING_SAMPLES:
-        row = int(np.argmax(run >= REVERSING_SAMPLES)) + 1
-        raise ValueError(
-            f"{recording.meta.get('path', recording.name)}: column 'u', row {row}: expected forward motion (u > 0 m/s), "
-            f"found {recording['u'][row - 1]:.3g}: the model does not reverse"
-        )
 
 
 def _filled(recording: Recording) -> tuple[dict[str, Array], dict[str, int]]:

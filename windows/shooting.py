@@ -20,6 +20,7 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import PathLoop, StepLoop
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.recording.forward import driven
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.windows.histories import history_loop
@@ -47,7 +48,8 @@ class Drive:
     """A drive ready for shooting.
 
     name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing or derived; smooth (N, 6): smoothed, complete;
-    inputs (N, n_u): external inputs; first: row where the start-up is over.
+    inputs (N, n_u): external inputs; first: row where the start-up is over; driven (N,): rows that windows may run across,
+    forwards and after the start-up that follows a standstill, too.
     """
 
     name: str
@@ -57,17 +59,19 @@ class Drive:
     smooth: Array
     inputs: Array
     first: int
+    driven: NDArray[np.bool_]
 
 
 def shooting_drive(
     recording: Recording, model: Model, start: float, smoothing: float | None = None, live: bool = False
 ) -> Drive:
-    """The drive on an even clock with smoothed states; `start` seconds at its beginning are left out of windows;
+    """The drive on an even clock with smoothed states; `start` seconds at its beginning, and after every standstill or reversing,
+    are left out of windows;
     smoothing: length of the polynomial (s), to be shorter for a smaller and quicker vehicle, default by each state's noise
     (`lengths`). Wheel speeds are smoothed, too, since the shear path goes by the size of the slip, which noise only enlarges;
     not where windows are to be as they are `live`, when no later sample is there: then it is SMOOTHING.
 
-    Raises ValueError for reversing, inputs that the drive cannot give, or a drive shorter than a few seconds.
+    Raises ValueError for inputs that the drive cannot give, or a drive shorter than a few seconds.
     """
     log = on_fine_clock(on_even_clock(recording))
     measured = measured_states(log)
@@ -79,7 +83,8 @@ def shooting_drive(
     if len(log) - first < 3.0 / log.dt:
         raise ValueError(f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s")
     length = smoothing or (SMOOTHING if live else lengths(log))
-    return Drive(log.name, log.dt, log.t, measured, smoothed(known_states(log), log.dt, length), inputs, first)
+    smooth = smoothed(known_states(log), log.dt, length)
+    return Drive(log.name, log.dt, log.t, measured, smooth, inputs, first, driven(log, start))
 
 
 def lengths(log: Recording) -> Array:
@@ -122,10 +127,24 @@ class Compiled:
         return cls(loop, history_loop(model, dt), start_memory(model), outputs)
 
 
+def window_starts(first: int, blocked: NDArray[np.bool_], steps: int, stride: int) -> NDArray[np.int_]:
+    """First rows of windows of so many steps from row `first` on, `stride` rows from one to the next, none across
+    a `blocked` row (N,)."""
+    rows, row = [], first
+    while row + steps < len(blocked):
+        inside = np.flatnonzero(blocked[row : row + steps + 1])
+        if len(inside):
+            row += int(inside[-1]) + 1
+        else:
+            rows.append(row)
+            row += stride
+    return np.array(rows, dtype=int)
+
+
 class Shooting:
     """Predictions of one model over the windows of one drive.
 
-    model: bicycle with effects; drive; horizon (s): length of the windows, which stand side by side;
+    model: bicycle with effects; drive; horizon (s): length of the windows, which stand side by side where the vehicle drives;
     substeps: Euler steps inside a step of the drive, for vehicles so quick that one would not be stable; compiled: the model's
     functions for this time step, where there are some already.
     """
@@ -134,10 +153,11 @@ class Shooting:
         self.model, self.drive = model, drive
         self.compiled = compiled or Compiled.of(model, drive.dt, substeps)
         self.steps = max(round(horizon / drive.dt), 2)
-        count = (len(drive.t) - drive.first - 1) // self.steps
-        if count < 2:
-            raise ValueError(f"{drive.name}: expected at least 2 windows of {horizon:g} s, found {count}")
-        self.rows = drive.first + self.steps * np.arange(count)
+        self.rows = window_starts(drive.first, ~drive.driven, self.steps, self.steps)
+        if len(self.rows) < 2:
+            raise ValueError(
+                f"{drive.name}: expected at least 2 windows of {horizon:g} s driven forwards, found {len(self.rows)}"
+            )
         self._loop, self._start = self.compiled.loop, self.compiled.start
         self._outputs = self.compiled.outputs.map("outputs_along", "serial", len(drive.t), [1], [])
         self._extra = model.x.nominal[len(STATE_CHANNELS) :]

@@ -29,7 +29,9 @@ def needed_substeps(model: Model, drives: Sequence[Drive], p: NDArray[np.float64
     jacobian = ca.Function("lateral", [x, u, free], [ca.jacobian(model.ode()(x, u, free)[moving], x[moving])])
     most = 0.0
     for drive, row in zip(drives, p, strict=True):
-        rows = slice(drive.first, None, EVERY)
+        rows = np.flatnonzero(drive.driven[drive.first :])[::EVERY] + drive.first
+        if not len(rows):
+            continue
         found = jacobian(drive.smooth[rows].T, drive.inputs[rows].T, row).full().reshape(2, -1, 2)
         most = max(most, drive.dt * float(np.abs(np.linalg.eigvals(np.moveaxis(found, 1, 0))).max()))
     return min(max(math.ceil(most / LONGEST_PART), 1), MOST_PARTS)

@@ -231,9 +231,12 @@ def test_standard_errors_are_those_of_the_estimates_spread():
 def test_what_the_logs_alone_say_of_a_given_number_does_not_hold_its_prior():
     fit = linear_fit(given=1.0, std=0.03)
     assert fit.value[0] < 1.6  # the prior holds it back
-    value, std, sigmas = departures(fit, errors_of(fit))["a"]
+    value, std, sigmas = departures(fit, errors_of(fit), {})["a"]
     assert value == pytest.approx(2.0, abs=5 * std) and sigmas > 10
-    assert departures(linear_fit(given=2.0, std=0.03), errors_of(linear_fit(given=2.0, std=0.03)))["a"][2] < 4
+    assert departures(linear_fit(given=2.0, std=0.03), errors_of(linear_fit(given=2.0, std=0.03)), {})["a"][2] < 4
+    wide = departures(fit, errors_of(fit), {"a": 0.3})["a"]
+    assert wide[:2] == pytest.approx((value, np.hypot(std, 0.3)))
+    assert wide[2] == pytest.approx((value - 1.0) / np.hypot(wide[1], 0.03)) and wide[2] < 4
 
 
 def test_the_cost_of_a_number_is_the_change_of_n_that_balances_it():

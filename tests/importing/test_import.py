@@ -339,8 +339,17 @@ def test_columns_are_recognised_by_their_names():
         "accel_x": "a_x_imu",
         "heading": "psi",
         "east": "x",
+        "v_long_kmh": "u",
+        "Vel Lat": "v",
+        "swa_deg": "steer",
+        "bearing_deg": "psi",
+        "yaw_deg": "psi",
+        "rpm_fl": "omega_fl",
+        "rear_right_rpm": "omega_rr",
         "temperature": None,
         "steering_rate": None,
+        "engine_rpm": None,
+        "GPS Latitude": None,
     }
     assert {name: channel_named(name) for name in names} == names
 

@@ -67,6 +67,18 @@ def test_a_slow_heading_is_compared_from_sample_to_sample(hertz, good):
         assert wrong.beyond_doubt and words in wrong.cure
 
 
+def test_a_gyro_scale_that_moves_n_is_warned_of(good):
+    drive = add_noise(good, "good", 1)
+    for scale in (1.04, 0.96):
+        (found,) = (
+            c for c in check_channels(drive.with_channels(omega_z=scale * drive["omega_z"]), reference_vehicle())
+            if c.name == "yaw_rate_heading"
+        )  # fmt: skip
+        assert not found.passed and not found.beyond_doubt
+        factor = float(found.cure.split("factor = ")[1].split()[0])
+        assert factor * scale == pytest.approx(1.0, abs=0.02)
+
+
 @pytest.mark.parametrize(
     "channel", ["u", "v", "psi", "omega_z", "a_x_imu", "a_y_imu", "steer", "omega_fl", "omega_rr", "x", "y"]
 )

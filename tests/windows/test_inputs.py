@@ -45,16 +45,6 @@ def test_missing_inputs_are_interpolated_and_counted():
     assert np.allclose(inputs[:, 0], drive["steer"], atol=0.02)
 
 
-def test_reversing_is_refused_and_noise_is_not():
-    drive = clay_drive(6.0)
-    u = drive["u"].copy()
-    u[200:300] = -1.0
-    with pytest.raises(ValueError, match="column 'u', row 201: expected forward motion"):
-        measured_inputs(drive.with_channels(u=u), clay_bicycle().external)
-    noise = 0.25 * np.random.default_rng(1).standard_normal(len(drive))
-    measured_inputs(drive.with_channels(u=0.05 + noise), clay_bicycle().external)
-
-
 def test_model_with_an_input_that_no_drive_has_is_named():
     with pytest.raises(ValueError, match="it has no 'moon'"):
         measured_inputs(clay_drive(3.0), Layout.of(Signal("moon", "", "phase")))
