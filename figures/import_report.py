@@ -122,14 +122,15 @@ def _timing(axis: Any, result: Import) -> None:
     for i, (name, one) in enumerate(result.series.items()):
         steps = np.diff(one.t)
         axis.semilogy(
-            one.t[1:] - result.merged.start_s,
-            steps,
+            one.t[1:][steps > 0.0] - result.merged.start_s,
+            steps[steps > 0.0],
             ".",
             ms=2,
             label=name,
             color=(ESTIMATED, INITIAL, REAR, SOFT)[i % 4],
         )
     steps = np.concatenate([np.diff(one.t) for one in result.series.values()])
+    steps = steps[steps > 0.0]  # bursts share a time of arrival
     decades = 10.0 ** np.floor(np.log10(steps.min())), 10.0 ** (np.floor(np.log10(steps.max())) + 1.0)
     axis.set(title="steps between samples", xlabel="s", ylabel="s", ylim=decades)
     axis.legend(loc="upper center", ncols=4, fontsize=6, markerscale=3, handletextpad=0.1, columnspacing=0.8)

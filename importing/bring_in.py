@@ -169,11 +169,14 @@ def bring_in(
 def source_shifts(plan: ImportMap, offsets: Sequence[Offset]) -> dict[str, float]:
     """Source -> seconds to add to its times: minus its channels' offsets, weighted by their standard errors.
 
-    plan: the map; the yaw rate's source is the reference and stays; an offset within LEAST_SIGMAS of its error is left.
+    plan: the map; the yaw rate's source is the reference and stays; an offset within LEAST_SIGMAS of its error is left, and so is
+    one that is not `trusted`.
     """
     reference = plan.channels["omega_z"].source
     sums: dict[str, list[tuple[float, float]]] = {}
     for offset in offsets:
+        if not offset.trusted:
+            continue
         sources = {plan.channels[c].source for c in GROUPS[offset.group] if c in plan.channels}
         for source in sources - {reference}:
             sums.setdefault(source, []).append((offset.late_s, offset.std))

@@ -30,6 +30,7 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
         declared = late_steering if offset.group == "steer" else 0.0
         late = offset.late_s + declared
         matters = offset.after - offset.before > 0.002 or declared > LIMITS.clock
+        matters = matters and offset.trusted  # else a sign or a unit is wrong, which other checks say
         least = LIMITS.heading_clock if offset.group == "psi" else LIMITS.clock
         doubtful = abs(late) > max(least, 3.0 * offset.std) and matters
         side = "late" if offset.late_s > 0 else "early"

@@ -12,9 +12,12 @@ from softsoil.recording.check_words import LIMITS, Check
 from softsoil.recording.drive import Array
 from softsoil.recording.evidence import MOSTLY, Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
+from softsoil.recording.plausible import against
 
 SLOPE, FEWEST = 4, 8
 """Samples in a window that make a slope, and those of a slow heading from which on it is compared from one to the next."""
+SURE_SIGN = 0.3
+"""Scale of the yaw rate beyond whose negative its sign is wrong, or that of the heading; the steering tells which."""
 SLIDING = 0.75
 """Share of u omega_z that dv/dt may take back while a vehicle slides: where v is not measured, a smaller departure of the lateral
 accelerometer's scale from 1 is no evidence (0.59 was met on clay, at full lock)."""
@@ -32,6 +35,10 @@ def heading_checks(m: Motion) -> list[Check]:
         found = f"r^2 = {line.r2:.2f} between the heading's rate and the yaw rate"
         words = "a heading that turns as the yaw rate says"
         return [Check("yaw_rate_heading", "psi", False, found, words, "map another column to psi or omega_z", True)]
+    if line.value[0] < -SURE_SIGN and m.log.measured("steer") and against("steer", m.log.channels):
+        words, found = "a yaw rate that turns as the heading and the steering say", f"a scale of {line.value[0]:.3f}"
+        cure = 'sign = -1 for omega_z; of an inertial sensor that hangs upside down frame = "z-down" in its [mount]'
+        return [Check("yaw_rate_heading", "omega_z", False, found, words, cure, True)]
     checks = [
         scale_check(
             "yaw_rate_heading",

@@ -52,6 +52,8 @@ MOST_ROWS = 60_000
 JUMP = 6.0
 """Standard deviations of its noise by which a speed moves from one sample to the next, beyond what any vehicle accelerates, where
 two records are joined or a receiver has jumped."""
+FAR, EXPLAINED = 0.25, 0.9
+"""s: a larger offset has to explain its channel with this correlation."""
 LEAST_R2 = {"wheels": 0.8}
 """Share of the variance that the best offset must explain, 0.5 where a group is not named; below it no offset is given."""
 
@@ -70,6 +72,11 @@ class Offset:
     std: float
     before: float
     after: float
+
+    @property
+    def trusted(self) -> bool:
+        """Whether it may be a clock: a large offset that explains its channel badly is a wrong sign or unit."""
+        return abs(self.late_s) <= FAR or self.after > EXPLAINED
 
 
 def time_offsets(recording: Recording, geometry: Geometry) -> tuple[Offset, ...]:

@@ -101,7 +101,7 @@ def _check_heading(
         )
     near, mirrored = (np.median(np.abs(np.angle(np.exp(1j * (turned - side * expected))))) for side in (1.0, -1.0))
     if mirrored < 0.5 * near:
-        if _against("steer", channels):
+        if against("steer", channels):
             raise ValueError(
                 f"{path}: column {sources['omega_z'].column!r}: expected a yaw rate that grows to the left (ISO 8855), found the "
                 "opposite of what heading and steering say: a column map with sign = -1 converts, and of an inertial sensor that "
@@ -113,7 +113,7 @@ def _check_heading(
         )
 
 
-def _against(name: str, channels: Mapping[str, Array]) -> bool:
+def against(name: str, channels: Mapping[str, Array]) -> bool:
     """Whether a channel and the yaw rate, driving forward, have opposite signs; False without the channel or the speed."""
     if not {name, "u"} <= set(channels):
         return False

@@ -8,6 +8,7 @@ from softsoil.cases.hostile import VARIANTS, variant
 from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.recording.derive import completed
 from softsoil.recording.noise import add_noise
+from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive, write_drive
 
 LEFT_TO_THE_VERDICT = {
@@ -65,6 +66,23 @@ def test_a_slow_heading_is_compared_from_sample_to_sample(hertz, good):
     ):
         wrong = checks_of(psi)["yaw_rate_heading"]
         assert wrong.beyond_doubt and words in wrong.cure
+
+
+def test_a_flipped_yaw_rate_is_named_and_shifts_no_clock(good):
+    drive = add_noise(good, "good", 1)
+    flipped = drive.with_channels(omega_z=-drive["omega_z"])
+    wrong = [check for check in check_channels(flipped, reference_vehicle()) if check.beyond_doubt]
+    assert wrong[0].channel == "omega_z" and "sign = -1 for omega_z" in wrong[0].cure and "z-down" in wrong[0].cure
+    steer = {offset.group: offset for offset in time_offsets(flipped, reference_vehicle())}.get("steer")
+    assert steer is None or not steer.trusted or abs(steer.late_s) < 0.25
+    right = {offset.group: offset for offset in time_offsets(drive, reference_vehicle())}
+    assert all(offset.trusted for offset in right.values())
+
+
+def test_a_steering_wheels_angle_is_named_before_what_it_does_to_the_wheels(good):
+    drive = add_noise(good, "good", 1)
+    wrong = [c for c in check_channels(drive.with_channels(steer=14.0 * drive["steer"]), reference_vehicle()) if c.beyond_doubt]
+    assert wrong[0].channel == "steer" and "give ratio" in wrong[0].cure
 
 
 def test_a_gyro_scale_that_moves_n_is_warned_of(good):
