@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -23,6 +24,7 @@ from softsoil.commands.output import console, output_folder, progress, say_writt
 from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.late_clocks import LateClock, late_clocks
 from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.estimator.verdict import Verdict
 from softsoil.figures.labels import plain
@@ -63,16 +65,17 @@ def estimate(
     first = float(declared.soil.n) if n0 is None else n0
     with progress(clean.name) as told:
         found = estimate_log(noisy, built, first, method=method, start=skip, progress=told)
-    _say(found, noisy)
+    clocks = late_clocks(noisy, built, found, start=skip)
+    _say(found, noisy, clocks)
     if not np.isfinite(found.n_front[-1]):  # no soil: nothing to draw
-        say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model))])
+        say_written([write_result(folder / "estimate.json", as_json(found, clocks), about_vehicle(vehicle, model))])
         return
     figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
-    say_written([write_result(folder / "estimate.json", as_json(found), about_vehicle(vehicle, model)), figure])
+    say_written([write_result(folder / "estimate.json", as_json(found, clocks), about_vehicle(vehicle, model)), figure])
 
 
-def as_json(found: TerrainEstimate) -> dict:
-    """The content of estimate.json."""
+def as_json(found: TerrainEstimate, clocks: Sequence[LateClock] = ()) -> dict:
+    """The content of estimate.json; clocks: that would explain an inconsistent estimate."""
     if found.verdict is None:
         raise ValueError("estimate.json: expected an estimate with its verdict, found none")
     return {
@@ -86,6 +89,7 @@ def as_json(found: TerrainEstimate) -> dict:
         "nis_inside_95": found.nis_inside_95 if len(found.nis) and not found.noise_free else None,
         "filter": _filter(found),
         "windows": _windows(found),
+        "late_clocks": [vars(clock) for clock in clocks],
         "changes_s": found.changes,
         "revoked_s": found.revoked,
         "drift": None if found.drift is None else vars(found.drift),
@@ -146,10 +150,12 @@ def _of_class(found: TerrainEstimate) -> list[str]:
     return [line + (stated if evidence.soil.std > 0.0 else NOT_STATED)] if moved else []
 
 
-def _say(found: TerrainEstimate, drive: Recording) -> None:
+def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock]) -> None:
     if found.verdict is None:
         raise ValueError("estimate: expected an estimate with its verdict, found none")
     console.print(verdict_line(found.verdict), style="bold" if found.verdict.usable else "bold red", highlight=False)
+    for clock in clocks:
+        console.print(f"clock: {clock.sentence}", highlight=False)
     if found.verdict.word in NEXT:
         console.print(f"next: {NEXT[found.verdict.word]}", highlight=False)
     if not np.isfinite(found.n_front[-1]):

@@ -16,11 +16,12 @@ from softsoil.importing.local_frame import east_north
 from softsoil.importing.loose_table import inspect_table, open_table, read_columns
 from softsoil.importing.merge import Merged, merge
 from softsoil.importing.sources import Holding, Series, check_source, is_bag
+from softsoil.recording.check_axle import axle_checks
 from softsoil.recording.check_place import place_checks
 from softsoil.recording.check_words import Check
 from softsoil.recording.cross_check import check_channels
 from softsoil.recording.derive import completed
-from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
+from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Recording
 from softsoil.recording.evidence import Motion
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.offsets import Offset, time_offsets
@@ -160,10 +161,24 @@ def bring_in(
                 break
             merged = merge(name, plan, series, geometry, shifts)
             found = time_offsets(merged.recording, geometry)
+        hidden = _positions_elsewhere(plan, shifts, merged.recording, geometry)
+        if hidden:
+            shifts = {source: value for source, value in shifts.items() if source not in hidden}
+            merged = merge(name, plan, series, geometry, shifts)
     notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
     recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
-    checks = check_channels(recording, geometry)
+    checks = (*check_channels(recording, geometry), *axle_checks(recording, geometry))
     return Import(merged, completed(recording, geometry), shifts, offsets, checks, series)
+
+
+def _positions_elsewhere(
+    plan: ImportMap, shifts: Mapping[str, float], recording: Recording, geometry: Geometry
+) -> set[str]:
+    """Sources of positions whose clocks have been shifted, where the positions still are not those of the front axle: an antenna
+    that stands elsewhere looks like a late clock, and a shift would hide it."""
+    moved = {plan.channels[c].source for c in GROUPS["position"] if c in plan.channels}
+    moved &= {source for source, value in shifts.items() if value}
+    return moved if moved and any(not check.passed for check in axle_checks(recording, geometry)) else set()
 
 
 def source_shifts(plan: ImportMap, offsets: Sequence[Offset]) -> dict[str, float]:

@@ -53,7 +53,7 @@ class Limits:
     """
 
     scale: float = 0.05
-    turn: float = 0.02
+    turn: float = 0.012
     lateral: float = 0.15
     wrong_scale: tuple[float, float] = (0.6, 1.6)
     sigmas: float = 5.0

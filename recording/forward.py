@@ -22,25 +22,28 @@ def driven(recording: Recording, start: float = 0.0) -> NDArray[np.bool_]:
 
     Missing speeds are interpolated. A drive without a speed stands.
     """
-    u, t = recording["u"], recording.t
-    good = np.isfinite(u)
-    if not good.any():
+    t = recording.t
+    if not np.isfinite(recording["u"]).any():
         return np.zeros(len(t), dtype=bool)
     forwards = np.ones(len(t), dtype=bool)
-    slow = np.concatenate([[False], np.interp(t, t[good], u[good]) < STANDING, [False]])
-    for first, last in np.flatnonzero(np.diff(slow.astype(int))).reshape(-1, 2):
-        if t[last - 1] - t[first] >= STANDSTILL:
-            forwards[first : max(last, int(np.searchsorted(t, t[last - 1] + start, side="right")))] = False
+    for first, last in _slower(recording, STANDING):
+        forwards[first : max(last, int(np.searchsorted(t, t[last - 1] + start, side="right")))] = False
     return forwards
+
+
+def _slower(recording: Recording, speed: float) -> list[tuple[int, int]]:
+    """(first row, row after the last) of each stretch of a STANDSTILL or longer below a speed (m/s)."""
+    u, t = recording["u"], recording.t
+    good = np.isfinite(u)
+    slow = np.interp(t, t[good], u[good]) < speed if good.any() else np.zeros(len(t), dtype=bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], slow, [False]]).astype(int))).reshape(-1, 2)
+    return [(int(first), int(last)) for first, last in edges if t[last - 1] - t[first] >= STANDSTILL]
 
 
 def with_note_of_reversing(recording: Recording) -> Recording:
     """The recording with a note of how long the vehicle reverses in it, where it does for longer than a STANDSTILL."""
-    u = recording["u"]
-    back = np.concatenate([[False], u < REVERSING, [False]])
-    edges = np.flatnonzero(np.diff(back.astype(int))).reshape(-1, 2)
     t = recording.t
-    times = [(float(t[last - 1] - t[first]), float(t[first])) for first, last in edges if t[last - 1] - t[first] >= STANDSTILL]
+    times = [(float(t[last - 1] - t[first]), float(t[first])) for first, last in _slower(recording, REVERSING)]
     if not times:
         return recording
     note = (

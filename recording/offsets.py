@@ -30,6 +30,9 @@ SMOOTHING = 0.15
 """s: moving mean over all signals before they are compared, the same for both sides."""
 SYSTEMATIC = {"steer": 0.02, "psi": 0.005, "position": 0.01, "u": 0.01, "wheels": 0.2}
 """s: what the comparison itself is off by on drives with one clock (steer: 0.00 to 0.02 on multi-sine drives of two vehicles)."""
+LEFT_BY_STEER = 0.03
+"""Share of the steering's variance that its best offset leaves at most on the drives behind its SYSTEMATIC (good sensors); where
+more is left, by noise or since the wheels follow another law, the offset is as much less certain."""
 UNMODELLED = {"u": 0.15, "psi": 0.003, "position": 0.005, "wheels": 0.01}
 """What may be in a comparison for a second at a time: m/s^2 of an accelerometer that pitches and shakes, rad/s of the others."""
 ALIKE = {"wheels": 0.2, "u": 0.1}
@@ -272,7 +275,8 @@ def best_offset(
     if not after >= LEAST_R2.get(group, 0.5):
         return None
     error = _error(filled, base, q, usable, reach, int(lags[best]), dt, UNMODELLED.get(group, 0.0))
-    std = float(np.hypot(error, SYSTEMATIC.get(group, 0.02)))
+    more = max(np.sqrt(left[best] / LEFT_BY_STEER), 1.0) if group == "steer" else 1.0
+    std = float(np.hypot(error, more * SYSTEMATIC.get(group, 0.02)))
     late_s = float((lags[best] + away) * dt) + LEAD.get(group, 0.0)
     return Offset(group, against, late_s, std, float(np.sqrt(max(before, 0.0))), float(np.sqrt(after)))
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
     from softsoil.estimator.estimate import estimate
     from softsoil.estimator.horizons import predict
+    from softsoil.estimator.late_clocks import late_clocks
     from softsoil.files.package_data import example_logs
     from softsoil.identification.identify import identify
     from softsoil.identification.soil_numbers import identify_soil
@@ -57,6 +58,7 @@ __all__ = [
     "generate",
     "identify",
     "identify_soil",
+    "late_clocks",
     "load_declaration",
     "load_soil",
     "load_vehicle",
@@ -79,6 +81,7 @@ if not TYPE_CHECKING:
         "control.plugs_do_mpc": ("to_do_mpc",),
         "estimator.estimate": ("estimate",),
         "estimator.horizons": ("predict",),
+        "estimator.late_clocks": ("late_clocks",),
         "files.package_data": ("example_logs",),
         "plant.simulate": ("simulate",),
         "recording.drive": ("Recording",),

@@ -1,0 +1,40 @@
+"""An inconsistent drive whose clocks are off is told so; one that is inconsistent for another reason is not."""
+
+import pytest
+
+import softsoil
+from softsoil.commands.estimate import as_json
+from softsoil.estimator.late_clocks import CLOCKS, shifted
+from softsoil.recording.noise import add_noise
+
+
+@pytest.fixture(scope="module")
+def log():
+    return add_noise(softsoil.read_drive(softsoil.example_logs()[0]).between(0.0, 26.0), "good", 2)
+
+
+def model(**numbers):
+    return softsoil.bicycle(softsoil.load_vehicle("reference").with_(**numbers), softsoil.load_soil("clay"))
+
+
+@pytest.mark.parametrize(("what", "late"), [("steer and the wheels", 4), ("omega_z", -4)])
+def test_a_clock_that_is_off_is_named_with_its_side_and_its_n(log, what, late):
+    drive = shifted(log, CLOCKS[what], -late)
+    found = softsoil.estimate(drive, model(), 0.7)
+    assert found.verdict.word == "inconsistent"
+    clocks = softsoil.late_clocks(drive, model(), found)
+    assert what in [clock.what for clock in clocks]
+    assert clocks[0].late * (late if clocks[0].what == what else -late) > 0
+    clock = next(clock for clock in clocks if clock.what == what)
+    assert clock.late == pytest.approx(late * log.dt, abs=0.015)
+    assert abs(clock.n - 0.5) < max(0.03, 2 * clock.std)
+    assert f"late = {clock.late:.2f}" in clock.sentence
+    assert as_json(found, clocks)["late_clocks"][0]["what"] == clocks[0].what
+
+
+def test_a_wrong_inertia_is_no_clock_and_an_identified_drive_is_not_looked_at(log):
+    heavy = model(yaw_inertia=1.4 * model().geometry.yaw_inertia)
+    found = softsoil.estimate(log, heavy, 0.7)
+    assert found.verdict.word == "inconsistent" and softsoil.late_clocks(log, heavy, found) == ()
+    good = softsoil.estimate(log, model(), 0.7)
+    assert good.verdict.usable and softsoil.late_clocks(log, model(), good) == ()
