@@ -112,7 +112,7 @@ def identify(
         numbers=numbers,
         n=n,
         judged=judgement,
-        asks=asks(vehicle, numbers, had, rules.load_share),
+        asks=() if doubted else asks(vehicle, numbers, had, rules.load_share),  # no manoeuvre mends a channel
         contradictions=state.contradictions,
         unexplained=left,
         vehicle=vehicle.with_(verdict=verdict),
@@ -318,7 +318,11 @@ def _verdict(state: _State, numbers: Mapping[str, Found], bench: Bench, had: Exc
             f"({c.sigmas:.0f} standard deviations)"
             for c in state.contradictions
         )
-        return "contradicts_given", words + ": measure it again before this file is used."
+        stands = ", ".join(f"{c.name} = {abs(c.value - c.given):.2g}" for c in state.contradictions)
+        return "contradicts_given", (
+            f"{words}: measure it again before this file is used. Where the measurement stands, since force law or slip are "
+            f"other ones there, [uncertainty] {stands} in the known numbers leaves it to the logs."
+        )
     if not had.many_waves:
         return "needs_data", (
             "Every log repeats one steering wave: n and the vehicle's numbers change its one amplitude and phase alike, whatever "

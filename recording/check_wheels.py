@@ -15,6 +15,9 @@ GRAVITY = 9.81
 LEAST_TURNING = 0.02
 """Difference of the wheels' speeds of an axle, over speed (root mean square), from which a drive turns."""
 
+METRES = 0.2
+"""Share by which rim speed over ground speed may depart from the radius where it is taken for one in m/s."""
+
 
 def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
     """r omega over the speed of the wheel's centre in its plane, per wheel: 1 + slip for every wheel.
@@ -45,15 +48,23 @@ def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
         if ratio < 0.0 and abs(ratio) > 0.1:
             checks.append(Check(f"wheel_{name}", name, False, found, expected, f"sign = -1 for {name}", True))
         elif not low <= ratio <= high:
-            cure = f"correct the unit of {name}{unit_hint(name, ratio)}, its radius, or leave it out"
+            hint = unit_hint(name, ratio) or _metres(ratio, geometry.radius)
+            cure = f"correct the unit of {name}{hint}, its radius, or leave it out"
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
         else:
             odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart
             slips = not 1.0 - 2.0 * LIMITS.wheel_apart <= ratio <= 1.0 + 2.0 * LIMITS.wheel_apart
             cure = f"factor = {1 / ratio:.3f} for {name}, or another radius" if odd or slips else ""
+            cure += _metres(ratio, geometry.radius) if odd or slips else ""
+            cure += "; or the wheels slip as much on this ground" if slips and not odd and ratio > 1.0 else ""
             expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected
             checks.append(Check(f"wheel_{name}", name, not (odd or slips), found, expected, cure))
     return checks
+
+
+def _metres(ratio: float, radius: float) -> str:
+    """A hint where the speed is that of the rim in m/s; radius (m)."""
+    return ' (m/s? unit = "m/s")' if abs(ratio / radius - 1.0) < METRES else ""
 
 
 def sensor_checks(m: Motion, geometry: Geometry) -> list[Check]:

@@ -237,3 +237,4 @@ def test_the_second_vehicle_is_identified_and_n_is_right_on_other_drives(shared_
     parts = [drive.between(drive.t[0], drive.t[0] + 18.0) for drive in drives]
     found = identify(parts, [load_soil(str(named_soil(name))) for name in names], wrong)
     assert found.verdict == "contradicts_given" and found.contradictions[0].name == "radius"
+    assert "[uncertainty] radius = 0.0" in found.reason

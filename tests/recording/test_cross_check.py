@@ -7,6 +7,7 @@ from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, reference_vehicle
 from softsoil.cases.hostile import VARIANTS, variant
 from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.recording.derive import completed
+from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive, write_drive
@@ -83,6 +84,18 @@ def test_a_steering_wheels_angle_is_named_before_what_it_does_to_the_wheels(good
     drive = add_noise(good, "good", 1)
     wrong = [c for c in check_channels(drive.with_channels(steer=14.0 * drive["steer"]), reference_vehicle()) if c.beyond_doubt]
     assert wrong[0].channel == "steer" and "give ratio" in wrong[0].cure
+
+
+def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
+    drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
+
+    def cures(factor):
+        drives = drive.with_channels(**{name: factor * drive[name] for name in WHEEL_CHANNELS})
+        return [c.cure for c in check_channels(drives, vehicle) if c.name.startswith("wheel_omega") and not c.passed]
+
+    assert len(cures(vehicle.radius)) == 4 and all('m/s? unit = "m/s"' in cure for cure in cures(vehicle.radius))
+    assert len(cures(1.2)) == 4 and all("slip as much on this ground" in cure for cure in cures(1.2))
+    assert cures(1.0) == []
 
 
 def test_a_gyro_scale_that_moves_n_is_warned_of(good):
