@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from softsoil.importing.frames import TRANSFORMS, Transform, frame_of, transforms_of
 from softsoil.importing.messages import fields_of, reader_of, stamp_of
 from softsoil.importing.sources import Holding, Series, Spread, ordered
 
@@ -68,13 +69,17 @@ def inspect_bag(path: Path, progress: Callable[[float], None] = lambda share: No
 
 def _topic(reader: Any, connection: Any, file: str) -> Holding:
     samples: dict[str, list[float]] = {}
-    arrivals, stamps = [], []
+    arrivals, stamps, frame = [], [], ""
+    transforms: dict[str, Transform] = {}
     for _, arrival, raw in reader.messages(connections=[connection]):
         message = _message(reader, connection, raw)
         if message is None:
             break
         arrivals.append(arrival * 1e-9)
         stamps.append(stamp_of(message))
+        frame = frame or frame_of(message)
+        if connection.msgtype.endswith(TRANSFORMS):
+            transforms |= {one.child: one for one in transforms_of(message)}
         for key, value in fields_of(message):
             samples.setdefault(key, []).append(value)
         if len(arrivals) >= SAMPLED:
@@ -86,7 +91,8 @@ def _topic(reader: Any, connection: Any, file: str) -> Holding:
     spreads = {key: _spread(np.array(values)) for key, values in samples.items()}
     start = float(clock[0]) if len(clock) else float("nan")
     return Holding(connection.topic, connection.msgtype, file, int(connection.msgcount), rate, start,
-                   start + (connection.msgcount - 1) / rate, "header stamps" if stamped else "arrival", spreads)  # fmt: skip
+                   start + (connection.msgcount - 1) / rate, "header stamps" if stamped else "arrival", spreads, frame,
+                   tuple(transforms.values()))  # fmt: skip
 
 
 def _spread(values: np.ndarray) -> Spread:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from softsoil.importing.frames import VEHICLE, Place, places
 from softsoil.importing.import_map import CHANNELS
 from softsoil.importing.sources import Holding, Spread
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
@@ -253,14 +254,30 @@ def draft(holdings: Sequence[Holding]) -> str:
             "# steer: if this is the angle of the steering wheel, add ratio = (steering wheel over road wheel)."
         )
     lines += ["", *PLACES]
+    known = places([one for h in holdings for one in h.transforms])
     for h in holdings:
-        mark = "" if hangs(h) else "# "
-        if mark == "" or _has_place(h):
-            lines += [f"{mark}[mount.{json.dumps(h.name)}]", "# x = 0.0", "# y = 0.0", "# yaw = 0.0"]
-        if hangs(h):
-            lines.append('frame = "z-down"  # its accelerometer reads gravity as that of a sensor with z down does')
+        lines += _mount(h, known.get(h.frame))
     lines += ["", "# [clock]", "# rate_hz = 100"]
     return "\n".join(lines) + "\n"
+
+
+def _mount(holding: Holding, place: Place | None) -> list[str]:
+    """The lines on a source's place: as the recording's transforms have it, or blank; none for what has no place."""
+    hanging = hangs(holding)
+    mark = "" if hanging else "# "
+    if not hanging and place is None and not _has_place(holding):
+        return []
+    at = place or Place("", 0.0, 0.0, 0.0, False)
+    head = f"{mark}[mount.{json.dumps(holding.name)}]"
+    if place is not None:
+        head += f"  # {holding.frame} from {place.base}, by the transforms: add {place.base}'s own x, -l_r at the rear axle"
+    elif holding.frame in VEHICLE:
+        head += f"  # of {holding.frame}: x = -l_r where that is the rear axle"
+    lines = [head, *(f"# {name} = {value:.3f}" for name, value in (("x", at.x), ("y", at.y), ("yaw", at.yaw)))]
+    if hanging or at.upside_down:
+        why = "its accelerometer reads gravity as that of a sensor with z down does" if hanging else "its frame's z points down"
+        lines.append(f'{mark}frame = "z-down"  # {why}')
+    return lines
 
 
 def hangs(holding: Holding) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from softsoil.importing.frames import Transform
 from softsoil.recording.drive import Array
 
 BAG_SUFFIXES = (".bag", ".mcap", ".db3")
@@ -31,7 +32,8 @@ class Holding:
     """One source of a recording.
 
     name: topic or file name; kind: message type or "table"; file; count: messages or rows; rate_hz; start_s, stop_s: of its
-    clock; clock: "header stamps", "arrival" or the column that is the time; fields: path or column -> spread of sampled values.
+    clock; clock: "header stamps", "arrival" or the column that is the time; fields: path or column -> spread of sampled values;
+    frame: of its values, where it names one; transforms: between frames, that it holds.
     """
 
     name: str
@@ -43,6 +45,8 @@ class Holding:
     stop_s: float
     clock: str
     fields: Mapping[str, Spread] = field(default_factory=dict)
+    frame: str = ""
+    transforms: tuple[Transform, ...] = ()
 
     def as_json(self) -> dict[str, object]:
         """The entry of inspect.json."""
@@ -50,7 +54,8 @@ class Holding:
             k: {"min": s.least, "max": s.largest, "changes": s.changes, "unit": s.unit} for k, s in self.fields.items()
         }
         return {"name": self.name, "kind": self.kind, "file": self.file, "count": self.count, "rate_hz": self.rate_hz,
-                "start_s": self.start_s, "stop_s": self.stop_s, "clock": self.clock, "fields": fields}  # fmt: skip
+                "start_s": self.start_s, "stop_s": self.stop_s, "clock": self.clock, "frame": self.frame,
+                "fields": fields}  # fmt: skip
 
 
 @dataclass(frozen=True)

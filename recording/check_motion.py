@@ -16,6 +16,10 @@ from softsoil.recording.plausible import against
 
 SLOPE, FEWEST = 4, 8
 """Samples in a window that make a slope, and those of a slow heading from which on it is compared from one to the next."""
+TURNS = 0.1
+"""rad: spread of the heading from which on a velocity along the vehicle's axes cannot be taken for one along the world's."""
+ALONG = 0.9
+"""Share of the rates of x and y that velocities along the world's axes explain at least; the rest is the front axle's turning."""
 SURE_SIGN = 0.3
 """Scale of the yaw rate beyond whose negative its sign is wrong, or that of the heading; the steering tells which."""
 SLIDING = 0.75
@@ -152,6 +156,10 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
     moved_x, moved_y = m.slope(x), m.slope(y)
     moved = (m.driven(c * moved_x + s * moved_y), m.driven(-s * moved_x + c * moved_y))
     parts = [turned(u, zero), turned(zero, u), turned(zero, omega)] + ([turned(zero, v)] if has_v else [])
+    if has_v and _of_the_world(m, middle, (moved_x, moved_y), (u, v)):
+        found, words = "the rates of x and y", "velocities along the vehicle's axes"
+        cure = "they are given in the world's frame: map the twist of the vehicle's own frame, or a speed to u and nothing to v"
+        return [Check("velocity_frame", "u, v", False, found, words, cure, True)]
     course = _course(moved, parts[0])
     if course is not None and not course.passed:
         return [course]
@@ -225,6 +233,14 @@ def _sway(m: Motion) -> float:
     """Root mean square velocity (m/s) of a position sensor that body roll and its own wander make, over both directions."""
     force = m.channel("u") * m.channel("omega_z")
     return float(np.hypot(LIMITS.still, LIMITS.sway * np.sqrt(0.5 * np.nanmean(m.driven(m.slope(force)) ** 2))))
+
+
+def _of_the_world(m: Motion, heading: Array, moved: tuple[Array, Array], velocity: tuple[Array, Array]) -> bool:
+    """Whether the velocity's components are the rates of x and y, although the heading (K,) turns away from x."""
+    if np.nanstd(heading) < TURNS:
+        return False
+    lines = [regress(m.mean(one), rate, np.ones(m.windows)) for one, rate in zip(velocity, moved, strict=True)]
+    return all(line is not None and line.r2 > ALONG and 0.8 < line.value[0] < 1.25 for line in lines)
 
 
 def _mirrored(

@@ -86,6 +86,15 @@ def test_a_steering_wheels_angle_is_named_before_what_it_does_to_the_wheels(good
     assert wrong[0].channel == "steer" and "give ratio" in wrong[0].cure
 
 
+def test_velocities_in_the_worlds_frame_are_named(good):
+    drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
+    cos, sin = np.cos(drive["psi"]), np.sin(drive["psi"])
+    turned = drive.with_channels(u=drive["u"] * cos - drive["v"] * sin, v=drive["u"] * sin + drive["v"] * cos)
+    (wrong,) = (check for check in check_channels(turned, vehicle) if check.name == "velocity_frame")
+    assert wrong.beyond_doubt and "world's frame" in wrong.cure
+    assert not [check for check in check_channels(drive, vehicle) if check.name == "velocity_frame"]
+
+
 def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
     drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
 
