@@ -19,10 +19,10 @@ METRES = 0.2
 """Share by which rim speed over ground speed may depart from the radius where it is taken for one in m/s."""
 
 
-def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
+def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Check]:
     """r omega over the speed of the wheel's centre in its plane, per wheel: 1 + slip for every wheel.
 
-    geometry: place of the wheels and their radius.
+    geometry: place of the wheels and their radius; front: whether steered wheels are compared, for which the angle must be right.
     """
     reach = round(0.5 / m.log.dt)
     u, omega_z, steer = (interpolated(m.channel(name), reach) for name in ("u", "omega_z", "steer"))
@@ -31,7 +31,7 @@ def wheel_checks(m: Motion, geometry: Geometry) -> list[Check]:
     ratios: dict[str, float] = {}
     for name, (x, y, steered) in corners(geometry).items():
         spin = m.channel(name)
-        if not np.isfinite(spin).any():
+        if not np.isfinite(spin).any() or (steered and not front):
             continue
         angle = steer if steered else np.zeros_like(steer)
         centre = (u - y * omega_z) * np.cos(angle) + (v + x * omega_z) * np.sin(angle)

@@ -39,8 +39,10 @@ def check_channels(recording: Recording, geometry: Geometry, late_steering: floa
     checks += filter_checks(motion.log)
     checks += speed_checks(motion, geometry)
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
-    checks += steering_checks(motion, geometry)  # before the wheels: a front wheel's speed is compared along its steering
-    checks += wheel_checks(motion, geometry) + sensor_checks(motion, geometry) + side_checks(motion, geometry)
+    steering = steering_checks(motion, geometry)
+    checks += steering  # before the wheels: a front wheel's speed is compared along its steering
+    steered = not any(check.beyond_doubt for check in steering)
+    checks += wheel_checks(motion, geometry, steered) + sensor_checks(motion, geometry) + side_checks(motion, geometry)
     checks += single_checks(motion)
     return tuple(checks)
 
