@@ -7,15 +7,15 @@ from softsoil.recording.drive import Recording
 from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.symbolic.vehicle import Vehicle
 
-CURE = "[mount] in the map of softsoil import puts positions in their place, or a sensor is wrong"
-"""What to do where the log is of the vehicle."""
+CURE = "a sensor is wrong or stands elsewhere ([mount] in the map of softsoil import)"
+"""What it is where the log is of the vehicle."""
 
 
 def refuse_another(log: Recording, vehicle: Vehicle) -> None:
     """ValueError for a log whose motion contradicts the vehicle's geometry beyond doubt."""
     words = beyond_doubt(log, vehicle)
     if words:
-        raise ValueError(f"{words}: --vehicle names the vehicle that drove; if it is that, {CURE}")
+        raise ValueError(f"{words}: --vehicle names the vehicle that drove; if it is this one, {CURE}")
 
 
 def doubt_another(log: Recording, vehicle: Vehicle, named: bool) -> None:
@@ -25,4 +25,4 @@ def doubt_another(log: Recording, vehicle: Vehicle, named: bool) -> None:
         refuse_another(log, vehicle)
     words = beyond_doubt(log, vehicle)
     if words:
-        console.print(f"{words}: another vehicle; or, if it is that, {CURE}", highlight=False)
+        console.print(f"{words}: another vehicle, or {CURE}", highlight=False)

@@ -29,14 +29,14 @@ CLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"steer": ("steer",), "steer and the wheels": ("steer", *WHEEL_CHANNELS), "omega_z": ("omega_z", "a_x_imu", "a_y_imu")}
 )
 """Words for what a clock times -> its channels."""
-TRIED, FINER, FARTHEST = 0.04, 0.02, 0.12
+TRIED, FINER, FARTHEST = 0.03, 0.015, 0.12
 """s: shifts that are tried to either side of none, then to either side of the vertex of the parabola through their costs; the
 largest that is asked for."""
 LEAST = 0.008
 """s: a smaller shift explains nothing that noise does not."""
 PART = 12.0
 """s: of the middle of a drive, on which shifts are tried; what they explain is judged on all of it."""
-CHEAPER = 0.98
+CHEAPER = 0.995
 """Share of the cost without a shift that one of those tried has at most, for the clock to be looked at further."""
 
 
@@ -113,11 +113,11 @@ def late_clocks(
 
 def _vertex(costs: Mapping[int, float], rows: int, step: int) -> int:
     """Rows of least cost by the parabola through those at `rows` and `step` to either side; of the least of the three where it
-    opens downwards or its vertex lies farther than twice the step."""
+    opens downwards or its vertex lies farther than four times the step."""
     low, here, high = (costs[rows + side] for side in (-step, 0, step))
     bend = low - 2.0 * here + high
     away = 0.5 * (low - high) / bend if bend > 0.0 else np.inf
-    return rows + (round(step * away) if abs(away) <= 2.0 else (-step if low < high else step))
+    return rows + (round(step * away) if abs(away) <= 4.0 else (-step if low < high else step))
 
 
 def shifted(recording: Recording, names: tuple[str, ...], rows: int) -> Recording:
