@@ -46,7 +46,8 @@ def test_what_a_named_vehicle_contradicts_is_a_remark_to_residual(other, tmp_pat
     result = runner.invoke(
         app, ["residual", str(other), "--soil", "clay", "--vehicle", "reference", "--out", str(tmp_path / "o")]
     )
-    assert result.exit_code == 0 and "another vehicle, or a sensor is wrong or stands elsewhere" in " ".join(result.output.split())
+    said = " ".join(result.output.split())
+    assert result.exit_code == 0 and "another vehicle, or a sensor is wrong or stands elsewhere" in said
 
 
 def test_a_front_axle_elsewhere_is_refused(tmp_path):
