@@ -154,6 +154,9 @@ def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock]) 
     if found.verdict is None:
         raise ValueError("estimate: expected an estimate with its verdict, found none")
     console.print(verdict_line(found.verdict), style="bold" if found.verdict.usable else "bold red", highlight=False)
+    doubtful = [note for note in drive.notes if note.startswith("warning:")]  # printed where the log was opened
+    if doubtful and not found.verdict.usable:
+        console.print("next: mend what the warnings above name; what else is named here may come from that", highlight=False)
     for clock in clocks:
         console.print(f"clock: {clock.sentence}", highlight=False)
     if found.verdict.word in NEXT:
@@ -191,5 +194,5 @@ def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock]) 
                 alike.setdefault(count, []).append(name)
         lines += [f"left out, {reason}: {', '.join(names)}, {count} times" for count, names in alike.items()]
     lines += [f"input held: {name} {count} times" for name, count in found.counts.held_inputs.items()]
-    for line in (*lines, *drive.notes):
+    for line in (*lines, *(note for note in drive.notes if note not in doubtful)):
         console.print(line, highlight=False)

@@ -16,6 +16,10 @@ from softsoil.recording.plausible import against
 
 SLOPE, FEWEST = 4, 8
 """Samples in a window that make a slope, and those of a slow heading from which on it is compared from one to the next."""
+MOST_SCALE = 0.2
+"""Departure of a gyro's scale from 1 up to which it may be one."""
+COARSE = 0.5
+"""1/s^2: what straight lines between samples dt apart take off the integral of a yaw rate, over dt^2 (1.2 % at 5 Hz)."""
 TURNS = 0.1
 """rad: spread of the heading from which on a velocity along the vehicle's axes cannot be taken for one along the world's."""
 ALONG = 0.9
@@ -50,8 +54,10 @@ def heading_checks(m: Motion) -> list[Check]:
             line,
             0,
             "a heading that turns as the yaw rate says (scale 1)",
-            f"factor = {line.value[0]:.3f} for omega_z, a gyro's scale, or correct the unit of psi",
-            LIMITS.turn,
+            f"factor = {line.value[0]:.3f} for omega_z, a gyro's scale, or correct the unit of psi"
+            if abs(line.value[0] - 1.0) < MOST_SCALE
+            else "correct the unit or the scale of psi or omega_z",
+            LIMITS.turn + COARSE * m.log.dt**2,
         )
     ]
     if checks[0].passed:

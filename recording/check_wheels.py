@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from softsoil.recording.check_scale import unit_hint
@@ -178,6 +180,18 @@ def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
             )
         ]
     return [Check("steer_yaw_rate", "steer", True, found, expected)]
+
+
+def turned_over(steering: list[Check], sides: list[Check]) -> list[Check]:
+    """The checks of the steering, with another cure where steering and wheels agree on the side and the motion does not.
+
+    steering: of `steering_checks`; sides: of `side_checks`.
+    """
+    against = [check for check in steering if "sign = -1 for steer" in check.cure]
+    if not against or not sides or not all(check.beyond_doubt for check in sides):
+        return steering
+    cure = 'y, psi, v, omega_z, a_y_imu are positive to the right (z down)? frame = "z-down" in their [mount], or sign = -1'
+    return [replace(check, cure=cure, channel="omega_z") if check in against else check for check in steering]
 
 
 def _lagged(a: np.ndarray, b: np.ndarray, lag: int) -> float:

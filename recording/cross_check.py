@@ -13,7 +13,7 @@ from softsoil.recording.check_motion import heading_checks, inertial_checks, pos
 from softsoil.recording.check_place import place_checks
 from softsoil.recording.check_single import excitation_checks, single_checks
 from softsoil.recording.check_speed import speed_checks
-from softsoil.recording.check_wheels import sensor_checks, side_checks, steering_checks, wheel_checks
+from softsoil.recording.check_wheels import sensor_checks, side_checks, steering_checks, turned_over, wheel_checks
 from softsoil.recording.check_words import Check
 from softsoil.recording.drive import Recording
 from softsoil.recording.evidence import Motion
@@ -39,10 +39,11 @@ def check_channels(recording: Recording, geometry: Geometry, late_steering: floa
     checks += filter_checks(motion.log)
     checks += speed_checks(motion, geometry)
     checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
-    steering = steering_checks(motion, geometry)
+    sides = side_checks(motion, geometry)
+    steering = turned_over(steering_checks(motion, geometry), sides)
     checks += steering  # before the wheels: a front wheel's speed is compared along its steering
     steered = not any(check.beyond_doubt for check in steering)
-    checks += wheel_checks(motion, geometry, steered) + sensor_checks(motion, geometry) + side_checks(motion, geometry)
+    checks += wheel_checks(motion, geometry, steered) + sensor_checks(motion, geometry) + sides
     checks += single_checks(motion)
     return tuple(checks)
 

@@ -24,6 +24,15 @@ def softsoil(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments], env={"COLUMNS": "160"})
 
 
+def test_a_doubtful_channel_is_warned_of_once_and_is_the_first_thing_to_mend(home):
+    drive = read_drive("short_clay_n0.50.csv")
+    write_drive(drive.with_channels(omega_z=1.06 * drive["omega_z"]), home / "gyro.csv")
+    result = softsoil("estimate", "gyro.csv", "--soil", "clay")
+    said = " ".join(result.output.split())
+    assert result.exit_code == 0 and said.count("for omega_z, a gyro's scale") == 1
+    assert ("identified:" in said) == ("next: mend what the warnings above name" not in said)
+
+
 @pytest.fixture
 def home(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

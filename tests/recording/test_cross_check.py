@@ -96,6 +96,17 @@ def test_velocities_in_the_worlds_frame_are_named(good):
     assert not [check for check in check_channels(drive, vehicle) if check.name == "velocity_frame"]
 
 
+def test_a_motion_with_z_down_is_named_where_steering_and_wheels_agree(good):
+    checks = check_channels(variant("z down").of(good), reference_vehicle())
+    wrong = next(check for check in checks if check.beyond_doubt)
+    assert wrong.channel == "omega_z" and 'frame = "z-down"' in wrong.cure
+
+
+def test_a_coarse_clock_is_no_scale_of_the_gyro(good):
+    (found,) = (c for c in check_channels(variant("5 Hz").of(good), reference_vehicle()) if c.name == "yaw_rate_heading")
+    assert found.passed and "1.01" in found.found
+
+
 def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
     drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
 
