@@ -87,8 +87,12 @@ def late_clocks(
 
     def cost(names: tuple[str, ...], rows: int) -> float:
         windows = drive_windows(shifted(part, names, rows), model, 0.0, horizon)
-        return float(run_guess(windows, n0, tied, horizon).cost.mean())
+        return float(np.nan_to_num(run_guess(windows, n0, tied, horizon).cost.mean(), nan=np.inf))
 
+    try:
+        drive_windows(part, model, 0.0, horizon)
+    except ValueError:  # the middle of the drive holds no two windows
+        return ()
     clocks = []
     for what, names in CLOCKS.items():
         if not recording.measured(*names[:1]):

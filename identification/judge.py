@@ -19,7 +19,7 @@ from softsoil.symbolic.catalogue import bicycle
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_starts import FASTEST, HORIZON, SEEN, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel
-from softsoil.windows.shooting import Drive
+from softsoil.windows.shooting import Drive, window_starts
 from softsoil.windows.window_fit import fit_windows
 
 Array = NDArray[np.float64]
@@ -70,7 +70,8 @@ def path_errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict
     table = {}
     for horizon in HORIZONS:
         means = np.full(len(STATE_CHANNELS), np.nan)
-        if (len(drive.t) - row - 1) * drive.dt >= FEWEST_PATHS * horizon:
+        steps = max(round(horizon / drive.dt), 2)
+        if len(window_starts(row, ~drive.driven, steps, steps)) >= FEWEST_PATHS:
             long = FreeWindows(compiled, replace(drive, first=row), horizon, np.ones(len(STATE_CHANNELS)))
             error = long.residual(p, long.first).reshape(len(long.rows), -1, len(STATE_CHANNELS))[:, 1:]
             seen = np.isfinite(long.recorded[:, 1:])

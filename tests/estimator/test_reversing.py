@@ -43,6 +43,13 @@ def test_no_window_runs_across_it(both, model):
         assert np.nanmin(path) > 0.2
 
 
+def test_an_inconsistent_drive_that_stands_in_its_middle_has_no_late_clock(both, model):
+    _, log, _ = both
+    heavy = softsoil.bicycle(model.geometry.with_(yaw_inertia=1.5 * model.geometry.yaw_inertia), softsoil.load_soil("clay"))
+    found = softsoil.estimate(log, heavy, n0=0.7)
+    assert found.verdict.word == "inconsistent" and softsoil.late_clocks(log, heavy, found) == ()
+
+
 def test_reversing_is_said(both, model):
     (note,) = (note for note in usable(both[1], model.geometry).notes if note.startswith("u:"))
     assert "the vehicle reverses for" in note

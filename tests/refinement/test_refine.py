@@ -176,6 +176,15 @@ def test_a_drive_that_ends_standing_and_reversing_is_refined_where_it_goes_forwa
     assert any("the vehicle reverses for 2.39 s" in note for note in stopped.notes)
 
 
+def test_horizons_longer_than_what_is_driven_at_a_stretch_are_left_out(offset_drive, declared):
+    u = offset_drive["u"].copy()
+    rows = np.arange(len(u)) % round(6.0 / offset_drive.dt) < round(0.3 / offset_drive.dt)
+    u[rows] = 0.0  # a stop every six seconds, and two seconds of start-up after each
+    bench = make_bench([mark_checked(offset_drive.with_channels(u=u))], declared, 2.0)
+    table = held_mse(bench, bench.absent)
+    assert np.isfinite(table["2.5"]["omega_z"]) and math.isnan(table["5.0"]["omega_z"])
+
+
 def test_an_effect_of_no_size_is_not_named_and_said(declared):
     found = refine([drive({"yaw_moment": {"yaw_moment": 50.0}})], declared, workers=1, candidates=("yaw_moment",))
     assert found.ranking[0].gain > RULES.least_gain
