@@ -19,7 +19,7 @@ SLOPE, FEWEST = 4, 8
 MOST_SCALE = 0.2
 """Departure of a gyro's scale from 1 up to which it may be one."""
 COARSE = 0.5
-"""1/s^2: what straight lines between samples dt apart take off the integral of a yaw rate, over dt^2 (1.2 % at 5 Hz)."""
+"""1/s^2: share that straight lines between samples take off the integral of a yaw rate, over dt^2 (1.2 % at 5 Hz)."""
 TURNS = 0.1
 """rad: spread of the heading from which on a velocity along the vehicle's axes cannot be taken for one along the world's."""
 ALONG = 0.9
