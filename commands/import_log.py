@@ -105,6 +105,8 @@ def _name(source: Path) -> str:
 
 def _say(found: Import) -> None:
     console.print(channel_table(found))
+    for note in found.merged.recording.notes:
+        console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
     for offset in found.offsets:
         words = f"{abs(offset.late_s):.3f} ± {offset.std:.3f} s {'late' if offset.late_s > 0 else 'early'}"
         console.print(f"clock of {offset.group}: {words} against the {offset.against}, correlation {offset.before:.3f} -> "

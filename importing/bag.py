@@ -125,6 +125,7 @@ def read_bag(
     readers = {topic: {name: reader_of(name) for name in names} for topic, names in wanted.items()}
     clocks = {topic: (array("d"), array("d")) for topic in wanted}
     numbers = {topic: array("d") for topic in wanted}
+    headed: set[str] = set()
     with opened(path) as reader:
         there = {c.topic for c in reader.connections}
         for topic in wanted:
@@ -142,11 +143,13 @@ def read_bag(
             arrivals, stamps = clocks[connection.topic]
             arrivals.append(arrival * 1e-9)
             stamps.append(stamp_of(message))
+            if hasattr(message, "header"):
+                headed.add(connection.topic)
             numbers[connection.topic].extend([read(message) for read in readers[connection.topic].values()])
-    return [_series(topic, clocks[topic], numbers[topic], list(names)) for topic, names in wanted.items()]
+    return [_series(topic, clocks[topic], numbers[topic], list(names), topic in headed) for topic, names in wanted.items()]
 
 
-def _series(topic: str, clocks: tuple[array, array], numbers: array, names: list[str]) -> Series:
+def _series(topic: str, clocks: tuple[array, array], numbers: array, names: list[str], headed: bool) -> Series:
     arrivals, stamps = (np.frombuffer(clock) if len(clock) else np.zeros(0) for clock in clocks)
     rows = np.frombuffer(numbers).reshape(-1, len(names)) if len(numbers) else np.zeros((0, len(names)))
     notes: tuple[str, ...] = ()
@@ -157,4 +160,6 @@ def _series(topic: str, clocks: tuple[array, array], numbers: array, names: list
         if abs(away) > ANOTHER_CLOCK:
             t = stamps + away
             notes = (f"{topic}: header stamps are {away:.3g} s behind their arrival, of another clock; moved by that",)
+    elif headed and len(stamps):
+        notes = (f"{topic}: its header stamps are zero; times of arrival are taken, which transport makes late and uneven",)
     return ordered(topic, t.copy(), {name: rows[:, i].copy() for i, name in enumerate(names)}, notes)

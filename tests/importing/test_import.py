@@ -4,6 +4,7 @@ import json
 import re
 import tomllib
 import tracemalloc
+from array import array
 from dataclasses import replace
 
 import numpy as np
@@ -326,6 +327,13 @@ def test_tables_of_three_loggers_become_one_drive(clean, tmp_path):
         assert np.nanmax(np.abs(error)) < 0.05 * max(np.nanstd(truth), 0.1), name
     assert found.drive.state_of("v") == "derived" and found.drive.state_of("omega_rl") == "derived"
     assert np.nanstd((found.drive["v"] - np.interp(t, clean.t - clean.t[0], clean["v"]))[200:]) < 0.03
+
+
+def test_header_stamps_of_zero_are_said_and_a_message_without_a_header_needs_none():
+    times, none = array("d", [1.0, 1.1, 1.2]), array("d", [np.nan] * 3)
+    headed, plain = (bag_module._series("/odom", (times, none), array("d", [0.0, 1.0, 2.0]), ["u"], has) for has in (True, False))
+    assert any("header stamps are zero" in note for note in headed.notes) and plain.notes == ()
+    np.testing.assert_array_equal(headed.t, times)
 
 
 def test_columns_are_recognised_by_their_names():
