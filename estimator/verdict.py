@@ -30,6 +30,7 @@ GUESSES = (0.35, 1.1)
 OWN_MARGIN, OWN_MOST = 1.3, 2.0
 """What a vehicle's model leaves of other drives over what it leaves of its own logs, at most; the most that may be, over what a
 right model leaves."""
+NEGATIVE = -0.9  # an inertia so much smaller is no vehicle's: something else is wrong, and it is not spoken of
 CHANNEL_WORDS = {"omega_z": "yaw rate", "v": "lateral velocity"}
 
 
@@ -222,7 +223,7 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
             return "inconsistent", (
                 f"the model leaves {low:.1f} to {high:.1f} % of the {CHANNEL_WORDS[name]}'s motion unexplained beyond sensor "
                 f"noise, a right one at most {100 * limit:.1f} %: another vehicle, soil class or effect, or a wrong channel"
-                + (f"; of yaw inertias, {said}" if (said := _inertia(e, rules)) else "")
+                + (f"; of yaw inertias, {said}" if e.inertia > NEGATIVE and (said := _inertia(e, rules)) else "")
             )
     return None
 

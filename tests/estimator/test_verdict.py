@@ -169,6 +169,12 @@ EVIDENCE = Evidence(
 )  # fmt: skip
 
 
+@pytest.mark.parametrize(("inertia", "said"), [(-0.3, True), (0.4, True), (-1.1, False)])
+def test_a_negative_yaw_inertia_is_not_spoken_of(inertia, said):
+    found = decide(replace(EVIDENCE, unexplained={"omega_z": 0.0025}, inertia=inertia), np.array([0.5]))
+    assert found.word == "inconsistent" and ("of yaw inertias" in found.reason) == said
+
+
 @pytest.mark.parametrize(
     ("changes", "n", "others", "word"),
     [
