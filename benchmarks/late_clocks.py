@@ -2,8 +2,8 @@
 
 Run: python -m benchmarks.late_clocks [../shared/data/chrono_vehicle] [--seed 2] [--shift 0.03]
 Drives of the reference vehicle with good sensors. Their steering, steering and wheels, or inertial sensor are recorded late and
-early; and with right clocks the vehicle's yaw inertia, place of its centre of gravity, or soil class is wrong, of which no clock
-is to be named. Fit and judgement: nothing is fitted; n by name judges.
+early; and with right clocks the vehicle's yaw inertia or mass, or the soil class, is wrong: then no clock is to be named.
+Fit and judgement: nothing is fitted; n by name judges.
 """
 
 from __future__ import annotations

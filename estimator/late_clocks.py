@@ -1,7 +1,7 @@
 """Whether a clock that is off explains why a drive is inconsistent: the steering's or the inertial sensor's, by some 0.01 s.
 
-What `recording/offsets.py` compares without a model is sure to 0.02 s; the force law feels a quarter of that. So the windows are
-run with the channels shifted, and the shift of least cost is judged as the drive itself.
+What `recording/offsets.py` compares without a model is sure to 0.02 s; with the force law, less than that shows. So the windows
+are run with the channels shifted, and the shift of least cost is judged as the drive itself.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TRIED, FINER, FARTHEST = 0.03, 0.015, 0.12
 """s: shifts that are tried to either side of none, then to either side of the vertex of the parabola through their costs; the
 largest that is asked for."""
 LEAST = 0.015
-"""s: a smaller shift explains too much else: 0.012 s made 3 of 5 drives of a vehicle a fifth too heavy identified, n 12 % off."""
+"""s: a smaller shift explains too much else, as a mass that is a fifth too large."""
 PART = 12.0
 """s: of the middle of a drive, on which shifts are tried; what they explain is judged on all of it."""
 CHEAPER = 0.995
@@ -65,7 +65,8 @@ def late_clocks(
     """The clocks that, set right, turn an inconsistent estimate of a log into an identified one: the one that costs least first.
 
     log, model, start: as of `estimate`; found: its result. None for any other verdict, or a file that its own logs contradict.
-    Evidence, not proof: what else may be wrong is in the verdict's reason. Takes five to fifteen seconds.
+    Evidence, not proof: what else may be wrong is in the verdict's reason. It takes a few times as long as
+    the estimate.
 
     Example:
         >>> import numpy, softsoil

@@ -38,8 +38,8 @@ class Check:
 class Limits:
     """Where a comparison is doubtful and where it is beyond doubt; `python benchmarks/hostile_logs.py` prints the evidence.
 
-    scale, turn, lateral: doubtful departure of a scale from 1 (share), turn of the yaw rate against the heading, 2 % of which is
-    4 % of n, lateral for v; wrong_scale: (least, largest) scale that is no contradiction;
+    scale, turn, lateral: doubtful departure of a scale from 1 (share), turn of the yaw rate against the heading, lateral
+    for v; wrong_scale: (least, largest) scale that is no contradiction;
     sigmas: standard errors from expectation below which nothing is said; heading (rad): doubtful angle between heading and course
     beyond side slip; wrong_heading (rad): contradiction; gyro (rad/s), accelerometer (m/s^2): doubtful biases;
     reference (m): doubtful distance of the position from the front axle; sway (m per m/s^2): how far body roll moves a position
