@@ -15,7 +15,10 @@ from softsoil.figures.labels import SYMBOLS, quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, TRUE, page, second_scale
 from softsoil.mpc_demo.study import LogStudy
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.evidence import interpolated
 
+GAP = 0.5
+"""s: longest gap between samples of a slower sensor that a line is drawn across."""
 PORTION_S = 12.0
 """s: stretch of the drive whose paths are drawn."""
 
@@ -61,14 +64,15 @@ def _verdict(study: LogStudy) -> str:
 
 
 def _drive(axis: Any, drive: Recording) -> None:
-    steer, speed = np.rad2deg(drive["steer"]), drive["u"]
+    reach = max(round(GAP / drive.dt), 1)
+    steer, speed = np.rad2deg(interpolated(drive["steer"], reach)), interpolated(drive["u"], reach)
     axis.plot(drive.t, steer, color=ESTIMATED, lw=1.0)
     axis.set(title="Steering and speed", xlabel="time, s")
     axis.set_ylabel("steering angle, deg", color=ESTIMATED)
     axis.tick_params(axis="y", colors=ESTIMATED)
     right = second_scale(axis, "speed, m/s", REAR)
     right.plot(drive.t, speed, color=REAR, lw=1.6)
-    right.set_ylim(0, None)
+    right.set_ylim(float(np.nanmin(speed, initial=0.0)), None)
 
 
 def _n_over_time(axis: Any, estimate: TerrainEstimate, n_true: float | None, n0: float) -> None:
