@@ -12,8 +12,11 @@ from softsoil.recording.evidence import Line, Motion, regress
 NAME, EXPECTED = "lateral_velocity_rate", "a rate of v of a_y - u omega_z (scale 1)"
 STEP, REACH = 0.02, 0.5
 """s: steps and range of the shifts between velocities and accelerometer that are tried."""
-FAR = 0.3
-"""m from the centre of gravity: a nearer place of the velocity is no cause worth naming."""
+FAR, NEAR = 0.6, 0.05
+"""m between the places of velocity and accelerometer: beyond the first it is the velocity that is not of the centre of gravity,
+below it may be either, and below the second neither is a cause worth naming."""
+AS_WELL = 1.1
+"""Misfit of another cause over that of another scale, up to which it explains as well."""
 
 
 def lateral_rate_checks(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> list[Check]:
@@ -32,7 +35,7 @@ def lateral_rate_checks(m: Motion, force: Array, u: Array, v: Array, omega: Arra
         return [check]
     causes = [c for c in (_elsewhere(m, force, u, v, omega), _late(m, force, u, v, omega)) if c is not None]
     misfit, found, cure = min(causes, default=(np.inf, "", ""))
-    if misfit > line.scale:
+    if misfit > AS_WELL * line.scale:
         return [check]
     return [Check(NAME, "v", False, f"{check.found}; {found}", EXPECTED, cure, check.beyond_doubt)]
 
@@ -59,9 +62,13 @@ def _elsewhere(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> tup
     if line is None:
         return None
     x, std = -float(line.value[2]), float(line.std[2])
-    if abs(x) < max(FAR, LIMITS.sigmas * std):
+    if abs(x) < max(NEAR, LIMITS.sigmas * std):
         return None
-    found = f"v of a point {abs(x):.1f} ± {std:.1f} m {'ahead of' if x > 0 else 'behind'} the centre of gravity would explain it"
+    side = "ahead of" if x > 0 else "behind"
+    if abs(x) < FAR:
+        found = f"v of a point {abs(x):.2f} ± {std:.2f} m {side} the accelerometer's, as [mount] has them, would explain it"
+        return line.scale, found, "check the places of the sources of v and of a_y_imu in [mount]"
+    found = f"v of a point {abs(x):.1f} ± {std:.1f} m {side} the centre of gravity would explain it"
     return line.scale, found, f"give the place of its source in [mount], x = {x:.1f}"
 
 

@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from drives import LOAM_LOG, MULTI_LOG, reference_vehicle
+from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, reference_vehicle
 from softsoil.recording.check_place import NAME, place_checks
 from softsoil.recording.cross_check import check_channels
 from softsoil.recording.evidence import Motion
@@ -35,3 +36,12 @@ def test_with_an_accelerometer_or_without_v_it_says_nothing():
     bare = without_accelerometer(MULTI_LOG, 0.0)
     bare = replace(bare, channels={name: values for name, values in bare.channels.items() if name != "v"})
     assert place_checks(Motion.of(bare), reference_vehicle()) == []
+
+
+def test_an_accelerometer_that_is_not_where_mount_has_it_is_named_beside_the_velocity():
+    drive = add_noise(read_drive(CLAY_LOG), "good", 1)
+    turning = np.gradient(read_drive(CLAY_LOG)["omega_z"], drive.dt)
+    moved = replace(drive, channels={**drive.channels, "a_y_imu": drive["a_y_imu"] - 0.4 * turning})
+    (doubted,) = [c for c in check_channels(moved, reference_vehicle()) if c.name == "lateral_velocity_rate"]
+    assert "v of a point 0.40 ± 0.01 m ahead of the accelerometer's, as [mount] has them" in doubted.found
+    assert not doubted.passed and "places of the sources" in doubted.cure
