@@ -13,7 +13,7 @@ from softsoil.importing.bag import inspect_bag, read_bag
 from softsoil.importing.draft_map import geodetic
 from softsoil.importing.import_map import ImportMap
 from softsoil.importing.local_frame import east_north
-from softsoil.importing.loose_table import inspect_table, open_table, read_columns
+from softsoil.importing.loose_table import BY_NAME, TimeColumn, inspect_table, open_table, read_columns
 from softsoil.importing.merge import Merged, merge
 from softsoil.importing.sources import Holding, Series, check_source, is_bag
 from softsoil.recording.check_axle import axle_checks
@@ -104,7 +104,7 @@ def read_sources(paths: Sequence[Path], plan: ImportMap, progress: Progress = la
         if is_bag(path):
             found |= _of_bag(path, wanted, lambda share, i=i: progress((i + share) / len(paths)))  # type: ignore[misc]
         elif path.name in wanted:
-            found[path.name] = _of_table(path, wanted[path.name], plan.times.get(path.name, ""))
+            found[path.name] = _of_table(path, wanted[path.name], plan.times.get(path.name, BY_NAME))
         progress((i + 1) / len(paths))
     missing = [source for source in wanted if source not in found]
     if missing:
@@ -122,7 +122,7 @@ def _of_bag(path: Path, wanted: Mapping[str, Sequence[str]], progress: Progress)
             for name, one in series.items()}  # fmt: skip
 
 
-def _of_table(path: Path, fields: Sequence[str], time: str) -> Series:
+def _of_table(path: Path, fields: Sequence[str], time: TimeColumn) -> Series:
     if not {"east", "north"} & set(fields) or {"east", "north"} <= set(open_table(path, time).frame.columns):
         return read_columns(path, fields, time)
     names = geodetic(list(map(str, open_table(path, time).frame.columns)))

@@ -257,7 +257,7 @@ def draft(holdings: Sequence[Holding]) -> str:
     known = places([one for h in holdings for one in h.transforms])
     for h in holdings:
         lines += _mount(h, known.get(h.frame))
-    lines += ["", "# [clock]", "# rate_hz = 100"]
+    lines += ["", "# [clock]", "# rate_hz = 100", "# start = 0.0  # s; with end, the part of the recording that is wanted"]
     return "\n".join(lines) + "\n"
 
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from softsoil.files.toml_file import read_toml
 from softsoil.importing.counters import unwrapped
+from softsoil.importing.loose_table import SECONDS, TimeColumn
 from softsoil.importing.sources import Series
 from softsoil.recording.columns import UNITS
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Array
@@ -33,9 +34,15 @@ LATEST = 10.0
 """s: a channel is taken to be late or early by no more."""
 COUNTED = {"rad/s": "rad", "m/s": "m"}
 """Unit of a channel -> unit of what it is the rate of: angles of encoders, ways of odometers, a heading."""
+PARTS = {
+    "position": ("x", "y"), "heading": ("psi",), "velocity": ("u", "v"), "yaw_rate": ("omega_z",),
+    "acceleration": ("a_x_imu", "a_y_imu"),
+}  # fmt: skip
+"""What of a source may have a place of its own -> its channels: a receiver may bring velocities elsewhere than positions."""
 MOUNT_KEYS = ("x", "y", "yaw", "pitch", "roll", "frame", "point")
 STEER_COMMAND = "steer_command"
 """What the steering was commanded, or its wheel's angle: becomes `steer` by the vehicle's steering map, or is fitted to it."""
+CLOCK_KEYS = ("rate_hz", "start", "end")
 POINTS = ("here", "front_axle", "centre_of_gravity")
 FRAMES = ("z-up", "z-down")
 
@@ -115,13 +122,18 @@ class Mount:
 
 @dataclass(frozen=True)
 class ImportMap:
-    """channels: channel -> origin; mounts: source -> mount, "" for all others; times: source -> its time column; rate_hz: of the
-    clock, 0 for the yaw rate's own up to 100."""
+    """A parsed map.
+
+    channels: channel -> origin; mounts: one of PARTS or source -> mount, "" for all others; times: source -> its time column;
+    rate_hz: of the clock, 0 for the yaw rate's own up to 100; start, end: of the drive (s after the sources' first common time).
+    """
 
     channels: Mapping[str, Mapped]
     mounts: Mapping[str, Mount] = field(default_factory=dict)
-    times: Mapping[str, str] = field(default_factory=dict)
+    times: Mapping[str, TimeColumn] = field(default_factory=dict)
     rate_hz: float = 0.0
+    start: float = 0.0
+    end: float = math.inf
 
     def wanted(self) -> dict[str, list[str]]:
         """Source -> fields that channels are made of."""
@@ -131,9 +143,15 @@ class ImportMap:
             fields += [name for name in origin.fields if name not in fields]
         return found
 
-    def mount_of(self, source: str) -> Mount | None:
-        """The mount of a source, that of all others, or None."""
-        return self.mounts.get(source, self.mounts.get(""))
+    def mount_of(self, channel: str) -> Mount | None:
+        """The mount of a mapped channel: that of its part, of its source, of all others, or None."""
+        part = next((name for name, channels in PARTS.items() if channel in channels), "")
+        return self.mounts.get(part, self.mounts.get(self.channels[channel].source, self.mounts.get("")))
+
+    def idle_mounts(self) -> list[str]:
+        """Mounts that no mapped channel has."""
+        used = set(PARTS) | {origin.source for origin in self.channels.values()} | {""}
+        return [name for name in self.mounts if name not in used]
 
 
 def load_map(path: Path) -> ImportMap:
@@ -157,17 +175,39 @@ def map_from_table(table: Mapping[str, Any], where: str) -> ImportMap:
     if ALL_WHEELS in channels:
         one = channels.pop(ALL_WHEELS)
         channels |= {name: channels.get(name, one) for name in WHEEL_CHANNELS}
-    clock = _table(table, "clock", where)
-    rate = _number(clock.get("rate_hz", 0.0), f"{where}: clock.rate_hz")
+    mounts = _mounts(_table(table, "mount", where), where)
+    times, clock = _times(_table(table, "sources", where), where), _clock(_table(table, "clock", where), where)
+    return ImportMap(channels, mounts, times, *clock)
+
+
+def _times(table: Mapping[str, Any], where: str) -> dict[str, TimeColumn]:
+    found = {}
+    for name, entry in table.items():
+        at = f"{where}: sources.{name}"
+        if not isinstance(entry, dict) or not entry or set(entry) - {"time", "time_unit"}:
+            raise ValueError(f'{at}: expected time = "column" and, or, time_unit; found {entry!r}')
+        column, unit = entry.get("time", ""), entry.get("time_unit", "")
+        if not isinstance(column, str):
+            raise ValueError(f"{at}.time: expected the name of a column, found {column!r}")
+        if unit not in ("", *SECONDS):
+            raise ValueError(f"{at}.time_unit: expected one of {', '.join(SECONDS)}; found {unit!r}")
+        found[name] = TimeColumn(column, unit)
+    return found
+
+
+def _clock(table: Mapping[str, Any], where: str) -> tuple[float, float, float]:
+    """Rate (Hz, 0 where the yaw rate's own), start and end (s) of the drive."""
+    for key in table:
+        if key not in CLOCK_KEYS:
+            raise ValueError(f"{where}: clock: expected keys of {', '.join(CLOCK_KEYS)}; found {key!r}")
+    rate = _number(table.get("rate_hz", 0.0), f"{where}: clock.rate_hz")
     if rate and not 1.0 <= rate <= 1000.0:
         raise ValueError(f"{where}: clock.rate_hz: expected 1 to 1000, found {rate:g}")
-    sources = _table(table, "sources", where)
-    times = {}
-    for name, entry in sources.items():
-        if not isinstance(entry, dict) or not isinstance(entry.get("time"), str):
-            raise ValueError(f'{where}: sources.{name}: expected time = "column", found {entry!r}')
-        times[name] = entry["time"]
-    return ImportMap(channels, _mounts(_table(table, "mount", where), where), times, rate)
+    start = _number(table.get("start", 0.0), f"{where}: clock.start")
+    end = _number(table["end"], f"{where}: clock.end") if "end" in table else math.inf
+    if not 0.0 <= start < end:
+        raise ValueError(f"{where}: clock: expected start of 0 s or more and end after it, found start {start:g} and end {end:g}")
+    return rate, start, end
 
 
 def _table(table: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:

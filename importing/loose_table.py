@@ -18,6 +18,8 @@ from softsoil.recording.table import read_table
 COMMENTS = ("#", "%", "//")
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))
 """A time beyond the first number is counted in units of the second (s)."""
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+"""Unit of a time column -> seconds."""
 TIME = re.compile(
     r"(t|time|timestamp|stamp|time_?stamp|zeit|sec|secs|seconds|utc|rosbagtimestamp|header\.?_?stamp)(_(s|sec|ms|us|ns))?\Z", re.I
 )
@@ -27,17 +29,29 @@ FEWEST_NUMBERS = 0.5
 
 
 @dataclass(frozen=True)
+class TimeColumn:
+    """Which column of a table is its time, "" where its name says it; unit: of SECONDS, "" where its name or its size says it."""
+
+    name: str = ""
+    unit: str = ""
+
+
+BY_NAME = TimeColumn()
+"""A time column that is recognised by its name."""
+
+
+@dataclass(frozen=True)
 class LooseTable:
-    """A table: frame with plain column names, unit of each column where the file says it, and the time column's name."""
+    """A table: frame with plain column names, unit of each column where the file says it, and its time column."""
 
     name: str
     frame: pd.DataFrame
     units: dict[str, str]
-    time: str
+    time: TimeColumn
 
 
-def open_table(path: Path, time: str = "") -> LooseTable:
-    """The table at a path; time: name of its time column, found by its name where none is given.
+def open_table(path: Path, time: TimeColumn = BY_NAME) -> LooseTable:
+    """The table at a path; time: its time column as a map names it.
 
     Raises ValueError naming the file for a table that cannot be read or has no time.
     """
@@ -53,11 +67,11 @@ def open_table(path: Path, time: str = "") -> LooseTable:
     if len(frame) and _is_units_row(frame):
         units |= {str(c): str(v).strip("[]() ") for c, v in frame.iloc[0].items() if isinstance(v, str)}
         frame = frame.iloc[1:].reset_index(drop=True)
-    chosen = time or next((c for c in frame.columns if TIME.match(c)), "")
+    chosen = time.name or next((c for c in frame.columns if TIME.match(c)), "")
     if chosen not in frame.columns:
         raise ValueError(f"{path}: expected a time column, found {', '.join(map(str, frame.columns))}: name it in the map: "
                          f'[sources."{path.name}"] time = "column"')  # fmt: skip
-    return LooseTable(path.name, frame, units, chosen)
+    return LooseTable(path.name, frame, units, TimeColumn(chosen, time.unit))
 
 
 def _text(path: Path) -> pd.DataFrame:
@@ -114,22 +128,24 @@ def _number(value: object) -> bool:
 
 
 def seconds(table: LooseTable, where: str) -> Array:
-    """(N,) time of a table in seconds: a number in the column's unit or of epoch size, or ISO 8601 text; where: for messages."""
-    column = table.frame[table.time]
+    """(N,) time of a table in seconds: a number in the unit given, the column's or by epoch size, or ISO 8601 text.
+
+    where: for messages.
+    """
+    column = table.frame[table.time.name]
     values = pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
     if np.isfinite(values).mean() < FEWEST_NUMBERS:
         stamps = pd.to_datetime(column, errors="coerce", utc=True, format="ISO8601")
         if stamps.isna().mean() > 1.0 - FEWEST_NUMBERS:
             first = column.iloc[0]
             raise ValueError(
-                f"{where}: column {table.time!r}, row 1: expected seconds, an epoch or ISO 8601, found {first!r}"
+                f"{where}: column {table.time.name!r}, row 1: expected seconds, an epoch or ISO 8601, found {first!r}"
             )
         zero = pd.Timestamp(0, tz="UTC")
         return ((stamps - zero) / pd.Timedelta(seconds=1)).to_numpy(dtype=float)
-    named = table.units.get(table.time) or table.time.lower().rpartition("_")[2]
-    unit = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}.get(named, 0.0)
+    named = table.time.unit or table.units.get(table.time.name) or table.time.name.lower().rpartition("_")[2]
     typical = float(np.nanmedian(np.abs(values)))
-    return values * (unit or next((factor for least, factor in EPOCHS if typical > least), 1.0))
+    return values * (SECONDS.get(named) or next((factor for least, factor in EPOCHS if typical > least), 1.0))
 
 
 def column(table: LooseTable, name: str, where: str) -> Array:
@@ -152,7 +168,7 @@ def inspect_table(path: Path, progress: Callable[[float], None] = lambda share: 
     for name in table.frame.columns:
         values = pd.to_numeric(table.frame[name], errors="coerce").to_numpy(dtype=float)
         good = values[np.isfinite(values)]
-        if name != table.time and len(good) >= FEWEST_NUMBERS * len(values):
+        if name != table.time.name and len(good) >= FEWEST_NUMBERS * len(values):
             unit = table.units.get(str(name), "")
             spreads[str(name)] = Spread(float(good.min()), float(good.max()), bool(np.ptp(good) > 0), unit)
     steps = np.diff(t[np.isfinite(t)])
@@ -160,13 +176,13 @@ def inspect_table(path: Path, progress: Callable[[float], None] = lambda share: 
     progress(1.0)
     return [
         Holding(
-            path.name, "table", str(path), len(t), rate, float(np.nanmin(t)), float(np.nanmax(t)), table.time, spreads
+            path.name, "table", str(path), len(t), rate, float(np.nanmin(t)), float(np.nanmax(t)), table.time.name, spreads
         )
     ]
 
 
-def read_columns(path: Path, names: Sequence[str], time: str = "") -> Series:
-    """The columns called `names` of a table as a series; time: name of the time column."""
+def read_columns(path: Path, names: Sequence[str], time: TimeColumn = BY_NAME) -> Series:
+    """The columns called `names` of a table as a series; time: its time column."""
     table = open_table(path, time)
     values = {name: column(table, name, str(path)) for name in names}
     return ordered(table.name, seconds(table, str(path)), values)

@@ -23,6 +23,8 @@ from softsoil.recording.geometry import Geometry
 LEAST = ("u", "omega_z", "steer")
 FASTEST = 100.0
 """Hz: clock of a drive whose yaw rate comes faster, unless the map says another."""
+SLOWEST = 1.0
+"""s between yaw rates: what is farther is no motion of a vehicle."""
 SLOW = 1.5
 """A channel whose samples are farther apart than so many ticks is slower than the clock."""
 GRAVITY = 9.81
@@ -72,6 +74,7 @@ def merge(
     channels: dict[str, Array] = {"t": clock - clock[0]}
     origins: dict[str, Origin] = {}
     notes = tuple(note for s in series.values() for note in s.notes)
+    notes += tuple(f"map: mount.{name}: no channel comes from it" for name in plan.idle_mounts())
     for channel, origin in plan.channels.items():
         one = series[origin.source]
         values = origin.si(origin.samples(one), geometry.radius)
@@ -121,13 +124,19 @@ def _origin(plan: ImportMap, series: Mapping[str, Series]) -> tuple[float, float
 
 
 def _clock(plan: ImportMap, moved: Mapping[str, Array]) -> Array:
-    """Equal steps over what speed, yaw rate and steering have in common, at the yaw rate's own rate."""
+    """Equal steps over what speed, yaw rate and steering have in common, at the yaw rate's own rate, cut as the map says."""
     times = {channel: moved[plan.channels[channel].source] - plan.channels[channel].late for channel in LEAST}
     turning = times["omega_z"]
     step = float(np.median(np.diff(turning))) if len(turning) > 1 else float("nan")
     if not step > 0:
         raise ValueError(
             f"{plan.channels['omega_z'].source}: expected yaw rates over time, found {len(turning)} samples"
+        )
+    if step > SLOWEST:
+        source = plan.channels["omega_z"].source
+        raise ValueError(
+            f"{source}: expected yaw rates at most {SLOWEST:g} s apart, found {step:.4g} s: is its time in other units? "
+            f'[sources."{source}"] time_unit = "ms" in the map says which'
         )
     dt = 1.0 / plan.rate_hz if plan.rate_hz else max(step, 1.0 / FASTEST)
     start, stop = max(t[0] for t in times.values()), min(t[-1] for t in times.values())
@@ -137,7 +146,14 @@ def _clock(plan: ImportMap, moved: Mapping[str, Array]) -> Array:
         )
         raise ValueError(f"map: expected sources that overlap in time, found {spans}")
     first = turning[np.searchsorted(turning, start)]
-    return first + dt * np.arange(int((stop - first) / dt + 1e-6) + 1)
+    clock = first + dt * np.arange(int((stop - first) / dt + 1e-6) + 1)
+    cut = clock[(clock >= start + plan.start - 1e-9) & (clock <= start + plan.end + 1e-9)]
+    if len(cut) < 5:
+        raise ValueError(
+            f"map: clock: expected start and end within the {clock[-1] - start:.3f} s of the drive, "
+            f"found {plan.start:g} to {plan.end:g}"
+        )
+    return cut
 
 
 def _ticked(clock: Array, t: Array, values: Array, dt: float) -> tuple[Array, Array]:
@@ -173,21 +189,16 @@ def _all_from(mean: Array, channels: Mapping[str, Array], geometry: Geometry) ->
 def _mounted(channels: dict[str, Array], plan: ImportMap, geometry: Geometry) -> dict[str, Array]:
     """Channels in the project's frame: (x, y) of the front axle, velocities and accelerations of the centre of gravity."""
     out = dict(channels)
-
-    def mount(*names: str) -> tuple[Mapped, Mount | None]:
-        origin = plan.channels[next(n for n in names if n in plan.channels)]
-        return origin, plan.mount_of(origin.source)
-
     for name in ("y", "psi", "v", "omega_z", "a_y_imu"):
-        if name in plan.channels and (m := mount(name)[1]) and m.frame == "z-down":
+        if name in plan.channels and (m := plan.mount_of(name)) and m.frame == "z-down":
             out[name] = -out[name]
-    if m := mount("omega_z")[1]:
+    if m := plan.mount_of("omega_z"):
         out["omega_z"] = out["omega_z"] / (np.cos(m.pitch) * np.cos(m.roll))
     reach = len(out["t"])
     omega = interpolated(out["omega_z"], reach)
-    if "psi" in plan.channels and (m := mount("psi")[1]):
+    if "psi" in plan.channels and (m := plan.mount_of("psi")):
         out["psi"] = out["psi"] - m.yaw
-    if m := mount("u")[1]:
+    if m := plan.mount_of("u"):
         aside = out["v"] if "v" in out and plan.channels["v"].source == plan.channels["u"].source else None
         if aside is not None:
             out["u"], aside = _turned(out["u"], aside, m.yaw)
@@ -195,8 +206,7 @@ def _mounted(channels: dict[str, Array], plan: ImportMap, geometry: Geometry) ->
         out["u"] = out["u"] + m.y * omega
     _mount_accelerations(out, plan, omega)
     if {"x", "y"} <= set(out):
-        origin, m = mount("x")
-        place = _place(origin.source, m, geometry)
+        place = _place(plan.channels["x"].source, plan.mount_of("x"), geometry)
         if place is not None and "psi" in out:
             psi = interpolated(out["psi"], reach)
             ahead, left = geometry.l_f - place[0], -place[1]
@@ -214,7 +224,7 @@ def _mount_accelerations(out: dict[str, Array], plan: ImportMap, omega: Array) -
     """Specific force at the centre of gravity: gravity in a tilted sensor off, turned, moved by its lever arm."""
     if not {"a_x_imu", "a_y_imu"} <= set(plan.channels):
         return
-    m = plan.mount_of(plan.channels["a_x_imu"].source)
+    m = plan.mount_of("a_x_imu")
     if m is None:
         return
     ahead = (out["a_x_imu"] + GRAVITY * np.sin(m.pitch)) / np.cos(m.pitch)
