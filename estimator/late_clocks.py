@@ -20,7 +20,7 @@ from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.modes import run_guess
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.terrain import TerrainEstimate
-from softsoil.estimator.verdict import VerdictRules, decide
+from softsoil.estimator.verdict import Verdict, VerdictRules, decide
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
@@ -77,10 +77,20 @@ def late_clocks(
         >>> found.verdict.word, softsoil.late_clocks(drive, model, found)[0].what
         ('inconsistent', 'steer')
     """
-    verdict = found.verdict
-    if verdict is None or verdict.word != "inconsistent" or verdict.evidence is None or model.doubted:
+    if found.verdict is None:
         return ()
-    recording, tied = usable(log, model.geometry, late_steering(model.geometry)), bool(model.effects)
+    recording = usable(log, model.geometry, late_steering(model.geometry))
+    return clocks_of(recording, model, found.verdict, bool(model.effects), start)
+
+
+def clocks_of(recording: Recording, model: Model, verdict: Verdict, tied: bool, start: float) -> tuple[LateClock, ...]:
+    """The same for a verdict that was given already.
+
+    recording: a `usable` drive; model; verdict: on it; tied: whether one n stands for both axles; start: seconds left out at the
+    beginning.
+    """
+    if verdict.word != "inconsistent" or verdict.evidence is None or model.doubted:
+        return ()
     n0 = float(verdict.evidence.n[0])
     horizon, rules = HorizonRules(), VerdictRules().of(model)
     middle = 0.5 * (recording.t[0] + start + recording.t[-1])

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.late_clocks import LateClock, clocks_of
 from softsoil.estimator.modes import run_guess, standing
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.verdict import Verdict, initial_guesses, judge
@@ -58,6 +59,13 @@ class FittedDrives:
                 n, std = float(verdict.evidence.n[0]), float(verdict.evidence.std[0])
             found.append(DriveN(n, std, verdict))
         return tuple(found)
+
+    def late_clocks(self) -> tuple[tuple[LateClock, ...], ...]:
+        """Of each drive that is not consistent, the clocks that, set right, make it so; empty on hard ground."""
+        return tuple(
+            clocks_of(recording, model, one.verdict, True, self.start)
+            for (recording, model, _), one in zip(self._models(), self.judged(), strict=True)
+        )
 
     def plain(self) -> tuple[float, ...]:
         """The same n without a verdict, for comparison."""

@@ -16,27 +16,28 @@ from softsoil.declaration.late_steering import late_steering
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared
 from softsoil.estimator.horizons import HORIZONS, START_UP
+from softsoil.estimator.late_clocks import LateClock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
-from softsoil.refinement.doubts import doubts, loosened
+from softsoil.refinement.doubts import loosened
 from softsoil.refinement.drive_n import DriveN, FittedDrives, not_to_be_used
 from softsoil.refinement.excitation import one_wave
-from softsoil.refinement.fit import Fit
 from softsoil.refinement.ground import fitted_ground
+from softsoil.refinement.handed_on import handed_on, moved
 from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
-from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
+from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.second_look import Look, look_twice, strained_words
 from softsoil.refinement.selection import Selection, hidden_by_noise, select
 from softsoil.refinement.structure import Structure, structure
-from softsoil.refinement.trace import Bench, everything, fit_base, make_bench, open_effects, settled
+from softsoil.refinement.trace import Bench, fit_base, make_bench, open_effects, settled
 from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.catalogue import catalogue
-from softsoil.symbolic.effect import Effect, neutral
+from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import Soil
-from softsoil.symbolic.vehicle import NUMBERS, Vehicle
+from softsoil.symbolic.vehicle import Vehicle
 from softsoil.windows.shooting import window_starts
 
 Array = NDArray[np.float64]
@@ -81,11 +82,11 @@ def refine(
     if choice is not None:
         declaration = replace(declaration, vehicle=declaration.vehicle.with_(driveline=choice.numbers))
     vehicle = declaration.vehicle
-    names = _possible(recordings, declaration, candidates)
-    bench = make_bench(recordings, declaration, start, windowing, names, soils)
+    possible = _possible(recordings, declaration, candidates)
+    bench = make_bench(recordings, declaration, start, windowing, possible, soils)
     loose, numbers = loosened(bench, vehicle)
     repeated = all(one_wave(recording) for recording in recordings)
-    effects_tried = open_effects(declaration, names)
+    effects_tried = open_effects(declaration, possible)
     lacked = unsupported(recordings, declaration, candidates)
     rivals = {name: channels for name, channels in lacked.items() if name in effects_tried}
     selection = select(loose, effects_tried, numbers, workers, progress, repeated, rivals)
@@ -94,36 +95,37 @@ def refine(
     # The declared model: its numbers as declared, or within their joint error where windows with free starts have fitted them.
     declared = look.declared or (bench, fit_base(bench))
     final, last = (fits.final, fits.last) if fits else settled(bench, selection.bench)
+    as_declared = moved(vehicle, declared[0])
     shown = final if selection.accepted else declared[0]
-    left = _left(recordings, shown, _moved(vehicle, shown), start)
+    left = _left(recordings, shown, moved(vehicle, shown), start)
     if selection.accepted and any(s.left for s in left) and not (_beyond_doubt(selection) or look.explained):
         # Something of the kind of the accepted effect is there, but it is not that: a name would be a guess. It is none where the
         # drives strain the numbers of an identified vehicle without the effect, and do not with it.
         groups = (*selection.groups, *((c.name,) for c in selection.accepted))
         selection = replace(selection, accepted=(), bench=loose, groups=tuple(dict.fromkeys(groups)))
-        final, last = bench, fit_base(bench)
-        left = _left(recordings, declared[0], _moved(vehicle, declared[0]), start)
-        look = look.without_effects()
+        final, last, look = bench, fit_base(bench), look.without_effects()
+        left = _left(recordings, declared[0], as_declared, start)
+    model = replace(declaration, vehicle=as_declared)
+    of_declared = FittedDrives(recordings, model, soils, start, *declared, joint=look.declared is not None)
     selection = replace(selection, bench=final)
-    # Judged by the fit to a part; what is handed on is fitted to all there is.
-    if selection.accepted:
-        whole, last = (fits.whole, fits.last) if fits else settled(everything(bench), everything(final))
-        free = _fitted(vehicle, whole, last)
-    else:
-        whole = final
-        free = _fitted(vehicle, *(look.declared or (loose, fit_base(loose))))
+    out = handed_on(of_declared, declaration, selection, look, effects_tried, (bench, loose), last)
+    clocks: tuple[tuple[LateClock, ...], ...] = ()
+    if any(one.verdict.word == "inconsistent" for one in out.after) or (look.strain is not None and look.strained):
+        clocks = FittedDrives(recordings, declaration, soils, start, bench, fit_base(bench), joint=False).late_clocks()
+    unnamed: tuple[str, ...] = ()
+    if any(clocks) and selection.accepted:
+        # What is named leaves the drives inconsistent, and a clock that is off does not.
+        names = ", ".join(candidate.name for candidate in selection.accepted)
+        unnamed = (f"not named, since a clock explains the drives and this does not: {names}",)
+        selection, look = replace(selection, accepted=(), bench=bench), look.without_effects()
+        final, last = bench, fit_base(bench)
+        left = _left(recordings, declared[0], as_declared, start)
+        out = handed_on(of_declared, declaration, selection, look, effects_tried, (bench, loose), last)
+    effects, contradicted, refined, after = out.effects, out.contradicted, out.declaration, out.after
     accepted = [candidate.name for candidate in selection.accepted]
-    effects = tuple(_traced(effects_tried[name], whole, last) for name in accepted if name in effects_tried)
-    contradicted = tuple(number for number in free if number.name in accepted)
-    refined = _refined(declaration, effects, contradicted, whole)
-    as_declared = replace(declaration, vehicle=_moved(vehicle, declared[0]))
-    of_declared = FittedDrives(recordings, as_declared, soils, start, *declared, joint=look.declared is not None)
-    if selection.accepted:
-        before = of_declared.plain()
-        after = FittedDrives(recordings, refined, soils, start, whole, last, joint=fits is not None).judged()
-    else:
-        after = of_declared.judged()
-        before = tuple(one.n for one in after)
+    if any(clocks):
+        pairs = zip(after, clocks, strict=True)
+        after = tuple(not_to_be_used([one], of_drive[0].sentence)[0] if of_drive else one for one, of_drive in pairs)
     if look.strain is not None and look.strained:
         after = not_to_be_used(after, strained_words(look))
     if after:
@@ -147,25 +149,29 @@ def refine(
         if not one.judged
     )
     hidden = hidden_by_noise(selection, repeated) if look.strain is None else ()
+    if hidden:
+        missing = f"something is missing: {hidden[0].name} removes much of the held-out cost, too little to be named"
+        after = not_to_be_used(after, missing)
     lines += tuple(
         f"{c.name}: not named, it removes {100 * c.gain:.0f} % of the held-out cost beyond sensor noise, "
         f"{100 * c.whole:.0f} % of the whole: something is missing, less noise or more drives would show what"
         for c in hidden[:1]
     )
-    lacks = bool(selection.unnamable or hidden) or _lacks(bench, left, look, after)
+    lines += tuple(f"{r.name}: {one.sentence}" for r, found in zip(recordings, clocks, strict=False) for one in found) + unnamed
+    lacks = bool(selection.unnamable or hidden or any(clocks)) or _lacks(bench, left, look, after)
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
     return Refinement(
         verdict=verdict,
         effects=effects,
         contradicted=contradicted,
-        fitted=tuple(number for number in free if number.name not in accepted),
+        fitted=tuple(number for number in out.fitted if number.name not in accepted),
         inseparable=groups,
         would_separate=would_separate(groups, verdict, selection),
         ranking=selection.ranking,
         holdout=_holdout(bench),
         before=held_mse(bench, bench.absent, windowing.horizons),
         after=held_mse(final, final.absent, windowing.horizons),
-        n_before=before,
+        n_before=out.before,
         n_after=tuple(one.n for one in after),
         n_std=tuple(one.std for one in after),
         judged=tuple(one.verdict for one in after),
@@ -203,16 +209,6 @@ def _driveline(recordings: Sequence[Recording], declaration: Declaration, soils:
     if not undeclared(recordings, models[0]):
         return None
     return choose_driveline(recordings, models, [float(soil.n) for soil in soils], start)
-
-
-def _fitted(vehicle: Vehicle, bench: Bench, last: Fit) -> tuple[FittedNumber, ...]:
-    """The declared numbers that were free in a fit, with what is known of them beforehand."""
-    table, values = doubts(vehicle), last.named()
-    return tuple(
-        FittedNumber(name, table[name].signal.unit, float(table[name].signal.nominal), table[name].std, *values[name])
-        for name in (free.name for free in bench.known)
-        if name in table
-    )
 
 
 def _left(recordings: Sequence[Recording], bench: Bench, vehicle: Vehicle, start: float) -> tuple[Structure, ...]:
@@ -256,38 +252,6 @@ def _holdout(bench: Bench) -> tuple[float, float]:
     t = shooting.drive.t
     last = min(shooting.rows[held[-1]] + shooting.steps, len(t) - 1)
     return float(t[shooting.rows[held[0]]]), float(t[last])
-
-
-def _traced(effect: Effect, final: Bench, last: Fit) -> TracedEffect:
-    fitted = last.named()
-    at = {s.name: (float(last.p[0, final.model.p.index(s.name)]), 0.0) for s in effect.parameters}
-    return TracedEffect(effect.name, effect.doc, effect.sizes({**at, **fitted}))
-
-
-def _moved(vehicle: Vehicle, final: Bench) -> Vehicle:
-    """The vehicle with its numbers, and the parameters of its declared effects, where a fit has moved them."""
-    moved = {f.name: float(final.absent[0, final.model.p.index(f.name)]) for f in final.known}
-    own = {n.name: moved[n.name] for n in NUMBERS if n.name in moved}
-    effects = {key: {k: moved.get(k, v) for k, v in values.items()} for key, values in vehicle.effects.items()}
-    return vehicle.with_(effects=effects, **own)
-
-
-def _refined(
-    declaration: Declaration, effects: Sequence[TracedEffect], contradicted: Sequence[FittedNumber], final: Bench
-) -> Declaration:
-    """The declaration on the first drive's ground with the effects and numbers identified, and the standard errors of both."""
-    known = catalogue(declaration.vehicle)
-    tables = {e.name: {k: v for k, (v, _, _) in e.parameters.items() if k in known[e.name].parameters} for e in effects}
-    stds = {number.name: number.std for number in contradicted}
-    stds |= {k: s for e in effects for k, (_, s, _) in e.parameters.items() if k in known[e.name].parameters}
-    ground = {f.sets[0].removesuffix("_f"): float(v) for f, v in zip(final.ground, final.values(final.ground), strict=True)
-              if f.drive is None or 0 in f.drives}  # fmt: skip
-    vehicle = _moved(declaration.vehicle, final)
-    refined = Declaration(vehicle, declaration.soil.with_(**ground), declaration.law).with_effects(tables)
-    vehicle = refined.vehicle
-    there = {*(number.name for number in NUMBERS), *(key for values in vehicle.effects.values() for key in values)}
-    stated = {k: s for k, s in {**vehicle.uncertainty, **stds}.items() if k in there and np.isfinite(s) and s > 0}
-    return Declaration(vehicle.with_(uncertainty=stated), refined.soil, refined.law)
 
 
 def _possible(

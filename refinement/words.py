@@ -24,6 +24,11 @@ def verdict_sentence(found: Refinement) -> str:
             "it again, or identify the vehicle anew."
         )
     if found.verdict == "none":
+        if any(one.word == "inconsistent" for one in found.judged):
+            return (
+                "None: no effect is missing that these data could show, but a verdict on n says that declared model and drive do "
+                "not fit: mend what it names."
+            )
         return "None: nothing is missing that these data could show; the declared model stands."
     if found.selection.unnamable:
         names = " or ".join(map(effect_name, found.selection.unnamable))
@@ -32,8 +37,10 @@ def verdict_sentence(found: Refinement) -> str:
             "nothing is named; the declared model stands."
         )
     left = "more is left in the axle forces than a good model leaves"
-    if found.strain is not None:
-        left = "the drives contradict the vehicle's file, as the verdicts on n say"
+    if found.strain is not None or any(one.word == "inconsistent" for one in found.judged):
+        left = "the drives contradict the vehicle's file or their own channels, as the verdicts on n say"
+    elif not any(s.left for s in found.structure):
+        left = "something removes more of the held-out cost than chance does, as the notes say"
     return (
         f"Unexplained: {left}, but no entry of the catalogue explains it on data that it was not fitted to; the declared "
         "model stands."
