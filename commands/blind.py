@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from softsoil.commands.invocation import current
 from softsoil.commands.options_model import about_vehicle
@@ -70,6 +71,6 @@ def result_table(cases: Sequence[Case], results: Sequence[dict[str, Any] | None]
             table.add_row(*start, "failed", "", "", "")
             continue
         found = plain(" + ".join(effect["name"] for effect in result["effects"]) or result["verdict"])
-        mark = "[green]right[/]" if result["right"] else "[red]wrong[/]"
+        mark = Text("right", "green") if result["right"] else Text("wrong", "red")
         table.add_row(*start, found, f"{result['n_after']:.2f}", mark, result["why"])
     return table

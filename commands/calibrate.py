@@ -61,7 +61,7 @@ def calibrate(
 
 
 def _say(text: str) -> None:
-    console.print(text, highlight=False, markup=False, soft_wrap=True)
+    console.print(text, highlight=False, soft_wrap=True)
 
 
 def _reference() -> list[Path]:

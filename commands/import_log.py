@@ -95,7 +95,7 @@ def drafted(sources: list[Path]) -> ImportMap:
     for holding in holdings:
         if hangs(holding):
             told = f"{holding.name}: taken as a sensor with z down (x ahead, y right), by the gravity that it reads"
-            console.print(told, highlight=False, markup=False, soft_wrap=True)
+            console.print(told, highlight=False, soft_wrap=True)
     return map_from_table(entries, "map drafted from the sources")
 
 
@@ -106,18 +106,18 @@ def _name(source: Path) -> str:
 def _say(found: Import) -> None:
     console.print(channel_table(found))
     for note in found.merged.recording.notes:
-        console.print(f"note: {note}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"note: {note}", highlight=False, soft_wrap=True)
     for offset in found.offsets:
         words = f"{abs(offset.late_s):.3f} ± {offset.std:.3f} s {'late' if offset.late_s > 0 else 'early'}"
         console.print(f"clock of {offset.group}: {words} against the {offset.against}, correlation {offset.before:.3f} -> "
                       f"{offset.after:.3f}", highlight=False)  # fmt: skip
     for source, shift in found.shifts.items():
-        console.print(f"{source}: clock shifted by {shift:+.3f} s", highlight=False, markup=False)
+        console.print(f"{source}: clock shifted by {shift:+.3f} s", highlight=False)
     for check in found.checks:
         if not check.passed:
             style = "red" if check.beyond_doubt else "yellow"
             console.print(f"{'contradiction' if check.beyond_doubt else 'warning'}: {check.sentence()}", style=style,
-                          highlight=False, markup=False, soft_wrap=True)  # fmt: skip
+                          highlight=False, soft_wrap=True)  # fmt: skip
     passed = sum(check.passed for check in found.checks)
     console.print(f"{passed} of {len(found.checks)} checks passed", highlight=False)
 

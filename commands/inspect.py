@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from softsoil.commands.options_model import OutOption
@@ -37,7 +36,7 @@ def inspect(
     for offer in sorted(offers(holdings), key=lambda offer: (offer.channel, -offer.score)):
         fields = " and ".join((offer.path, *offer.beside)) + (" (rate)" if offer.rate else "")
         unit = f" [{offer.unit}]" if offer.unit else ""
-        console.print(f"{offer.channel}: {offer.source}:{fields}{unit}, by {offer.why}", highlight=False, markup=False)
+        console.print(f"{offer.channel}: {offer.source}:{fields}{unit}, by {offer.why}", highlight=False)
     folder = output_folder(out, "inspect")
     toml = folder / "map.toml"
     toml.write_text(draft(holdings), encoding="utf-8")
@@ -58,6 +57,6 @@ def source_table(holdings: list[Holding]) -> Table:
         more = f" and {len(names) - MOST_FIELDS} more" if len(names) > MOST_FIELDS else ""
         span = f"{h.stop_s - h.start_s:.1f}"
         table.add_row(
-            h.name, h.kind, str(h.count), f"{h.rate_hz:.4g}", span, h.clock, escape(", ".join(names[:MOST_FIELDS]) + more)
+            h.name, h.kind, str(h.count), f"{h.rate_hz:.4g}", span, h.clock, ", ".join(names[:MOST_FIELDS]) + more
         )
     return table

@@ -51,6 +51,6 @@ def open_drive(
     geometry = geometry or declared_vehicle(vehicle, model)
     clean, doubts = checked(clean, geometry, late_steering(geometry))
     for doubt in doubts:
-        console.print(f"warning: {log.name}: {doubt}", style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"warning: {log.name}: {doubt}", style="yellow", highlight=False, soft_wrap=True)
     # Noise first: what is derived carries that of the sensors it is derived from.
     return completed(clean, geometry), completed(mark_checked(add_noise(clean, noise, seed)), geometry)

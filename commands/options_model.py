@@ -82,7 +82,7 @@ def say_vehicle(vehicle: Path | None, model: Path | None = None, default: Path |
         if verdict in ("", IDENTIFIED):
             return ""
         words = f"warning: {vehicle or model}: identify said {verdict!r} of this vehicle: not to be used yet"
-        console.print(words, style="yellow", highlight=False, markup=False, soft_wrap=True)
+        console.print(words, style="yellow", highlight=False, soft_wrap=True)
         return words
     words = f"vehicle: {declared_vehicle(default, None).name}, since --vehicle names none"
     console.print(words, highlight=False)

@@ -20,8 +20,8 @@ from softsoil.files.json_file import write_json
 RUNS = Path("runs")
 WIDTH_IN_A_FILE = 1000
 """Columns where there is no terminal: tables are as wide as their content, never cut off."""
-console = Console(width=None if sys.stdout.isatty() else WIDTH_IN_A_FILE)
-"""Where tables and progress go."""
+console = Console(width=None if sys.stdout.isatty() else WIDTH_IN_A_FILE, markup=False)
+"""Where tables and progress go; brackets are text, as in the keys of maps and vehicle files."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def say_written(paths: Sequence[Path]) -> None:
     """The last lines of a command: what it wrote."""
     for path in paths:
         # Not wrapped at the width of the terminal: paths are copied from here.
-        console.print(f"wrote {path}", soft_wrap=True, highlight=False, markup=False)
+        console.print(f"wrote {path}", soft_wrap=True, highlight=False)
 
 
 @contextmanager

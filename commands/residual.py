@@ -73,7 +73,7 @@ def residual(
     with progress(clean.name):
         found = drive_residual(noisy, declared, n, start=skip)
     for note in noisy.notes:
-        console.print(note, highlight=False, markup=False)
+        console.print(note, highlight=False)
     console.print(channel_table(found))
     console.print(error_table("Rms prediction error", found.mse))
     figure = draw_residual(clean.name, declared.build().name, found, folder / "residual.png")

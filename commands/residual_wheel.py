@@ -26,7 +26,7 @@ def report_on_wheel_data(data: Path, columns: Path | None, wheel: Path | None, s
         runs = read_wheel_runs([data], columns, wheel, soil)
     console.print(f"{len(runs)} single-wheel runs", highlight=False)
     report = wheel_residual(runs, progress=lambda line: console.print(line, highlight=False))
-    console.print(table_text(report), highlight=False, markup=False, soft_wrap=True)
+    console.print(table_text(report), highlight=False, soft_wrap=True)
     say_written(
         [
             write_result(folder / "residual.json", report),

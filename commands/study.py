@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from softsoil.commands.estimate import verdict_line
 from softsoil.commands.options import ColumnsOption, MethodOption, NoiseOption, SeedOption, SkipOption, open_drive
@@ -128,11 +129,11 @@ def table_8(entry: LogStudy) -> Table:
     initial = {horizon: entry.initial[horizon].mse for horizon in HORIZONS}
     estimated = {horizon: entry.estimated[horizon].mse for horizon in HORIZONS}
     for name in STATE_CHANNELS:
-        cells = []
+        cells: list[str | Text] = []
         for horizon in HORIZONS:
             guess, found = rms(name, initial[horizon][name]), rms(name, estimated[horizon][name])
             mark = "green" if found < guess else ("red" if found > guess else "none")
-            cells += [f"{guess:.3g}", f"[{mark}]{found:.3g}[/]"] if np.isfinite(found) else ["-", "-"]
+            cells += [f"{guess:.3g}", Text(f"{found:.3g}", mark)] if np.isfinite(found) else ["-", "-"]
         table.add_row(quantity(name).label, *cells)
     return table
 

@@ -8,7 +8,7 @@ from softsoil.estimator.verdict import CHANNEL_WORDS
 from softsoil.identification.result import Found, Identification
 from softsoil.refinement.words import in_degrees, with_error, with_unit
 
-NO_BETTER = "no better known"
+NO_BETTER = "no better known than before"
 """Of an identified number whose error is that of before the logs."""
 STATES = {"given": "given", "identified": "identified", "not_identifiable": "not identifiable"}
 VERDICTS = {
@@ -38,7 +38,7 @@ def state_words(number: Found) -> str:
     """The state; of an identified number what was given, or whether its error is that of before the logs."""
     if number.state == "identified" and number.given is not None:
         return f"identified (given {in_degrees(number.given, number.std, number.unit)[0]:.5g})"
-    return f"identified ({NO_BETTER})" if number.no_better else STATES[number.state]
+    return f"fitted ({NO_BETTER})" if number.no_better else STATES[number.state]
 
 
 def error_sentence(found: Identification) -> str:

@@ -166,6 +166,16 @@ def test_tables_are_not_cut_off_in_a_file():
     assert "x" * 150 in printed.get() and "because " * 19 in printed.get() and "…" not in printed.get()
 
 
+def test_keys_in_brackets_are_printed_as_they_are():
+    words = "[uncertainty] radius = 0.014 in the known numbers, [mount] or /joints:velocity[left]"
+    table = Table("why")
+    table.add_row(words)
+    with console.capture() as printed:
+        console.print(words)
+        console.print(table)
+    assert printed.get().count(words) == 2
+
+
 @pytest.mark.parametrize("command", [("calibrate",), ("case", "cmu"), ("case", "dart")])
 def test_commands_on_measurements_say_which_data_they_want(home, command):
     result = softsoil(*command)

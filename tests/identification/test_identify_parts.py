@@ -36,7 +36,7 @@ def test_axle_loads_and_wheelbase_give_the_place_of_the_centre_of_gravity():
 @pytest.mark.parametrize(
     ("state", "std", "given", "words"),
     [
-        ("identified", 0.19, None, "identified"), ("identified", 0.2, None, "identified (no better known)"),
+        ("identified", 0.19, None, "identified"), ("identified", 0.2, None, "fitted (no better known than before)"),
         ("identified", 0.2, 1.2, "identified (given 1.2)"), ("not_identifiable", 0.2, None, "not identifiable"),
     ],
 )  # fmt: skip
