@@ -115,9 +115,11 @@ def _windows(found: TerrainEstimate) -> dict | None:
     inertia = {"share": 1.0 + evidence.inertia, "std": evidence.inertia_std}
     change = evidence.change
     load = change and {"share": change.load, "std": change.load_std}
+    steering = change and {"share": 1.0 + change.steering, "std": change.steering_std}
     soil = {"tenth": evidence.soil.tenth, "std": evidence.soil.std}
     strain = change and change.strain
-    return {"n": evidence.n, "std": evidence.std, "yaw_inertia": inertia, "strain": strain, "load": load, "soil": soil}
+    vehicle = {"yaw_inertia": inertia, "strain": strain, "load": load, "steering": steering}
+    return {"n": evidence.n, "std": evidence.std, **vehicle, "soil": soil}
 
 
 NOT_STATED = "; a soil file may state their errors, which softsoil soil fits"
@@ -148,6 +150,17 @@ def _of_class(found: TerrainEstimate) -> list[str]:
     line = f"n is that of the declared soil: where one of its parameters is a tenth larger, n is another: {moved}"
     stated = f"; by the errors that its file states ± {100 * evidence.soil.std:.0f} % of n, in its standard deviation"
     return [line + (stated if evidence.soil.std > 0.0 else NOT_STATED)] if moved else []
+
+
+def _not_looked_at(found: TerrainEstimate) -> list[str]:
+    """What a verdict knows nothing of, as the vehicle's file states no errors."""
+    evidence = None if found.verdict is None else found.verdict.evidence
+    if evidence is None or evidence.change is not None:
+        return []
+    return [
+        "not looked at: a load, the steering's scale and the vehicle's numbers, since its file states no errors of them (that of "
+        "softsoil identify does)"
+    ]
 
 
 def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock]) -> None:
@@ -182,17 +195,17 @@ def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock]) 
             if found.noise_free
             else f"NIS inside its 95 % band {100 * found.nis_inside_95:.1f} % of the time"
         )
-    lines += _of_class(found)
+    lines += _of_class(found) + _not_looked_at(found)
     lines += [f"soil taken to have changed at {t:.1f} s" for t in found.changes]
     if found.drift is not None:
         classes = ", or ".join((found.drift.likely, *found.drift.also))
         lines.append(f"drift at {found.drift.t:.1f} s ({found.drift.channel} is corrected to one side): likely {classes}")
-    for reason, counts in (("not finite", found.counts.invalid), ("outside the gate", found.counts.gated)):
+    for words, counts in (("rows without a sample", found.counts.invalid), ("left out, outside the gate", found.counts.gated)):
         alike: dict[int, list[str]] = {}
         for name, count in counts.items():
             if drive.measured(name):
                 alike.setdefault(count, []).append(name)
-        lines += [f"left out, {reason}: {', '.join(names)}, {count} times" for count, names in alike.items()]
+        lines += [f"{words}: {', '.join(names)}, {count} times" for count, names in alike.items()]
     lines += [f"input held: {name} {count} times" for name, count in found.counts.held_inputs.items()]
     for line in (*lines, *(note for note in drive.notes if note not in doubtful)):
         console.print(line, highlight=False)

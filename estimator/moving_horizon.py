@@ -25,7 +25,7 @@ from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_windows import FreeWindows, WindowModel
-from softsoil.windows.own_numbers import stated_error, with_load, with_own_numbers
+from softsoil.windows.own_numbers import stated_error, with_load, with_own_numbers, with_steering_scale
 from softsoil.windows.parameters import Free
 from softsoil.windows.shooting import shooting_drive
 from softsoil.windows.window_fit import reduce_windows, window_costs
@@ -136,11 +136,11 @@ def estimate_horizon(
 
 def drive_windows(recording: Recording, model: Model, start: float, rules: HorizonRules) -> FreeWindows:
     """Windows of a drive after `start` seconds, weighted by sensor noise and model error; where the vehicle's file states errors
-    of its numbers, these are parameters of their model, and a load is."""
+    of its numbers, these are parameters of their model, and so are a load and the steering's scale."""
     drive = shooting_drive(recording, model, start, live=True)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
     known = stated_error(model.geometry)
-    model = with_load(with_own_numbers(model, known.names)) if known else model
+    model = with_steering_scale(with_load(with_own_numbers(model, known.names))) if known else model
     compiled = WindowModel(with_log_wheels(model, [recording]), drive.dt, substeps_for(drive.dt))
     return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in, rules.slowest)
 

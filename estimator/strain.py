@@ -17,7 +17,7 @@ from softsoil.estimator.moving_horizon import MovingHorizon
 from softsoil.estimator.tuning import Tuning
 from softsoil.windows.free_starts import JointPrior, joint_prior, steps_of
 from softsoil.windows.free_windows import FreeWindows, Linear, WindowModel
-from softsoil.windows.own_numbers import load_of, stated_error
+from softsoil.windows.own_numbers import load_of, stated_error, steering_scale_of
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import last_step, marginal, strain
 from softsoil.windows.window_fit import reduce_windows
@@ -26,19 +26,24 @@ Array = NDArray[np.float64]
 
 MOST = 1.0
 """Share of its mass by which a vehicle is heavier or lighter at most, as a standard deviation."""
+STEERING = 0.2
+"""Share by which road wheels turn farther or less than a log says, as a standard deviation."""
 
 
 @dataclass(frozen=True)
 class VehicleChange:
     """How a drive would have the vehicle other than its file: strain of its numbers (`softsoil.windows.strain`); load, load_std:
     share of its mass by which it is heavier than declared, the numbers free within their joint error, and the standard deviation
-    with that of a declared load; seen_std: the same by the drive alone, whatever the file says of a load.
+    with that of a declared load; seen_std: the same by the drive alone, whatever the file says of a load; steering, steering_std:
+    share by which road-wheel angles are larger than the log says, a load free beside it, and the standard deviation.
     """
 
     strain: float
     load: float
     load_std: float
     seen_std: float
+    steering: float
+    steering_std: float
 
 
 def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChange | None:
@@ -54,16 +59,24 @@ def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChang
     scale = np.linalg.norm(np.linalg.pinv(prior.root), axis=1)  # standard deviation of each number
     numbers = [Free(name, (name,), std / 2, -np.inf, np.inf) for name, std in zip(prior.names, scale, strict=True)]
     load = Free(name, (name,), 0.1 * mass, -np.inf, np.inf)
-    hessian, gradient = _normal_equations(windows, horizon, [*horizon.free, *numbers, load])
-    kept = np.arange(len(horizon.free), len(hessian) - 1)
-    whole = hessian.copy()
-    whole[np.ix_(kept, kept)] += prior.root.T @ prior.root
-    whole[-1, -1] += (MOST * mass) ** -2
+    scale_name = steering_scale_of(vehicle).parameters[0].name
+    steering = Free(scale_name, (scale_name,), 0.5 * STEERING, -np.inf, np.inf)
+    hessian, gradient = _normal_equations(windows, horizon, [*horizon.free, *numbers, load, steering])
+    kept = np.arange(len(horizon.free), len(hessian) - 2)
+    with_scale = hessian.copy()
+    with_scale[np.ix_(kept, kept)] += prior.root.T @ prior.root
+    with_scale[-2, -2] += (MOST * mass) ** -2
+    with_scale[-1, -1] += STEERING**-2
+    turned, turned_std = last_step(with_scale, gradient)
+    hessian, whole, gradient = hessian[:-1, :-1], with_scale[:-1, :-1], gradient[:-1]
     step = -np.linalg.lstsq(whole[:-1, :-1], gradient[:-1], rcond=None)[0]
     strained = strain(prior.root @ step[kept], marginal(hessian[:-1, :-1], kept), prior.root)
     heavier, std = last_step(whole, gradient)
     known = vehicle.uncertainty.get(name, 0.0)
-    return VehicleChange(strained, heavier / mass, float(np.hypot(std, known)) / mass, std / mass)
+    declared = float(windows.compiled.model.p[scale_name].nominal)
+    return VehicleChange(
+        strained, heavier / mass, float(np.hypot(std, known)) / mass, std / mass, turned / declared, turned_std / declared
+    )
 
 
 def _normal_equations(windows: FreeWindows, horizon: MovingHorizon, free: Sequence[Free]) -> tuple[Array, Array]:

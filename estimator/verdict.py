@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.estimator.changed_vehicle import change_words
 from softsoil.estimator.evidence import Evidence, gather, percent_above
 from softsoil.estimator.hard_ground import HardGround, compare_hard_ground, on_hard_ground
 from softsoil.estimator.late_change import PARTS, PARTS_SIGMAS
@@ -47,9 +48,10 @@ class VerdictRules:
     drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; strain: of the numbers of
     an identified vehicle, from which it has changed; load, load_sigmas: share of its mass by which it is heavier or lighter than
     declared, and in standard deviations, from which it has; load_seen: largest standard deviation of that share with which a
-    drive shows a load that n would take up; parts, parts_sigmas:
-    the same of n in the earlier and the later part of the drive, over n; least_motion: root mean square lateral specific
-    force (m/s^2) below which nothing is said of the model; road: coefficient of friction from which a drive that hard ground
+    drive shows a load that n would take up; steering, steering_sigmas: share by which road wheels turn farther or less than the
+    log says, and in standard deviations, from which they do; parts, parts_sigmas: the same of n in the earlier and the later part
+    of the drive, over n; least_motion: root mean square lateral specific force (m/s^2) below which nothing is said of the model;
+    road: coefficient of friction from which a drive that hard ground
     fits better than soil, by `road_sigmas` standard errors, was on hard ground; of_class: largest standard deviation of n, over
     n, by the errors that the soil's file states of its class; late: seconds by which a low-pass may have made the yaw rate late;
     contradicted: the declared things whose numbers their own logs contradict ("vehicle", "soil").
@@ -68,6 +70,8 @@ class VerdictRules:
     load: float = 0.08
     load_sigmas: float = 2.5
     load_seen: float = 0.06
+    steering: float = 0.04
+    steering_sigmas: float = 2.5
     parts: float = PARTS
     parts_sigmas: float = PARTS_SIGMAS
     least_motion: float = 0.2
@@ -168,11 +172,11 @@ def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: Ve
         found = check(evidence, n, others, rules)
         if found is not None:
             return Verdict(*found, evidence)
-    std = 100 * float(np.max(evidence.std / np.maximum(n, 1e-9)))
+    alone, std = (100 * float(np.max(one / np.maximum(n, 1e-9))) for one in (evidence.information_std, evidence.std))
     return Verdict(
         IDENTIFIED,
-        f"the drive determines n to ± {std:.0f} %, the model leaves no more than a right one, {_alike(evidence)}"
-        + _changed(evidence),
+        f"the drive determines n to ± {max(alone, 1.0):.0f} % (± {std:.0f} % with errors of law, vehicle and class), the model "
+        f"leaves no more than a right one, {_alike(evidence)}" + _changed(evidence),
         evidence,
     )
 
@@ -237,29 +241,11 @@ def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: Verdic
     change = e.change
     if e.motion < rules.least_motion or change is None:
         return None
-    strained = change.strain > rules.strain
-    said = (
-        "the drive asks for other numbers of the vehicle than its file states, beyond their joint error (strain "
-        f"{change.strain:.1f}, 1 expected, {rules.strain:g} at most)"
-    )
-    if rules.another_mass(change.load, change.load_std):
-        heavier = f"a vehicle {heavier_words(change.load, change.load_std)} than declared"
-        said = f"{said}, or is that of {heavier}" if strained else f"the drive is that of {heavier}"
-    elif not strained:
-        return None
-    return "inconsistent", f"{said}: {CHANGED}; two drives of different manoeuvres show best which"
-
-
-CHANGED = (
-    "something of the vehicle has changed, as by a load, or the soil's class is another one than declared, or none of those that "
-    "the vehicle was identified on"
-)
-"""What strained numbers of an identified vehicle may come from."""
-
-
-def heavier_words(load: float, std: float) -> str:
-    """By how much a vehicle is heavier or lighter, in words; load, std: as of `VerdictRules.another_mass`."""
-    return f"{100 * abs(load):.0f} ± {max(100 * std, 1.0):.0f} % {'heavier' if load > 0 else 'lighter'}"
+    said = change_words(
+        change, rules.strain, change.strain > rules.strain, rules.another_mass(change.load, change.load_std),
+        abs(change.steering) > max(rules.steering, rules.steering_sigmas * change.steering_std),
+    )  # fmt: skip
+    return ("inconsistent", said) if said else None
 
 
 def _inertia(e: Evidence, rules: VerdictRules) -> str:

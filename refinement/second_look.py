@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.changed_vehicle import CHANGED, heavier_words
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.strain import VehicleChange
-from softsoil.estimator.verdict import CHANGED, VerdictRules, heavier_words
+from softsoil.estimator.verdict import VerdictRules
 from softsoil.recording.drive import Recording
 from softsoil.refinement.drive_change import change_of_drive
 from softsoil.refinement.fit import Fit

@@ -1,4 +1,4 @@
-"""Numbers of a vehicle, and a load, as parameters of its model, so that windows can move them."""
+"""Numbers of a vehicle, a load and the steering's scale as parameters of its model, so that windows can move them."""
 
 from __future__ import annotations
 
@@ -55,6 +55,23 @@ def with_load(model: Model) -> Model:
         return model
     mass = effect.parameters[0]
     return add_effect(model, effect, {**effect.typical, mass.name: mass.nominal})
+
+
+def with_steering_scale(model: Model) -> Model:
+    """The bicycle `model` with the ratio of road-wheel angle and `steer` as a parameter: the declared one, or 1.
+
+    What the model says does not change.
+    """
+    effect = steering_scale_of(model.geometry)
+    if effect.name in model.effects:
+        return model
+    scale = effect.parameters[0]
+    return add_effect(model, effect, {scale.name: scale.nominal})
+
+
+def steering_scale_of(vehicle: Vehicle) -> Effect:
+    """The effect of another steering ratio than declared, whose parameter is that over the declared one."""
+    return next(effect for effect in catalogue(vehicle).values() if effect.reference == "steering ratio")
 
 
 def load_of(vehicle: Vehicle) -> Effect:

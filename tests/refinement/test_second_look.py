@@ -191,7 +191,8 @@ def test_a_first_n_beyond_a_ridge_is_left_behind(clean):
 @pytest.mark.slow
 def test_no_n_is_identified_where_the_vehicle_has_changed(monkeypatch):
     """Whatever the strain, here that of a clean drive and a look that calls it one of another vehicle."""
-    monkeypatch.setattr("softsoil.refinement.second_look.change_of_drive", lambda *_: VehicleChange(9.0, 0.0, 0.02, 0.02))
+    changed = VehicleChange(9.0, 0.0, 0.02, 0.02, 0.0, 0.01)
+    monkeypatch.setattr("softsoil.refinement.second_look.change_of_drive", lambda *_: changed)
     found = traced(0.0, vehicle())
     assert found.verdict == "unexplained" and not found.effects
     assert [verdict.word for verdict in found.judged] == ["inconsistent"] and "strain" in found.judged[0].reason
