@@ -19,6 +19,7 @@ from softsoil.estimator.tuning import Tuning
 from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict, VerdictRules, judge
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.recording.states import known_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
@@ -49,7 +50,7 @@ def estimate(
     correct: whether the windows correct the filter's n at the end of an identified drive, as the horizon does while driving;
     else n is the filter's own, as in the paper. With a law of hard ground there is no n: NaN, and the verdict "no_soil".
     Raises ValueError for an initial guess outside the bounds of n, an unknown method, a log without the channels, or
-    channels that contradict each other beyond doubt.
+    channels that contradict each other or the vehicle's geometry beyond doubt.
 
     Example:
         >>> import softsoil
@@ -64,6 +65,9 @@ def estimate(
     if method not in METHODS:
         raise ValueError(f"method: expected one of {', '.join(METHODS)}; found {method!r}")
     drive = usable(log, model.geometry, late_steering(model.geometry))
+    another = beyond_doubt(drive, model.geometry) if model.geometry is not None else ""
+    if another:
+        raise ValueError(f"{another}: another vehicle, or a sensor that is wrong or stands elsewhere")
     first = float(model.p["n_f"].nominal) if n0 is None else n0
     tied = bool(model.effects)
     if not sinks(model):

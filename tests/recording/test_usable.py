@@ -134,3 +134,12 @@ def test_a_log_of_another_vehicle_is_a_warning(number, factor, words, good):
     vehicle = reference_vehicle()
     with pytest.warns(UserWarning, match=rf"{words} .*: another vehicle, or a sensor that is wrong"):
         usable(good, vehicle.with_(**{number: factor * getattr(vehicle, number)}))
+
+
+def test_it_is_no_log_to_estimate_n_on(good):
+    long = bicycle(reference_vehicle().with_(l_f=1.5 * reference_vehicle().l_f), CLAY)
+    with (
+        pytest.warns(UserWarning, match="another vehicle"),
+        pytest.raises(ValueError, match=r"expected the front axle .*: another vehicle, or a sensor"),
+    ):
+        softsoil.estimate(good, long)
