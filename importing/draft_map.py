@@ -72,7 +72,8 @@ WRITTEN_UNITS = {"m/s": "m/s", "km/h": "km/h", "kmh": "km/h", "kph": "km/h", "mp
                  "m/s²": "m/s^2", "m/s2": "m/s^2", "m": "m", "cm": "cm", "mm": "mm", "km": "km", "%": "%"}  # fmt: skip
 
 ENDINGS = {"_kmh": "km/h", "_kph": "km/h", "_mph": "mph", "_mps": "m/s", "_rpm": "rpm", "_dps": "deg/s", "_deg_s": "deg/s",
-           "_degs": "deg/s", "_deg": "deg", "_rad": "rad", "_rads": "rad/s", "_cm": "cm", "_mm": "mm"}  # fmt: skip
+           "_degs": "deg/s", "_deg": "deg", "_rad": "rad", "_rads": "rad/s", "_cm": "cm", "_mm": "mm", "_mps2": "m/s^2",
+           "_ms2": "m/s^2", "_g": "g"}  # fmt: skip
 """End of a field's name -> unit."""
 STEERING = re.compile(r"steer", re.I)
 RECEIVER = re.compile(r"gps|gnss|fix|ublox|novatel|septentrio", re.I)
@@ -97,7 +98,8 @@ HANGING = (-13.0, -6.0)
 class Offer:
     """A field that may be a channel: channel, source, path, unit guessed (empty for SI), why, score (larger is better).
 
-    beside: other fields of the source that the channel is the mean of; rate: whether it is their rate of change.
+    beside: other fields of the source that the channel is the mean of; rate: whether it is their rate of change; compass: whether
+    it is clockwise from north.
     """
 
     channel: str
@@ -108,6 +110,7 @@ class Offer:
     score: float
     beside: tuple[str, ...] = ()
     rate: bool = False
+    compass: bool = False
 
 
 def offers(holdings: Sequence[Holding]) -> list[Offer]:
@@ -148,9 +151,9 @@ def _of_fields(holding: Holding) -> list[Offer]:
         ):
             named = "steer"
         if named and spread.changes:
-            found.append(
-                Offer(named, holding.name, path, _unit(named, spread, path), "its name", 1.0 - 1e-3 * len(path))
-            )
+            unit = _unit(named, spread, path)
+            bearing = named == "psi" and _is_bearing(path, spread, unit, holding)
+            found.append(Offer(named, holding.name, path, unit, "its name", 1.0 - 1e-3 * len(path), compass=bearing))
     if geodetic(list(holding.fields)) is not None:
         found += [
             Offer(c, holding.name, p, "", "latitude and longitude", 0.5) for c, p in (("x", "east"), ("y", "north"))
@@ -294,9 +297,15 @@ def _has_place(holding: Holding) -> bool:
     )
 
 
+def _is_bearing(path: str, spread: Spread, unit: str, holding: Holding) -> bool:
+    """Whether a heading is clockwise from north: by its name, or as receivers give it beside their fixes, 0 to 360 deg."""
+    of_receiver = unit == "deg" and spread.least >= 0.0 and geodetic(list(holding.fields)) is not None
+    return bool(BEARING.search(path)) or of_receiver
+
+
 def _entry(offer: Offer) -> str:
     sources = [json.dumps(f"{offer.source}:{path}", ensure_ascii=False) for path in (offer.path, *offer.beside)]
     source = f"[{', '.join(sources)}]" if offer.beside else sources[0]
     more = (f', unit = "{offer.unit}"' if offer.unit else "") + (", rate = true" if offer.rate else "")
-    more += ", compass = true" if offer.channel == "psi" and BEARING.search(offer.path) else ""
+    more += ", compass = true" if offer.compass else ""
     return f"{{source = {source}{more}}}" if more else source

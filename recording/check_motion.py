@@ -56,6 +56,8 @@ def heading_checks(m: Motion) -> list[Check]:
             "a heading that turns as the yaw rate says (scale 1)",
             f"factor = {line.value[0]:.3f} for omega_z, a gyro's scale, or correct the unit of psi"
             if abs(line.value[0] - 1.0) < MOST_SCALE
+            else 'a yaw rate in degrees: unit = "deg/s" for omega_z, else correct psi'
+            if 0.9 < line.value[0] * 180.0 / np.pi < 1.1
             else "correct the unit or the scale of psi or omega_z",
             LIMITS.turn + COARSE * m.log.dt**2,
         )

@@ -1,14 +1,18 @@
 """What a map says of times and places: a part of a recording, the unit of a time column, places of one source's parts."""
 
+import tomllib
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.importing.bring_in import read_sources
+from softsoil.importing.draft_map import draft
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.merge import merge
-from softsoil.importing.sources import Series
+from softsoil.importing.sources import Holding, Series, Spread
 from softsoil.recording.read import read_drive
 
 CHANNELS = {name: f"log.csv:{name}" for name in ("x", "y", "psi", "u", "v", "omega_z", "steer")}
@@ -88,3 +92,14 @@ def test_faults_of_times_are_named(tables, words):
     with pytest.raises(ValueError, match=r"map\.toml") as fault:
         map_from_table({"channels": CHANNELS, **tables}, "map.toml")
     assert words in str(fault.value)
+
+
+def test_a_receivers_heading_is_drafted_as_a_compasss_and_accelerations_by_their_units():
+    spread = {"latitude_deg": (48.1, 48.2), "longitude_deg": (11.5, 11.6), "heading_deg": (0.2, 359.0), "acc_x_mps2": (-3.0, 2.0)}
+    fields = {name: Spread(low, high, True) for name, (low, high) in spread.items()}
+    holding = Holding("gnss.csv", "table", "gnss.csv", 500, 10.0, 0.0, 50.0, "utc_ms", fields)
+    drafted = tomllib.loads(draft([holding]))["channels"]
+    assert drafted["psi"] == {"source": "gnss.csv:heading_deg", "unit": "deg", "compass": True}
+    assert drafted["a_x_imu"] == "gnss.csv:acc_x_mps2"
+    fields["heading_deg"] = Spread(-179.0, 179.0, True)
+    assert "compass" not in tomllib.loads(draft([replace(holding, fields=fields)]))["channels"]["psi"]

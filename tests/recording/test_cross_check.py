@@ -198,3 +198,9 @@ def test_derived_channels_judge_nothing(good):
     names = {check.name for check in check_channels(drive, reference_vehicle())}
     assert not names & {"yaw_rate_heading", "lateral_velocity", "speed_position", "wheel_omega_fl", "clock_psi"}
     assert np.isfinite(drive.stack("x", "y", "psi", "v", "omega_fl")).all()
+
+
+def test_a_yaw_rate_in_degrees_is_named_before_a_heading(good):
+    turned = good.with_channels(omega_z=np.degrees(good["omega_z"]))
+    (wrong,) = [check for check in check_channels(turned, reference_vehicle()) if check.name == "yaw_rate_heading"]
+    assert wrong.beyond_doubt and 'unit = "deg/s" for omega_z' in wrong.cure
