@@ -34,7 +34,7 @@ def speed_checks(m: Motion, geometry: Geometry) -> list[Check]:
     front, rear = 0.5 * (rim["omega_fl"] + rim["omega_fr"]), 0.5 * (rim["omega_rl"] + rim["omega_rr"])
     every = 0.5 * (front + rear)
     speed = m.speed
-    slip = m.driven(m.mean(every - u) / speed)
+    slip = m.mean(every - u) / m.driven(speed)
     line = regress(slip, m.driven(m.slope(u)), m.driven(m.mean(steer**2)), np.ones(m.windows))
     found = ""
     if line is not None:

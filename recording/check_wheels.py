@@ -75,7 +75,7 @@ def sensor_checks(m: Motion, geometry: Geometry) -> list[Check]:
     geometry: track.
     """
     wheels = [m.channel(name) for name in WHEEL_CHANNELS]
-    turns = m.driven(geometry.track * m.mean(m.channel("omega_z")) / m.speed)
+    turns = geometry.track * m.mean(m.channel("omega_z")) / m.driven(m.speed)
     turning = float(np.sqrt(np.nanmean(turns**2))) if np.isfinite(turns).any() else 0.0
     if turning < LEAST_TURNING or not all(np.isfinite(wheel).any() for wheel in wheels):
         return []
@@ -118,7 +118,7 @@ def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
     steer, omega = (interpolated(m.channel(name), reach) for name in ("steer", "omega_z"))
     speed = np.where(m.speed > 0.5, m.speed, np.nan)
     wheelbase = geometry.l_f + geometry.l_r
-    delta, turning = m.driven(m.mean(steer)), m.driven(wheelbase * m.mean(omega) / speed)
+    delta, turning = m.driven(m.mean(steer)), wheelbase * m.mean(omega) / m.driven(speed)
     good = np.isfinite(delta) & np.isfinite(turning)
     if good.sum() < 12 or np.nanstd(turning[good]) < 0.005:
         return []

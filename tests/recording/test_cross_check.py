@@ -204,3 +204,11 @@ def test_a_yaw_rate_in_degrees_is_named_before_a_heading(good):
     turned = good.with_channels(omega_z=np.degrees(good["omega_z"]))
     (wrong,) = [check for check in check_channels(turned, reference_vehicle()) if check.name == "yaw_rate_heading"]
     assert wrong.beyond_doubt and 'unit = "deg/s" for omega_z' in wrong.cure
+
+
+def test_a_parked_start_divides_by_no_speed(good):
+    standing = np.arange(len(good)) < round(5.0 / good.dt)
+    moving = ("u", "v", "omega_z", *WHEEL_CHANNELS)
+    parked = good.with_channels(**{name: np.where(standing, 0.0, good[name]) for name in moving})
+    with np.errstate(divide="raise"):
+        check_channels(parked, reference_vehicle())
