@@ -50,11 +50,7 @@ def with_load(model: Model) -> Model:
 
     What the model says does not change.
     """
-    effect = load_of(model.geometry)
-    if effect.name in model.effects:
-        return model
-    mass = effect.parameters[0]
-    return add_effect(model, effect, {**effect.typical, mass.name: mass.nominal})
+    return _led_by_none(model, load_of(model.geometry))
 
 
 def with_steering_scale(model: Model) -> Model:
@@ -62,11 +58,15 @@ def with_steering_scale(model: Model) -> Model:
 
     What the model says does not change.
     """
-    effect = steering_scale_of(model.geometry)
+    return _led_by_none(model, steering_scale_of(model.geometry))
+
+
+def _led_by_none(model: Model, effect: Effect) -> Model:
+    """The model with an effect whose first parameter, at its nominal value, makes it nothing; as it is where that is declared."""
     if effect.name in model.effects:
         return model
-    scale = effect.parameters[0]
-    return add_effect(model, effect, {scale.name: scale.nominal})
+    lead = effect.parameters[0]
+    return add_effect(model, effect, {**effect.typical, lead.name: lead.nominal})
 
 
 def steering_scale_of(vehicle: Vehicle) -> Effect:
