@@ -23,7 +23,8 @@ from softsoil.symbolic.vehicle import NUMBERS, Vehicle
 @dataclass(frozen=True)
 class HandedOn:
     """effects: as named; contradicted: numbers of the vehicle that are; fitted: all numbers that were free; declaration: the
-    refined one; before, after: n of each drive with the declared model, and with the refined one its verdict."""
+    refined one; before, after: n of each drive with the declared model, and with the refined one its verdict; last: fit of the
+    numbers."""
 
     effects: tuple[TracedEffect, ...]
     contradicted: tuple[FittedNumber, ...]
@@ -31,6 +32,7 @@ class HandedOn:
     declaration: Declaration
     before: tuple[float, ...]
     after: tuple[DriveN, ...]
+    last: Fit
 
 
 def handed_on(
@@ -61,9 +63,9 @@ def handed_on(
     refined = _refined(declaration, effects, contradicted, whole)
     if selection.accepted:
         with_effects = replace(of_declared, declaration=refined, bench=whole, fit=last, joint=fits is not None)
-        return HandedOn(effects, contradicted, free, refined, of_declared.plain(), with_effects.judged())
+        return HandedOn(effects, contradicted, free, refined, of_declared.plain(), with_effects.judged(), last)
     after = of_declared.judged()
-    return HandedOn(effects, contradicted, free, refined, tuple(one.n for one in after), after)
+    return HandedOn(effects, contradicted, free, refined, tuple(one.n for one in after), after, last)
 
 
 def _fitted(vehicle: Vehicle, bench: Bench, last: Fit) -> tuple[FittedNumber, ...]:

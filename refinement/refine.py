@@ -176,7 +176,7 @@ def refine(
         n_std=tuple(one.std for one in after),
         judged=tuple(one.verdict for one in after),
         ground=() if bench.sinks else fitted_ground(
-            bench.ground, soils, [r.name for r in recordings], bench.values(bench.ground), last, [s.left for s in left]
+            bench.ground, soils, [r.name for r in recordings], bench.values(bench.ground), out.last, [s.left for s in left]
         ),
         structure=left,
         strain=look.strain,

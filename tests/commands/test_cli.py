@@ -117,7 +117,7 @@ def test_estimate_writes_what_it_says(home, short_log):
     )
     assert set(found["step_us"]) == {"median", "p99"} and set(found["trace"]) == {"t", "n_front", "n_rear"}
     assert found["trace"]["n_front"][-1] == found["n_front"]
-    assert set(found["windows"]) == {"n", "std", "yaw_inertia", "strain", "load", "soil"}
+    assert set(found["windows"]) == {"n", "std", "yaw_inertia", "strain", "load", "steering", "soil"}
     assert len(found["windows"]["n"]) == len(found["windows"]["std"]) == 1
     assert found["verdict"] == "identified" and found["n_front"] == found["n_rear"] == found["windows"]["n"][0]
     assert set(found["filter"]) == {"n", "std"} and abs(found["filter"]["n"][0] / found["n_front"] - 1.0) < 0.1
