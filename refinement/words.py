@@ -40,7 +40,7 @@ def verdict_sentence(found: Refinement) -> str:
     if found.strain is not None or any(one.word == "inconsistent" for one in found.judged):
         left = "the drives contradict the vehicle's file or their own channels, as the verdicts on n say"
     elif not any(s.left for s in found.structure):
-        left = "something removes more of the held-out cost than chance does, as the notes say"
+        left = "something is missing, as the notes and the verdicts on n say"
     return (
         f"Unexplained: {left}, but no entry of the catalogue explains it on data that it was not fitted to; the declared "
         "model stands."
