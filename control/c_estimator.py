@@ -60,7 +60,7 @@ def filter_numbers(model: Model, tuning: Tuning | None = None) -> FilterNumbers:
         change_after=tuning.change_after, change_sigmas=tuning.change_sigmas, change_std=tuning.change_std,
         change_error=tuning.change_error, change_samples=CHANGE_SAMPLES, change_clip=CHANGE_CLIP,
         change_youngest=CHANGE_YOUNGEST, trial_determined=DETERMINED,
-        standstill=tuning.standstill, fade=tuning.fade, leap=LEAP,
+        standstill=tuning.standstill, held_inputs=tuning.held_inputs, fade=tuning.fade, leap=LEAP,
         wheels_turn=WHEELS_TURN, u_limit=_floats(by_unit(model.external, tuning.input_limit, 1e9)),
         y_limit=_floats(by_unit(model.y, tuning.output_limit, 1e9)),
         drift=_drift_numbers(model),

@@ -13,14 +13,13 @@ from softsoil.estimator.moving_horizon import SCALE, HorizonRules
 from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import WORDS, VerdictRules
+from softsoil.recording.forward import HELD_INPUTS
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.vehicle import JUDGED
 from softsoil.windows.free_windows import BRIDGED, FREE_STEP, SETTLING, STATE_STEP
 from softsoil.windows.shooting import SMOOTHING
 from softsoil.windows.window_fit import HUBER, RIDGE
 
-HELD_INPUTS = 0.25
-"""s: how long inputs that were not said are taken to stay as they were; no window runs across a longer gap."""
 SENTENCES = {
     "identified": "the windows determine n, and the model leaves no more than a right one does",
     "not_excited": "the windows do not determine n: steer more, at several speeds",

@@ -18,6 +18,7 @@ from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
+from softsoil.recording.forward import inputs_known
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.model import Model
@@ -115,6 +116,7 @@ def estimate_terrain(
     own_step, log = log.dt, on_fine_clock(log)
     augmented = terrain_model(with_log_wheels(model, [log]), tied)
     inputs, _ = measured_inputs(log, augmented.external)
+    inputs[~inputs_known(log)] = np.nan
     measured = measured_states(log)
     own = _filter(log, augmented, n0, tuning)
     every = tuning.update_every if log.dt < SLOW_ROWS else 1

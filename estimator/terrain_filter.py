@@ -35,11 +35,11 @@ Array = NDArray[np.float64]
 class FilterStatus:
     """What the rules did in the last prediction and update.
 
-    standing: the vehicle stands, crawls or reverses, its soil is held; gated: measurements left out by the gate; jumped:
-    measurements believed against the gate, whose states were put there; soil_changed: n has jumped and was opened; soil_kept: a
-    jump is revoked, what was known of n before counts again; refused: the model had no usable answer, the last estimate was
-    kept; drift: largest sum of the drift monitor over its limit; drifting: name of its channel while that is above 1, else
-    empty.
+    standing: the vehicle stands, crawls or reverses, or an input is missing for too long: its soil is held; gated: measurements
+    left out by the gate; jumped: measurements believed against the gate, whose states were put there; soil_changed: n has
+    jumped and was opened; soil_kept: a jump is revoked, what was known of n before counts again; refused: the model had no
+    usable answer, the last estimate was kept; drift: largest sum of the drift monitor over its limit; drifting: name of its
+    channel while that is above 1, else empty.
     """
 
     standing: bool = False
@@ -111,19 +111,21 @@ class TerrainFilter:
         self.revoked: list[float] = []
         self._trial.end()
         self.drift.start(t)
-        self._reversing, self._kicks, self._rate = False, False, 0.0
+        self._reversing, self._kicks, self._rate, self._missing = False, False, 0.0, 0.0
         self._runs = np.zeros(len(self.model.y), dtype=int)
         # Twice the time: the first seconds are convergence from the first guess, not a change.
         self._change.forget(t + 2 * self.tuning.change_after)
 
     def predict(self, u: ArrayLike) -> None:
-        """Time update over dt with the external inputs u (n_u,) held."""
+        """Time update over dt with the external inputs u (n_u,) held; NaN where one is missing, which keeps its last value."""
         u = np.asarray(u, dtype=float)
         if not np.all(np.abs(u) <= self._u_limit):
             u = np.where(np.abs(u) <= self._u_limit, u, np.nan)
+        self._missing = 0.0 if np.isfinite(u).all() else self._missing + self.dt
+        unknown = self._missing > self.tuning.held_inputs + CLOCK_SLACK
         refused = False
         for _ in range(self._parts):
-            standing = self._reversing or self.ukf.at(self._u) < self.tuning.standstill
+            standing = unknown or self._reversing or self.ukf.at(self._u) < self.tuning.standstill
             if standing:
                 self._stand(self.ukf.take_inputs(u))
             elif not self._move(u):

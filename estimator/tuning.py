@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.declaration.driveline import turns_wheels
+from softsoil.recording.forward import HELD_INPUTS
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
 
@@ -39,7 +40,8 @@ class Tuning:
     more than change_sigmas that n has jumped (`estimator/soil_change.py`), jumps having the standard deviation change_std and
     what is measured of one an error of change_error, it is another soil: n is put there and change_std is added to its
     uncertainty, until the seconds after it say otherwise (`estimator/soil_trial.py`); standstill: m/s, below it the soil is
-    held and the vehicle rolls without forces (`estimator/rolling.py`); fade: s, time in which slip velocities then go to
+    held and the vehicle rolls without forces (`estimator/rolling.py`), as where an input has been missing for longer than
+    held_inputs (s); fade: s, time in which slip velocities then go to
     those of rolling wheels; input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a
     standard deviation, by unit; update_every: predictions per update, 1 for slow logs (the paper predicts every 12 ms
     and updates every 24 ms, which leaves out half of what a log of 12 ms has measured).
@@ -65,6 +67,7 @@ class Tuning:
     change_std: float = 0.2
     change_error: float = 0.03
     standstill: float = 0.5
+    held_inputs: float = HELD_INPUTS
     fade: float = 0.1
     input_limit: ByUnit = (("rad", 1.6), ("rad/s", 1e3), ("m/s^2", 200.0))
     output_limit: ByUnit = (("m", 1e8), ("rad", 1e5), ("m/s", 150.0), ("rad/s", 50.0))

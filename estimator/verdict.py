@@ -122,12 +122,14 @@ def judge(
     tied: bool,
     start: float,
     again: Callable[[float], float] | None = None,
+    corrected: bool = False,
     rules: VerdictRules | None = None,
 ) -> Verdict:
     """The verdict on the final n (A,) of an estimator that ran over a drive, None for that of the windows themselves.
 
     model: the bicycle it used; n0: its initial guess; again: final n at the front that the same estimator gives from another
-    initial guess, asked for that of the windows; tied, start: as of `estimate_horizon`; rules: limits.
+    initial guess, asked for that of the windows; corrected: whether the windows' n takes the place of an identified one: then it
+    is enough that the estimator stays there when it starts there; tied, start: as of `estimate_horizon`; rules: limits.
     """
     horizon = HorizonRules()
     try:
@@ -136,7 +138,10 @@ def judge(
         return Verdict("not_excited", f"no window of the drive can be judged: {error}")
     evidence, rules = gather(windows, initial_guesses(n0), tied, horizon), (rules or VerdictRules()).of(model)
     others = () if again is None else (again(float(np.clip(evidence.n[0], *BOUNDS))),)
-    verdict = decide(evidence, evidence.n if n is None else np.asarray(n, dtype=float), others, rules)
+    end = evidence.n if n is None else np.asarray(n, dtype=float)
+    if corrected and len(end) == 1 and others and abs(others[0] - evidence.n[0]) < abs(end[0] - evidence.n[0]):
+        end, others = np.array(others), (float(end[0]),)
+    verdict = decide(evidence, end, others, rules)
     if verdict.word not in ("inconsistent", "at_bound", "axles_disagree", "depends_on_first_guess"):
         return verdict
     road = drive_windows(recording, on_hard_ground(model), start, horizon)

@@ -22,6 +22,8 @@ FEWEST = 20
 """Samples in a drive below which nothing is said of their rate."""
 REGULAR = 0.9
 """Share of the distances between samples that stand within a row, or a quarter, of their mean."""
+LASTING = 0.5
+"""Share of the time between samples that such distances take: where few long ones take the rest, a channel stands still."""
 STRAIGHT, BENT = 0.02, 0.995
 """Change of slope up to which a line is straight, over that at samples: over the quantile of all rows that is surely one."""
 ROUNDED = 2.5
@@ -55,7 +57,7 @@ def samples(name: str, t: Array, values: Array) -> tuple[Rows, str] | None:
     name: of the channel; t (N,): s; values (N,).
     """
     rows, words = held(values), "each value is held"
-    if rows is None:
+    if rows is None and name in STATE_CHANNELS:  # of an input that is a line, nothing would be another
         rows, words = straight(t, values), "a straight line"
     if rows is None:
         return None
@@ -103,4 +105,5 @@ def _regular(rows: Rows) -> bool:
     apart = np.diff(places)
     usual = float(np.mean(apart[apart <= 3.0 * np.median(apart)]))
     near = np.abs(apart - usual) < max(1.0, 0.25 * usual)
-    return bool(near.mean() >= REGULAR and usual * MOST_ROWS >= 1.0)
+    lasts = apart[near].sum() >= LASTING * apart.sum()
+    return bool(near.mean() >= REGULAR and lasts and usual * MOST_ROWS >= 1.0)

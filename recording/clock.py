@@ -9,13 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from softsoil.recording.drive import STATE_CHANNELS, Array, Recording
+from softsoil.recording.forward import near_samples
 
 LARGEST_JITTER = 0.1
 """Share of a step: below it, the clock is even enough for equal steps to be taken for granted."""
 REACH = 0.75
 """Steps: a sample farther away than this is not taken; a gap stays empty (NaN)."""
-SLOWEST_STEP, FINE_STEP = 0.03, 0.0125
-"""s: a log whose steps are longer than the first is run on steps of the second or less: a steering angle held for longer lags."""
+SLOWEST_STEP, FINE_STEP = 0.0135, 0.0125
+"""s: a log whose steps are longer than the first is run on steps of the second or less: a steering angle that is held lags by
+half a step; at 20 ms and a fast steering that makes n 5 % too low (`tests/estimator/test_rates.py`)."""
 MOST_ROWS = 0.8
 """Share of all rows: a channel with fewer numbers has a clock of its own."""
 SLOPE_REACH = 3
@@ -53,8 +55,8 @@ def on_even_clock(recording: Recording) -> Recording:
 def on_fine_clock(recording: Recording) -> Recording:
     """A drive on equal steps slower than SLOWEST_STEP on a clock an even number of times finer, for a model to run on.
 
-    Inputs are straight lines between samples; state channels stand at their own samples and are empty between: nothing is
-    measured there. Unchanged where it is fast enough.
+    Inputs are straight lines between samples, empty in gaps; state channels stand at their own samples and are empty between:
+    nothing is measured there. Unchanged where it is fast enough.
     """
     dt = recording.dt
     if dt <= SLOWEST_STEP or len(recording) < 2:
@@ -68,7 +70,9 @@ def on_fine_clock(recording: Recording) -> Recording:
             channels[name] = np.full(len(clock), np.nan)
             channels[name][::times] = values
         elif name != "t":
-            channels[name] = np.interp(clock, t, values)
+            good = np.isfinite(values)
+            line = np.interp(clock, t[good], values[good]) if good.any() else np.full(len(clock), np.nan)
+            channels[name] = np.where(near_samples(clock, t[good]), line, np.nan)
     truth = {name: np.interp(clock, t, values) for name, values in recording.truth.items()}
     note = f"inputs interpolated from {dt:.4g} to {dt / times:.4g} s"
     return replace(recording, channels=channels, truth=truth, notes=(*recording.notes, note))

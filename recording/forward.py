@@ -1,4 +1,4 @@
-"""The parts of a drive that a vehicle model can use: those driven forwards."""
+"""The parts of a drive that a vehicle model can use: those driven forwards, with inputs that are known."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.recording.drive import Recording
+from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
 
 STANDING = 0.2
 """m/s: below this the vehicle stands, crawls or reverses: slip has no meaning there."""
@@ -15,6 +15,12 @@ STANDSTILL = 0.2
 """s: a standstill lasts this long at least; a shorter one is noise."""
 REVERSING = -0.2
 """m/s: below this it reverses."""
+HELD_INPUTS = 0.25
+"""s: how long a steering angle or a wheel's speed that is missing is taken to stay as it was, or to follow a line."""
+MISSED = 2.5
+"""The same for a slower sensor, in its usual intervals."""
+ROUNDING = 1e-6
+"""s: times closer than this are one."""
 
 
 def driven(recording: Recording, start: float = 0.0) -> NDArray[np.bool_]:
@@ -29,6 +35,28 @@ def driven(recording: Recording, start: float = 0.0) -> NDArray[np.bool_]:
     for first, last in _slower(recording, STANDING):
         forwards[first : max(last, int(np.searchsorted(t, t[last - 1] + start, side="right")))] = False
     return forwards
+
+
+def inputs_known(recording: Recording) -> NDArray[np.bool_]:
+    """(N,) whether steering angle and wheel speeds are known in each row: of each that the drive has, there is a number, or one
+    before and one after no farther from each other than HELD_INPUTS or MISSED intervals of the sensor."""
+    known = np.ones(len(recording), dtype=bool)
+    for name in ("steer", *WHEEL_CHANNELS):
+        if name in recording and recording.measured(name):
+            known &= near_samples(recording.t, recording.t[np.isfinite(recording[name])], HELD_INPUTS)
+    return known
+
+
+def near_samples(t: Array, seen: Array, least: float = 0.0) -> NDArray[np.bool_]:
+    """(N,) whether each time t (N,) is that of a sample, or lies between two that are no farther from each other than `least` (s)
+    or MISSED times as far as is usual; seen (K,): times of the samples (s)."""
+    if len(seen) < 2:
+        return np.ones(len(t), dtype=bool)
+    after = np.minimum(np.searchsorted(seen, t - ROUNDING), len(seen) - 1)
+    before = np.searchsorted(seen, t + ROUNDING, side="right") - 1
+    inside = (t >= seen[0] - ROUNDING) & (t <= seen[-1] + ROUNDING)
+    apart = seen[after] - seen[np.maximum(before, 0)]
+    return inside & (apart <= max(least, MISSED * float(np.median(np.diff(seen)))) + ROUNDING)
 
 
 def _slower(recording: Recording, speed: float) -> list[tuple[int, int]]:
@@ -49,5 +77,18 @@ def with_note_of_reversing(recording: Recording) -> Recording:
     note = (
         f"u: the vehicle reverses for {sum(length for length, _ in times):.3g} s in this log, first at {times[0][1]:.4g} s; the "
         "model does not: n is held there, and no window of a fit or of predictions runs across it"
+    )
+    return replace(recording, notes=(*recording.notes, note))
+
+
+def with_note_of_gaps(recording: Recording) -> Recording:
+    """The recording with a note of how long its inputs are unknown, where they are."""
+    unknown = ~inputs_known(recording)
+    if not unknown.any():
+        return recording
+    t, first = recording.t, int(np.argmax(unknown))
+    note = (
+        f"steering or wheel speeds missing for {float(unknown.sum()) * recording.dt:.3g} s in this log, first at {t[first]:.4g} "
+        "s: n is held there, and no window of a fit or of predictions runs across it"
     )
     return replace(recording, notes=(*recording.notes, note))

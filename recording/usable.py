@@ -13,7 +13,7 @@ from softsoil.recording.columns import Source
 from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, CHECKED, Recording
-from softsoil.recording.forward import with_note_of_reversing
+from softsoil.recording.forward import with_note_of_gaps, with_note_of_reversing
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.recording.plausible import check_units
@@ -55,12 +55,17 @@ def usable(
     if geometry is None:
         return drive
     if CHECKED in drive.meta:
-        return with_note_of_reversing(completed(on_coarse_clock(drive), geometry))
+        return _noted(completed(on_coarse_clock(drive), geometry))
     drive, doubts = checked(drive, geometry, late_steering)
-    drive = with_note_of_reversing(completed(on_coarse_clock(drive), geometry))
+    drive = _noted(completed(on_coarse_clock(drive), geometry))
     words = [f"{drive.name}: {doubt}" for doubt in doubts]
     if another := beyond_doubt(drive, geometry):
         words.append(f"{another}: another vehicle, or a sensor that is wrong")
     for doubt in words:
         python_warnings.warn(doubt, UserWarning, stacklevel=3)
     return drive
+
+
+def _noted(drive: Recording) -> Recording:
+    """The drive with notes of what no model runs across."""
+    return with_note_of_gaps(with_note_of_reversing(drive))

@@ -278,10 +278,11 @@ def _rows(
 ) -> NDArray[np.int_]:
     """First rows of windows of so many steps, `apart` rows apart.
 
-    None runs across a steering that is faster than `fastest`, a measured speed below `slowest`, or, where that is None, rows that
-    are not driven; none has a smaller share than `seen` of the measured rows that most have, as across a gap.
+    None runs across unknown inputs, a steering that is faster than `fastest`, a measured speed below `slowest`, or, where that is
+    None, rows that are not driven; none has a smaller share than `seen` of the measured rows that most have, as across a gap.
     """
     blocked = ~drive.driven if slowest is None else drive.measured[:, STATE_CHANNELS.index("u")] < slowest
+    blocked |= ~drive.known
     if "steer_rate" in model.external.names:
         blocked |= np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
     after = round(SETTLING / drive.dt)

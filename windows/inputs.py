@@ -11,8 +11,9 @@ from softsoil.symbolic.signals import Layout
 
 Array = NDArray[np.float64]
 
-RATE_WINDOW = 5
-"""Samples of the straight line whose slope is the steering rate: two to each side, so that a step stays a step."""
+RATE_TIME = 0.05
+"""s: length of the straight line whose slope is the steering rate, one sample to each side at least and two at most: a step stays
+a step, and one of a size has the same rate at 50 and at 100 Hz."""
 MOST_ACCELERATION = 12.0
 """m/s^2: more than tyres can do on any soil; an accelerometer that says more has been hit, and its sample is left out."""
 
@@ -20,7 +21,7 @@ MOST_ACCELERATION = 12.0
 def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[str, int]]:
     """(N, n_u) inputs of the bicycle from sensor channels, and how many values of each channel were held or interpolated.
 
-    steer and wheel speeds as measured; steer_rate: slope of steer over five samples; a_x: du/dt = a_x_imu + v omega_z, or
+    steer and wheel speeds as measured; steer_rate: slope of steer over RATE_TIME; a_x: du/dt = a_x_imu + v omega_z, or
     the slope of u where the log has no accelerometer. Missing values are interpolated in time.
     Raises ValueError for a layout with an input that a drive cannot give.
     """
@@ -52,9 +53,10 @@ def _filled(recording: Recording) -> tuple[dict[str, Array], dict[str, int]]:
 
 
 def _slope(values: Array, dt: float) -> Array:
-    if len(values) < RATE_WINDOW:
+    window = 2 * min(max(round(0.5 * RATE_TIME / dt), 1), 2) + 1
+    if len(values) < window:
         return np.gradient(values, dt) if len(values) > 1 else np.zeros_like(values)
-    return savgol_filter(values, RATE_WINDOW, 1, deriv=1, delta=dt)
+    return savgol_filter(values, window, 1, deriv=1, delta=dt)
 
 
 def _longitudinal(filled: dict[str, Array], dt: float) -> Array:

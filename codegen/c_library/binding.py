@@ -44,7 +44,7 @@ def _structures(sizes: Mapping[str, int]) -> tuple[type[ctypes.Structure], type[
             ("since", whole), ("root", real * (x * x)), ("m", real * max(m, 1)), ("u", real * u), ("u_full", real * full),
             ("t_y", real * y), ("keep_at", real), ("past_score", real * sizes["past"] * n),
             ("past_information", real * sizes["past"] * n),
-            ("trial_t", real), ("trial_n", real * n), ("trial_variance", real * n),
+            ("trial_t", real), ("trial_n", real * n), ("trial_variance", real * n), ("missing", real),
             ("drift", real), ("drift_channel", whole), ("unused", whole), ("run_in_to", real), ("drift_t", real),
             ("drift_from", real), ("drift_sum", real * 2 * sizes["drift"]), ("options", Options),
         ]  # fmt: skip

@@ -72,13 +72,13 @@ class DriftNumbers:
 class FilterNumbers:
     """The filter's rules for one model; their meaning stands in `softsoil.estimator.tuning`.
 
-    q_std, kick_std (n_x,): process noise, and beside it while the steering is faster than `fastest` (rad/s) and for `run_in` (s)
-    after a start; r_std, miss_std (n_y,): of a sensor, and what the model misses; common_error: share of n; std0, ceiling
+    q_std, kick_std (n_x,): process noise, and beside it while the steering is faster than `fastest` (rad/s) and for `run_in`
+    (s) after a start; r_std, miss_std (n_y,): of a sensor, and what the model misses; common_error: share of n; std0, ceiling
     (n_x,): of the first state, and largest; gate: in standard deviations; patience, patience_rates: updates outside it; pose
     (n_y,): which measurements the first is for; soil: states that are n; change_after, change_sigmas, change_std, change_error,
-    change_samples, change_youngest, change_clip, trial_determined: of a change of soil; standstill (m/s), fade (s), leap,
-    wheels_turn (rad/s); u_limit (n_u,), y_limit (n_y,): beyond reason; drift. Raises ValueError for numbers that are not
-    positive.
+    change_samples, change_youngest, change_clip, trial_determined: of a change of soil; standstill (m/s), held_inputs (s), fade
+    (s), leap, wheels_turn (rad/s); u_limit (n_u,), y_limit (n_y,): beyond reason; drift. Raises ValueError for numbers that are
+    not positive.
     """
 
     q_std: tuple[float, ...]
@@ -104,6 +104,7 @@ class FilterNumbers:
     change_clip: float
     trial_determined: float
     standstill: float
+    held_inputs: float
     fade: float
     leap: float
     wheels_turn: float
@@ -257,6 +258,7 @@ def _values(parts: Parts, numbers: FilterNumbers, dt: float, found: Mapping[str,
         "wheels_turn": "\n".join(turns) if turns else "  turning = 1;",
         "default_p": _list(model.p.nominal), "default_q": _list(numbers.q_std), "default_r": _list(numbers.r_std),
         "default_gate": number(numbers.gate), "default_standstill": number(numbers.standstill),
+        "held_inputs": number(numbers.held_inputs),
         "default_max_std": _list(numbers.ceiling), "default_patience": str(numbers.patience),
         "default_patience_rates": str(numbers.patience_rates), "default_miss": _list(numbers.miss_std),
         "default_kick": _list(numbers.kick_std), "default_fastest": number(numbers.fastest),
@@ -293,7 +295,7 @@ def structure_bytes(parts: Parts, numbers: FilterNumbers) -> int:
     head = 4 * (1 + len(STATUSES) + 2 + 3 + 3 + y)
     middle = 4 * (y + 2)
     doubles = 2 + 2 * x + 2 * y + 3 + x * x + max(len(model.cells), 1) + u + full + y + p + 3 * x + 2 * y + 9
-    doubles += 2 + 2 * (numbers.change_samples + 1) * len(numbers.soil) + 5 + 2 * len(numbers.drift.channels)
+    doubles += 2 + 2 * (numbers.change_samples + 1) * len(numbers.soil) + 6 + 2 * len(numbers.drift.channels)
     return -(-head // 8) * 8 + -(-middle // 8) * 8 + 8 * doubles + 8
 
 

@@ -66,7 +66,7 @@ enum softsoil_status {
 
 /* What the last call met, bits of softsoil_t.flags: a status is the gravest thing alone. */
 enum softsoil_flag {
-  SOFTSOIL_FLAG_STANDING = 1,    /* the vehicle stands, crawls or reverses: the soil is held */
+  SOFTSOIL_FLAG_STANDING = 1,    /* the vehicle stands, crawls or reverses, or an input is missing for long: the soil is held */
   SOFTSOIL_FLAG_GATED = 2,       /* a measurement was outside the gate and was left out */
   SOFTSOIL_FLAG_JUMPED = 4,      /* one has been outside for so long that its state was put where it is */
   SOFTSOIL_FLAG_SOIL_CHANGED = 8, /* innovations say that n has jumped: it was put there and opened */
@@ -140,6 +140,7 @@ typedef struct {
   double trial_t;                         /* s: when n last jumped, */
   double trial_n[SOFTSOIL_N_SOIL];        /* what it was before, */
   double trial_variance[SOFTSOIL_N_SOIL]; /* and how uncertain; 0: that jump is not on trial */
+  double missing;                         /* s: for how long an input has been missing or beyond reason */
   double drift;                           /* largest sum of corrections to one side over its limit: above 1 is an alarm */
   int32_t drift_channel, unused;          /* which it is, enum softsoil_drift */
   double run_in_to;                       /* s: histories are wrong until then */
@@ -160,7 +161,8 @@ int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double
  * value, with a wide standard deviation. valid as in softsoil_update. */
 int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t);
 
-/* Time update over dt (s) with inputs u held. An input that is not finite or beyond reason keeps its last value. */
+/* Time update over dt (s) with inputs u held. An input that is not finite or beyond reason keeps its last value;
+ * after 0.25 s of that the soil is held, as at standstill. */
 int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt);
 
 /* Measurement update: y taken at time t (s). valid: 0 for a measurement to leave out; NULL: all count. A measurement as

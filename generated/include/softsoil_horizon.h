@@ -94,7 +94,7 @@ typedef struct {
   double motion;                          /* m/s^2, root mean square of u omega_z */
   double cost;                            /* of the newest window */
   softsoil_horizon_options_t options;
-  double clock, inputs[SOFTSOIL_N_U], centre[SOFTSOIL_HORIZON_N], weights[SOFTSOIL_HORIZON_WINDOWS];
+  double clock, heard, inputs[SOFTSOIL_N_U], centre[SOFTSOIL_HORIZON_N], weights[SOFTSOIL_HORIZON_WINDOWS];
   double noise[2], noise_count[2], mean[2], square[2], force, force_count;
   double good[SOFTSOIL_N_Y];
   int64_t good_row[SOFTSOIL_N_Y], rows, first_row, next_row, taken, since;
@@ -112,8 +112,8 @@ int softsoil_horizon_defaults(softsoil_horizon_options_t *options);
 int softsoil_horizon_init(softsoil_horizon_t *h, const softsoil_horizon_options_t *options, double t);
 
 /* One sample: inputs u and measurements y at time t (s); cheap. valid: 0 for a measurement to leave out; NULL: all count; NaN is
- * left out too. Samples that are missing count as not measured, with the inputs held; windows run across no more than 0.25 s
- * of these, and after more than a second without any they start anew. */
+ * left out too. Samples that are missing count as not measured, with the inputs held, as is an input that is not finite or beyond
+ * reason; windows run across no more than 0.25 s of these, and after more than a second without any they start anew. */
 int softsoil_horizon_push(softsoil_horizon_t *h, const double u[SOFTSOIL_N_U], const double y[SOFTSOIL_N_Y],
                           const unsigned char valid[SOFTSOIL_N_Y], double t);
 

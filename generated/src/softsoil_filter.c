@@ -25,6 +25,7 @@ static const double root_centre = 1.414213562373, root_other = 0.2672612419124; 
 static const double lower[N] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL, 0.2};
 static const double upper[N] = {HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, 1.6};
 static const int32_t is_soil[N] = {0, 0, 0, 0, 0, 0, 1}; /* held at standstill */
+static const double held_inputs = 0.25; /* s: for so long an input may be missing */
 static const int32_t y_driven[NY] = {0, 0, 0, 0, 1, 1}; /* moved by the soil's forces first of all */
 static const int32_t y_wraps[NY] = {0, 0, 1, 0, 0, 0};
 static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0, 1000.0, 1000.0}; /* beyond reason */
@@ -423,6 +424,8 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
   const int bad = check_dt(dt);
   if (bad) return count(s, bad);
   int status = take_inputs(s, u);
+  s->missing = status == SOFTSOIL_OK ? 0.0 : s->missing + dt;
+  const int unknown = s->missing > held_inputs + CLOCK_SLACK;
   if (!s->started) {
     if (SOFTSOIL_N_M > 0) softsoil_model_start(s->x, s->u, s->options.p, s->m);
     s->started = 1;
@@ -431,10 +434,11 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
   const int steps = parts > 1.0 ? (int)parts : 1;
   s->flags = 0;
   for (int k = 0; k < steps; ++k) {
-    s->standstill = s->reversing || s->x[SOFTSOIL_X_u] < s->options.standstill_speed;
+    const int stands = s->reversing || s->x[SOFTSOIL_X_u] < s->options.standstill_speed;
+    s->standstill = stands || unknown;
     if (s->standstill) {
       stand(s, dt / steps);
-      status = graver(status, count(s, SOFTSOIL_STANDSTILL));
+      if (stands) status = graver(status, count(s, SOFTSOIL_STANDSTILL));
     } else if (!move(s, dt / steps)) {
       stand(s, dt / steps);
       status = graver(status, count(s, SOFTSOIL_NUMERICAL));
@@ -727,6 +731,7 @@ int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned
   }
   s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
   s->t = t;
+  s->missing = 0.0;
   s->started = 0;
   s->since = 0;
   forget_soil(s, s->options.change_after);

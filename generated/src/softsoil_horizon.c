@@ -172,6 +172,7 @@ int softsoil_horizon_init(softsoil_horizon_t *h, const softsoil_horizon_options_
   if (!isfinite(t)) return SOFTSOIL_TIME_NOT_FINITE;
   h->options = chosen;
   h->clock = t - chosen.dt;
+  h->heard = t;
   h->t = h->changed_at = t;
   for (int i = 0; i < SOFTSOIL_N_U; ++i) h->inputs[i] = first_u[i];
   for (int i = 0; i < SOFTSOIL_N_Y; ++i) h->good_row[i] = -1;
@@ -276,7 +277,9 @@ int softsoil_horizon_push(softsoil_horizon_t *h, const double u[SOFTSOIL_N_U], c
       h->inputs[i] = u[i];
     }
   }
+  if (status == SOFTSOIL_OK) h->heard = t;
   softsoil_horizon_row_t *row = new_row(h);
+  row->blocked = t - h->heard > held;
   for (int i = 0; i < SOFTSOIL_N_Y; ++i) {
     if (valid && !valid[i]) continue;
     if (!isfinite(y[i])) {

@@ -1,0 +1,38 @@
+"""n does not depend on the rate of a log, nor on a gap in one of its channels."""
+
+import numpy as np
+import pytest
+
+from drives import CLAY_LOG, LOAM_LOG, reference_vehicle
+from softsoil.estimator.estimate import estimate
+from softsoil.recording.drive import WHEEL_CHANNELS, Recording
+from softsoil.recording.read import read_drive
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY, SANDY_LOAM
+
+
+def at_rate(hertz):
+    """The drive on sandy loam, whose steering is the fastest, with lines between its samples."""
+    log = read_drive(LOAM_LOG)
+    t = np.arange(log.t[0], log.t[-1], 1.0 / hertz)
+    channels = {k: t if k == "t" else np.interp(t, log.t, np.unwrap(v) if k == "psi" else v) for k, v in log.channels.items()}
+    return Recording(log.name, channels)
+
+
+def test_a_log_of_fewer_hertz_says_the_same():
+    model = bicycle(reference_vehicle(), SANDY_LOAM)
+    whole = estimate(read_drive(LOAM_LOG), model, 0.8)
+    for hertz in (50.0, 40.0):
+        slow = estimate(at_rate(hertz), model, 0.8)
+        assert whole.verdict.word == slow.verdict.word == "identified"
+        assert slow.n_front[-1] == pytest.approx(whole.n_front[-1], rel=0.02)
+
+
+def test_a_gap_in_an_input_is_left_out():
+    model, log = bicycle(reference_vehicle(), CLAY), read_drive(CLAY_LOG)
+    gap = (log.t > log.t[0] + 15.0) & (log.t < log.t[0] + 17.0)
+    holed = log.with_channels(**{name: np.where(gap, np.nan, log[name]) for name in ("steer", *WHEEL_CHANNELS)})
+    whole, found = (estimate(drive, model, 0.7) for drive in (log, holed))
+    assert found.verdict.word == "identified" and not found.changes
+    assert found.n_front[-1] == pytest.approx(whole.n_front[-1], rel=0.02)
+    assert np.ptp(found.n_front[(found.t > log.t[0] + 15.3) & (found.t < log.t[0] + 16.9)]) == 0.0, "n is held in it"
