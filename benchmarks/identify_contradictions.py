@@ -4,10 +4,11 @@ Run: python -m benchmarks.identify_contradictions [../shared/data] [--seeds 2] [
 The reference simulator's two vehicles and vehicles of the plant (plant0: seed 0 of benchmarks.identify_plant), each with its
 numbers as measured, and with one of them wrong: wheelbase +2 % and -2 % (l_f and l_r alike), radius +1 % and -1 %, yaw inertia
 given 38 % too large.
-One lock and one multi-sine drive are fitted, with the noise "good" of each seed. With --place N only l_f by position against
-course is judged, which needs no fit: right and 2 % wrong to either side, on N vehicles of the plant, four noises each. A wrong
-number counts as said where the verdict
-is `contradicts_given` and names it; every other number named is a false one.
+One lock and one multi-sine drive are fitted, with the noise "good" of each seed. With --classes the numbers are right
+and the soil class of one log after the other is a wrong one, clay for sandy loam or the other way. With --place N only
+l_f by position against course is judged, which needs no fit: right and 2 % wrong to either side, on N vehicles of the
+plant, four noises each. A wrong number counts as said where the verdict is `contradicts_given` and names it; every
+other number named is a false one.
 """
 
 from __future__ import annotations
@@ -75,11 +76,15 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=2, help="how many seeds of the noise")
     parser.add_argument("--vehicles", nargs="+", default=["suv", "reference", "plant0", "plant1"], help="or plantSEED")
     parser.add_argument("--errors", nargs="+", default=list(ERRORS), choices=list(ERRORS), help="which errors")
+    parser.add_argument("--classes", action="store_true", help="wrong soil classes in the place of wrong numbers")
     parser.add_argument("--place", type=int, default=0, metavar="N", help="l_f by motion alone, on N vehicles of the plant")
     parser.add_argument("--first", type=int, default=500, help="seed of the first of them")
     asked = parser.parse_args()
     if asked.place:
         print_place(range(asked.first, asked.first + asked.place))
+        return
+    if asked.classes:
+        print_classes([_subject(vehicle, asked.data) for vehicle in asked.vehicles], asked.seeds)
         return
     said = wrong = false = runs = 0
     for vehicle in asked.vehicles:
@@ -104,6 +109,30 @@ def main() -> None:
                     flush=True,
                 )
     print(f"{said} of {wrong} wrong numbers said; {false} right numbers contradicted in {runs} identifications")
+
+
+def print_classes(subjects: Sequence[Subject], seeds: int) -> None:
+    """Print what is said where the soil class of one log is a wrong one, and where none is; seeds: of the noise."""
+    others = {"clay": load_soil("sandy_loam"), "sandy_loam": load_soil("clay")}
+    outcomes: dict[bool, list[bool]] = {False: [], True: []}
+    for subject in subjects:
+        for changed in (None, *range(len(subject.soils))):
+            soils = [others.get(soil.name, soil) if i == changed else soil for i, soil in enumerate(subject.soils)]
+            for seed in range(seeds):
+                drives = [add_noise(drive, "good", 10 * i + 1000 * seed) for i, drive in enumerate(subject.drives)]
+                found = identify(drives, soils, subject.known)
+                wrong = changed is not None
+                outcomes[wrong].append(found.verdict == "identified")
+                n = ", ".join(f"{value:.3f}" for value, _ in found.n.values())
+                case = "right classes" if changed is None else f"wrong class of {drives[changed].name}"
+                print(
+                    f"{subject.name:10s} {case:40s} "
+                    f"seed {seed}: {found.verdict}; n {n}; n_error {100 * found.vehicle.n_error:.1f} %; most left "
+                    f"{max(one.worst for one in found.unexplained):.2f} of a right model's",
+                    flush=True,
+                )
+    print(f"identified: {sum(outcomes[False])} of {len(outcomes[False])} with right classes, "
+          f"{sum(outcomes[True])} of {len(outcomes[True])} with a wrong one")  # fmt: skip
 
 
 def print_place(seeds: Sequence[int]) -> None:

@@ -104,7 +104,8 @@ def identify(
     n = {log: (value, float(np.hypot(more * std, wide[log] * value))) for log, (value, std) in n.items()}
     vehicle = vehicle.with_(n_error=min(more * n_error(state.n, state.n_std), 1.0), unexplained=own_unexplained(left))
     contradicted = [c.name for c in state.contradictions]
-    doubted = doubt(bench.recordings, bench.soils, vehicle_of(known, {}), left, contradicted, start) if had.steers else ""
+    vague = vehicle.n_error if vehicle.n_error > rules.n_error else 0.0
+    doubted = doubt(bench.recordings, bench.soils, vehicle_of(known, {}), left, contradicted, start, vague) if had.steers else ""
     verdict, reason = ("contradicts_given", doubted) if doubted else _verdict(state, numbers, fitted, had, rules)
     return Identification(
         verdict=verdict,

@@ -11,20 +11,21 @@ class Rules:
     """Thresholds.
 
     seen: largest share of its prior standard deviation that a number's standard error keeps for it to be identified;
-    contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted;
-    bent: share of a given number by which the force law's own errors move it, in the standard error that it is judged by
-    (`python -m benchmarks.identify_contradictions` prints where right tracks come out); contradicted_motion: as contradicted, of
-    l_f by position against course, which depends on little else (the same command with --place 24); contradicted_rolling: of the
+    contradicted: standard deviations, of logs and measuring together, beyond which a given number is contradicted; bent: share
+    of a given number by which the force law's own errors move it, in the standard error that it is judged by (`python -m
+    benchmarks.identify_contradictions` prints where right tracks come out); contradicted_motion: as contradicted, of l_f by
+    position against course, which depends on little else (the same command with --place 24); contradicted_rolling: of the
     radius by rolling; material: the least departure of a given number that matters, as a share of its value; n_std: largest
-    standard error of n, as a share of it;
-    inertia_std: the same of the yaw inertia; correlation: largest correlation of n and yaw inertia; load_share: of n's error
-    that one number may cause before a manoeuvre is asked for (%); rounds: contradicted numbers that are freed one after
-    another; model_error: standard deviations of numbers over their sampling errors, since what the force law misses moves them
-    too: on the second reference vehicle, whose geometry is known, they were 1 to 8 times those off; model_error_joint: the same
-    for the joint error of all numbers, by the yaw inertia of vehicles of the plant (`python -m benchmarks.identify_plant
-    --only-numbers`); model_error_n: the same of n, as a share; unseen_error_n: share of n by which it is off beside that where a
-    log does not measure the lateral velocity, and where not all logs have the speed of every wheel (the same command with
-    --absent v, and with --absent omega_fl,omega_fr,omega_rl,omega_rr).
+    standard error of n, as a share of it; n_error: error of n by the identified numbers, as a share, beyond which they may
+    leave no more of the logs' motion than a right model, since numbers bent by a wrong soil class do both (`python -m
+    benchmarks.identify_contradictions --classes`); inertia_std: the same of the yaw inertia; correlation: largest correlation
+    of n and yaw inertia; load_share: of n's error that one number may cause before a manoeuvre is asked for (%); rounds:
+    contradicted numbers that are freed one after another; model_error: standard deviations of numbers over their sampling
+    errors, since what the force law misses moves them too: on the second reference vehicle, whose geometry is known, they were
+    1 to 8 times those off; model_error_joint: the same for the joint error of all numbers, by the yaw inertia of vehicles of
+    the plant (`python -m benchmarks.identify_plant --only-numbers`); model_error_n: the same of n, as a share; unseen_error_n:
+    share of n by which it is off beside that where a log does not measure the lateral velocity, and where not all logs have the
+    speed of every wheel (the same command with --absent v, and with --absent omega_fl,omega_fr,omega_rl,omega_rr).
     """
 
     seen: float = 0.75
@@ -34,6 +35,7 @@ class Rules:
     contradicted_rolling: float = 3.0
     material: float = 0.003
     n_std: float = 0.08
+    n_error: float = 0.07
     inertia_std: float = 0.15
     correlation: float = 0.95
     load_share: float = 2.0

@@ -39,10 +39,9 @@ class Unexplained:
     n: float
     class_std: float = 0.0
 
-    @property
-    def beyond(self) -> str:
-        """The channel of which more is left than is allowed, empty where none is."""
-        return next((name for name, limit in LIMITS.unexplained if self.low.get(name, 0.0) > OWN_MOST * limit), "")
+    def beyond(self, times: float) -> str:
+        """The channel of which more is left than so many times what a right model leaves, empty where none is."""
+        return next((name for name, limit in LIMITS.unexplained if self.low.get(name, 0.0) > times * limit), "")
 
     @property
     def worst(self) -> float:
@@ -97,21 +96,25 @@ def doubt(
     logs: Sequence[Unexplained],
     contradicted: Sequence[str],
     start: float,
+    vague: float = 0.0,
 ) -> str:
     """Why the log of which most is left speaks against what was given, empty where no more is left than is allowed.
 
-    recordings, soils, start: as of `own_logs`; before: the vehicle as expected before the fit, whose numbers no fit of soft soil
-    to a road has bent; logs: result of `own_logs`; contradicted: given numbers that the fit contradicts.
+    recordings, soils, start: as of `own_logs`; before: the vehicle as expected before the fit, whose numbers no fit of soft
+    soil to a road has bent; logs: result of `own_logs`; contradicted: given numbers that the fit contradicts; vague: error of n
+    by the identified numbers, as a share, where it is so large that no more may be left than a right model leaves, else 0.
     """
     i = max(range(len(logs)), key=lambda i: logs[i].worst)
     worst = logs[i]
-    if not worst.beyond:
+    times = 1.0 if vague else OWN_MOST
+    name = worst.beyond(times)
+    if not name:
         return ""
-    name = worst.beyond
     limit = 100 * dict(LIMITS.unexplained)[name]
     said = (
         f"With every number free the model leaves {100 * worst.low[name]:.0f} % or more of the {CHANNEL_WORDS[name]}'s motion of "
-        f"{worst.log} unexplained beyond sensor noise (a right one at most {limit:.1f} %, {OWN_MOST * limit:.1f} % are allowed)"
+        f"{worst.log} unexplained beyond sensor noise (a right one at most {limit:.1f} %"
+        + (f"), and n by them has an error of {100 * vague:.0f} %" if vague else f", {times * limit:.1f} % are allowed)")
     )
     friction = _friction(recordings[i], bicycle(before, soils[i]), worst.n, start)
     if friction > 0.0:

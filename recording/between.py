@@ -30,6 +30,9 @@ ROUNDED = 2.5
 """Steps of a channel's numbers over a row, as they are rounded, up to which a change of slope is none."""
 HIDDEN = 0.2
 """The same over a change at samples, from which rounding hides where samples are."""
+CURVED = 0.05
+"""Share of the rows that bend that do so between two others that do, beyond which the channel is a curve: a line bends at one row, or
+at the two beside a sample."""
 MOST_ROWS = 0.6
 """Share of all rows that may hold samples: where more do, most rows are measured."""
 
@@ -91,7 +94,8 @@ def straight(t: Array, values: Array) -> Rows | None:
     rounded = ROUNDED * float(steps.min()) / float(np.median(np.diff(t))) if len(steps) else np.inf
     sharp = float(np.quantile(bend, BENT))
     bent = bend > max(STRAIGHT * sharp, rounded)
-    if rounded > HIDDEN * sharp or not _regular(bent & ~np.concatenate([[False], bent[:-1]])):
+    curved = (bent[2:] & bent[1:-1] & bent[:-2]).sum() > CURVED * bent.sum()
+    if curved or rounded > HIDDEN * sharp or not _regular(bent & ~np.concatenate([[False], bent[:-1]])):
         return None
     after, before = np.append(bend[1:], 0.0), np.insert(bend[:-1], 0, 0.0)
     return bent & (bend >= before) & (bend > after)
