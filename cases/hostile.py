@@ -167,6 +167,38 @@ def _one_encoder(c: Channels) -> Channels:
     return {**c, **dict.fromkeys(WHEEL_CHANNELS, mean)}
 
 
+def _parked(c: Channels) -> Channels:
+    """Five seconds of standing before the drive."""
+    dt = float(np.median(np.diff(c["t"])))
+    rows = round(5.0 / dt)
+    still = {name: np.full(rows, values[0] if name in ("x", "y", "psi", "steer") else 0.0) for name, values in c.items()}
+    still["t"] = c["t"][0] - dt * np.arange(rows, 0, -1)
+    return {name: np.concatenate([still[name], values]) for name, values in c.items()}
+
+
+def _outliers(share: float, deviations: float) -> Callable[[Channels], Channels]:
+    """A share of the samples of every sensor but the pose's wrong by so many standard deviations of the channel."""
+
+    def change(c: Channels) -> Channels:
+        rng, out = np.random.default_rng(6), dict(c)
+        for name in ("u", "v", "omega_z", "a_x_imu", "a_y_imu", *WHEEL_CHANNELS):
+            wrong = rng.random(len(c["t"])) < share
+            out[name] = c[name] + wrong * deviations * c[name].std() * rng.standard_normal(len(c["t"]))
+        return out
+
+    return change
+
+
+def _silent(names: tuple[str, ...], seconds: float) -> Callable[[Channels], Channels]:
+    """Channels without a number for so long in the middle of the drive."""
+
+    def change(c: Channels) -> Channels:
+        gap = np.abs(c["t"] - 0.5 * (c["t"][0] + c["t"][-1])) < 0.5 * seconds
+        return {**c, **{name: np.where(gap, np.nan, c[name]) for name in names}}
+
+    return change
+
+
 def _no_side_slip(c: Channels) -> Channels:
     """A lateral velocity that a filter holds at zero."""
     return {**c, "v": 0.01 * np.random.default_rng(3).standard_normal(len(c["t"]))}
@@ -225,7 +257,10 @@ _DRIVES = (
     Variant("v through a low-pass of 0.05 s", _filtered({"v": 0.25}, 0.05), harmless=True),
     Variant("u, v, omega_z smoothed both ways", _filtered({"u": 0.25, "v": 0.25, "omega_z": 0.0175}, 0.02, True), harmless=True),
     Variant("omega_z through a low-pass of 0.05 s", _filtered({"omega_z": 0.0175}, 0.05)),
-    Variant("5 Hz", _at_rate(5.0), harmless=True),
+    Variant("2 % of samples wrong", _outliers(0.02, 8.0), harmless=True),
+    Variant("no steering and wheels for 2 s", _silent(("steer", *WHEEL_CHANNELS), 2.0), harmless=True),
+    Variant("parked for 5 s", _parked, harmless=True),
+    Variant("5 Hz", _at_rate(5.0), harmless=True), Variant("50 Hz", _at_rate(50.0), harmless=True),
     Variant("1 kHz", _at_rate(1000.0), harmless=True), Variant("a million rows", _long, harmless=True),
 )  # fmt: skip
 VARIANTS = (*_SIGNS, *_UNITS, *_CLOCKS, *_SWAPS, *_SENSORS, *_ROBOTS, *_DRIVES)

@@ -239,6 +239,8 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
 
 def _as_heavy_to_turn(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
     said = _inertia(e, rules)
+    if said and e.inertia <= NEGATIVE:
+        return "inconsistent", "no yaw inertia fits the drive: a channel is late or wrong, or another vehicle drove it"
     return ("inconsistent", f"the drive contradicts the declared yaw inertia: {said}") if said else None
 
 

@@ -18,8 +18,8 @@ FULL = 0.8
 """Share of full lock that counts as full lock."""
 HARD = 5.0
 """m/s^2 of lateral acceleration that a manoeuvre to full lock asks for on soft soil, if the vehicle held its course."""
-SLOWEST, FASTEST = 2.0, 8.0
-"""m/s: speeds that are asked for."""
+SLOWEST, FASTEST = 0.5, 8.0
+"""m/s: least speed to full lock that is asked for, and the largest of any manoeuvre."""
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,12 @@ class Manoeuvre:
     """One manoeuvre to ask for.
 
     name; pins: numbers of the vehicle that it pins down, beside the parameters of effects that name it; words: what to drive, by
-    the vehicle; has: whether the logs have it already.
+    the vehicle and what it has driven; has: whether the logs have it already.
     """
 
     name: str
     pins: tuple[str, ...]
-    words: Callable[[Vehicle], str]
+    words: Callable[[Vehicle, Excitation], str]
     has: Callable[[Vehicle, Excitation], bool]
 
 
@@ -70,31 +70,47 @@ def _lock_speed(vehicle: Vehicle) -> float:
     return min(max(math.sqrt(HARD * vehicle.wheelbase / tight), SLOWEST), FASTEST)
 
 
+def _fast(vehicle: Vehicle, had: Excitation) -> float:
+    """The largest speed (m/s) that is asked for: what the vehicle has driven, or a little more for lateral acceleration."""
+    return min(max(had.speeds[1], _lock_speed(vehicle)), FASTEST)
+
+
+def _round(vehicle: Vehicle, had: Excitation) -> float:
+    """The larger speed (m/s) of steady circles."""
+    return min(0.8 * _lock_speed(vehicle) + 1.0, _fast(vehicle, had))
+
+
+def _said(speed: float) -> str:
+    return f"{speed:.0f}" if speed >= 2.95 else f"{speed:.1f}"
+
+
 MANOEUVRES = (
     Manoeuvre(
         "lock",
         ("yaw_inertia", "scrub", "ackermann", "toe"),
-        lambda v: (
+        lambda v, _: (
             f"20 s of sine steering to full lock ({math.degrees(v.max_steer):.0f} deg) with a period of 3 s at "
-            f"{_lock_speed(v):.0f} m/s: it pins down the yaw inertia and the steering's geometry"
+            f"{_said(_lock_speed(v))} m/s: it pins down the yaw inertia and the steering's geometry"
         ),
         lambda v, e: e.largest >= FULL * v.max_steer,
     ),
     Manoeuvre(
         "multi-sine",
         ("toe_rear", "roll_gain", "roll_time", "roll_stiffness_front", "roll_damping_front"),
-        lambda v: (
+        lambda v, e: (
             f"45 s of steering by several sines together (periods of 1 to 8 s, up to {math.degrees(0.6 * v.max_steer):.0f} deg) "
-            f"at speeds from {SLOWEST + 1:.0f} to {FASTEST:.0f} m/s and back: it separates n from the vehicle's numbers"
+            f"at speeds from {_said(0.4 * _fast(v, e))} to {_said(_fast(v, e))} m/s and back: it separates n from the vehicle's "
+            "numbers"
         ),
         lambda v, e: e.many_waves and e.speeds[1] > 1.2 * e.speeds[0],
     ),
     Manoeuvre(
         "circles",
         ("track", "track_rear", "radius"),
-        lambda v: (
-            f"two steady circles, one each way, 15 s each with {math.degrees(0.5 * v.max_steer):.0f} deg of steering, at 3 and "
-            f"at {0.8 * _lock_speed(v) + 1:.0f} m/s: they pin down the tracks and what follows the body's roll"
+        lambda v, e: (
+            f"two steady circles, one each way, 15 s each with {math.degrees(0.5 * v.max_steer):.0f} deg of steering, at "
+            f"{_said(0.6 * _round(v, e))} and at {_said(_round(v, e))} m/s: they pin down the tracks and what follows the body's "
+            "roll"
         ),
         lambda v, e: False,
     ),
@@ -120,7 +136,7 @@ def asks(vehicle: Vehicle, numbers: Mapping[str, Found], had: Excitation, least:
         gains.append((lacking, gain, manoeuvre))
     gains.sort(key=lambda entry: (entry[0], entry[2].name != "circles", entry[1]), reverse=True)
     wanted = [m for lacking, gain, m in gains if lacking and (gain >= least or m.name != "circles")]
-    return (*_to_measure(numbers, least), *(m.words(vehicle) for m in (wanted or [gains[0][2]])[:2]))
+    return (*_to_measure(numbers, least), *(m.words(vehicle, had) for m in (wanted or [gains[0][2]])[:2]))
 
 
 def _to_measure(numbers: Mapping[str, Found], least: float) -> list[str]:

@@ -35,7 +35,7 @@ class Rules:
     contradicted_rolling: float = 3.0
     material: float = 0.003
     n_std: float = 0.08
-    n_error: float = 0.07
+    n_error: float = 0.05
     inertia_std: float = 0.15
     correlation: float = 0.95
     load_share: float = 2.0

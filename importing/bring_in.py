@@ -25,6 +25,7 @@ from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Recording
 from softsoil.recording.evidence import Motion
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.offsets import Offset, time_offsets
+from softsoil.recording.outliers import without_outliers
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "psi": ("psi",), "u": ("u",), "wheels": WHEEL_CHANNELS, "position": ("x", "y"), "steer": ("steer",),
@@ -166,7 +167,7 @@ def bring_in(
             shifts = {source: value for source, value in shifts.items() if source not in hidden}
             merged = merge(name, plan, series, geometry, shifts)
     notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
-    recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
+    recording = without_outliers(replace(merged.recording, notes=(*merged.recording.notes, *notes)))
     checks = (*check_channels(recording, geometry), *axle_checks(recording, geometry))
     return Import(merged, completed(recording, geometry), shifts, offsets, checks, series)
 

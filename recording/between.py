@@ -31,8 +31,8 @@ ROUNDED = 2.5
 HIDDEN = 0.2
 """The same over a change at samples, from which rounding hides where samples are."""
 CURVED = 0.05
-"""Share of the rows that bend that do so between two others that do, beyond which the channel is a curve: a line bends at one row, or
-at the two beside a sample."""
+"""Share of the rows that bend that do so between two others that do, beyond which the channel is a curve: a line bends at one
+row, or at the two beside a sample."""
 MOST_ROWS = 0.6
 """Share of all rows that may hold samples: where more do, most rows are measured."""
 

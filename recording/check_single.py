@@ -41,7 +41,7 @@ def single_checks(m: Motion) -> list[Check]:
             checks.append(Check(f"frozen_{name}", name, False, found, "a channel that changes with the motion",
                                 f"leave {name} out of the map, or cut the stretch", share > 0.5))  # fmt: skip
         if name not in ("x", "y", "steer"):
-            stuck = _saturated(values[good])
+            stuck = _saturated(values[good], moving[good])
             if stuck > LIMITS.saturated:
                 found = f"{100 * stuck:.1f} % of the samples at an extreme"
                 checks.append(
@@ -84,13 +84,14 @@ def _frozen(values: Array, good: Array, active: Array, dt: float) -> tuple[float
     return float(times.max(initial=0.0)), float(times[long].sum() / total)
 
 
-def _saturated(values: Array) -> float:
-    """Share of samples that equal the largest or the smallest value, in runs of three or more."""
+def _saturated(values: Array, moving: Array) -> float:
+    """Share of samples (N,) that equal the largest or the smallest value, in runs of three or more while the vehicle is `moving`
+    (N,)."""
     if np.ptp(values) < 1e-9:
         return 0.0
     most = 0.0
     for extreme in (values.max(), values.min()):
-        at = values == extreme
+        at = (values == extreme) & moving
         if extreme != 0.0:
             most = max(most, float((at[2:] & at[1:-1] & at[:-2]).mean()))
     return most

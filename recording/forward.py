@@ -39,7 +39,8 @@ def driven(recording: Recording, start: float = 0.0) -> NDArray[np.bool_]:
 
 def inputs_known(recording: Recording) -> NDArray[np.bool_]:
     """(N,) whether steering angle and wheel speeds are known in each row: of each that the drive has, there is a number, or one
-    before and one after no farther from each other than HELD_INPUTS or MISSED intervals of the sensor."""
+    before and one after no farther from each other than HELD_INPUTS or MISSED intervals of the sensor; at its ends, one within
+    HELD_INPUTS."""
     known = np.ones(len(recording), dtype=bool)
     for name in ("steer", *WHEEL_CHANNELS):
         if name in recording and recording.measured(name):
@@ -49,12 +50,12 @@ def inputs_known(recording: Recording) -> NDArray[np.bool_]:
 
 def near_samples(t: Array, seen: Array, least: float = 0.0) -> NDArray[np.bool_]:
     """(N,) whether each time t (N,) is that of a sample, or lies between two that are no farther from each other than `least` (s)
-    or MISSED times as far as is usual; seen (K,): times of the samples (s)."""
+    or MISSED times as far as is usual, or lies within `least` of the first or last; seen (K,): times of the samples (s)."""
     if len(seen) < 2:
         return np.ones(len(t), dtype=bool)
     after = np.minimum(np.searchsorted(seen, t - ROUNDING), len(seen) - 1)
     before = np.searchsorted(seen, t + ROUNDING, side="right") - 1
-    inside = (t >= seen[0] - ROUNDING) & (t <= seen[-1] + ROUNDING)
+    inside = (t >= seen[0] - least - ROUNDING) & (t <= seen[-1] + least + ROUNDING)
     apart = seen[after] - seen[np.maximum(before, 0)]
     return inside & (apart <= max(least, MISSED * float(np.median(np.diff(seen)))) + ROUNDING)
 

@@ -25,9 +25,10 @@ def test_a_short_gap_is_bridged_and_a_long_one_is_not(length):
     assert np.array_equal(known, ~gap if length > HELD_INPUTS else np.ones(len(T), dtype=bool))
 
 
-def test_before_the_first_and_after_the_last_number_nothing_is_known():
-    outside = (T < 1.0) | (T > 9.0)
-    assert np.array_equal(inputs_known(drive(T, np.where(outside, np.nan, 0.1))), ~outside)
+def test_long_before_the_first_and_after_the_last_number_nothing_is_known():
+    outside = (T < 0.995) | (T > 9.005)
+    far = (T < 0.995 - HELD_INPUTS) | (T > 9.005 + HELD_INPUTS)
+    assert np.array_equal(inputs_known(drive(T, np.where(outside, np.nan, 0.1))), ~far)
 
 
 def test_a_slow_sensor_has_longer_gaps():

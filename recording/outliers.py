@@ -1,0 +1,61 @@
+"""Samples that stand out from their neighbours: a sensor's or a bus's fault, which a least-squares fit would follow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, Recording
+
+LEAST = {
+    **dict(zip(STATE_CHANNELS, (0.3, 0.3, 0.05, 0.3, 0.2, 0.1), strict=True)), "steer": 0.05,
+    **dict.fromkeys(WHEEL_CHANNELS, 2.0), "a_x_imu": 4.0, "a_y_imu": 4.0,
+}  # fmt: skip
+"""Channel -> distance from the median of its neighbours (unit of the channel) up to which a sample is none."""
+BEYOND = 8.0
+"""The same in robust standard deviations of all distances: noise, and motion where samples are far apart in time, are in them."""
+SIDE = 2
+"""Neighbours to each side."""
+SPREAD = 3.0
+"""The same in the spread of the three neighbours that agree best: a peak of the motion has risen before and falls after."""
+FEWEST = 20
+"""Samples of a channel below which nothing is said."""
+FEW, MOST = 0.005, 0.1
+"""Shares of a channel's samples: fewer may be jolts of the vehicle, which robust fits bear; more are no outliers."""
+
+
+def without_outliers(recording: Recording) -> Recording:
+    """The drive with samples that stand out from their neighbours empty (NaN), which a note says; unchanged where there is none.
+
+    recording: as it was read.
+    """
+    channels, counts = dict(recording.channels), {}
+    for name in LEAST:
+        if name in channels and recording.state_of(name) == "measured":
+            out = outliers(name, channels[name])
+            if out.any():
+                channels[name] = np.where(out, np.nan, channels[name])
+                counts[name] = int(out.sum())
+    if not counts:
+        return recording
+    words = ", ".join(f"{name} {count}" for name, count in counts.items())
+    note = f"samples that stand out from their neighbours are left out: {words}"
+    return replace(recording, channels=channels, notes=(*recording.notes, note))
+
+
+def outliers(name: str, values: Array) -> NDArray[np.bool_]:
+    """(N,) which samples of the channel called `name`, values (N,), stand out from their neighbours; none where they are few."""
+    out, rows = np.zeros(len(values), dtype=bool), np.flatnonzero(np.isfinite(values))
+    if len(rows) < FEWEST:
+        return out
+    seen = np.unwrap(values[rows]) if name == "psi" else values[rows]
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(seen, SIDE, mode="reflect"), 2 * SIDE + 1)
+    others = np.sort(np.delete(around, SIDE, axis=1), axis=1)
+    spread = np.minimum(others[:, 2] - others[:, 0], others[:, 3] - others[:, 1])
+    away = np.abs(seen - 0.5 * (others[:, 1] + others[:, 2]))
+    found = (away > max(LEAST[name], BEYOND * 1.4826 * float(np.median(away)))) & (away > SPREAD * spread)
+    if FEW <= found.mean() <= MOST:
+        out[rows] = found
+    return out
