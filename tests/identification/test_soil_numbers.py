@@ -46,7 +46,7 @@ def test_friction_and_shear_modulus_are_recovered_and_n_with_them():
     assert max(wrong) > 0.08, "with the class as given n takes its errors up"
     assert found.ratio is not None and found.ratio > 1.2
     assert dict(found.soil.uncertainty) == {name: one.std for name, one in found.numbers.items()}
-    assert not found.unexplained[0].beyond
+    assert not found.unexplained[0].beyond(1.0)
 
 
 @pytest.mark.slow

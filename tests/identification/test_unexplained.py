@@ -9,9 +9,10 @@ from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
 from softsoil.control.c_horizon import horizon_numbers
 from softsoil.declaration.ground import HARD_GROUND
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
-from softsoil.estimator.verdict import OWN_MARGIN, VerdictRules
+from softsoil.estimator.verdict import OWN_MARGIN, OWN_MOST, VerdictRules
 from softsoil.identification.identify import identify
-from softsoil.identification.unexplained import Unexplained, more_than_right, own_unexplained
+from softsoil.identification.rules import RULES
+from softsoil.identification.unexplained import Unexplained, doubt, more_than_right, own_unexplained
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
@@ -38,7 +39,16 @@ def test_the_largest_share_of_each_channel_counts():
     assert own_unexplained(logs) == {"omega_z": 0.03, "v": 0.02} and own_unexplained([left()]) == {}
     assert more_than_right(logs) == pytest.approx(0.03 / 0.022) and more_than_right(logs[:1]) == 1.0
     assert more_than_right([left(omega_z=0.5)]) == 2.0
-    assert left(omega_z=0.043).beyond == "" and left(omega_z=0.045).beyond == "omega_z" and left(v=0.21).beyond == "v"
+    for one, channel in ((left(omega_z=0.043), ""), (left(omega_z=0.045), "omega_z"), (left(v=0.21), "v")):
+        assert one.beyond(OWN_MOST) == channel and one.beyond(5.0) == ""
+
+
+@pytest.mark.parametrize(("share", "n_error", "said"), [(0.03, 0.08, True), (0.03, 0.04, False), (0.02, 0.08, False)])
+def test_where_n_is_vague_no_more_may_be_left_than_a_right_model_leaves(share, n_error, said):
+    vague = n_error if n_error > RULES.n_error else 0.0
+    drive = read_drive(MULTI_LOG).between(0.0, 15.0)
+    reason = doubt([drive], [CLAY], load_vehicle("reference"), [left(omega_z=share)], [], 1.0, vague)
+    assert ("n by them has an error of 8 %" in reason and "another class" in reason) if said else reason == ""
 
 
 @pytest.mark.parametrize(
