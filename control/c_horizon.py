@@ -13,6 +13,7 @@ from softsoil.estimator.moving_horizon import SCALE, HorizonRules
 from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import WORDS, VerdictRules
+from softsoil.recording.clock import FINE_STEP, SLOWEST_STEP
 from softsoil.recording.forward import HELD_INPUTS
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.vehicle import JUDGED
@@ -42,6 +43,7 @@ def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: Ver
         rules={
             **{name: float(value) for name, value in own.items() if name not in ("model_error", "recent")},
             "settling": SETTLING, "bridged": BRIDGED, "held_inputs": HELD_INPUTS, "smoothing": SMOOTHING, "start_up": START_UP,
+            "slowest_step": SLOWEST_STEP, "fine_step": FINE_STEP,
         },
         model_error=rules.model_error, recent=rules.recent,
         limits={name: float(value) for name, value in bounds.items() if name not in ("unexplained", "contradicted")},

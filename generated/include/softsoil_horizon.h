@@ -98,7 +98,7 @@ typedef struct {
   double noise[2], noise_count[2], mean[2], square[2], force, force_count;
   double good[SOFTSOIL_N_Y];
   int64_t good_row[SOFTSOIL_N_Y], rows, first_row, next_row, taken, since;
-  int32_t steps, apart, before, after, again, bridged, half, substeps, continued;
+  int32_t steps, apart, before, after, again, bridged, half, fractions, substeps, continued;
   softsoil_horizon_window_t window[SOFTSOIL_HORIZON_WINDOWS];
   double m[SOFTSOIL_HORIZON_KEPT][1 + SOFTSOIL_HORIZON_N][SOFTSOIL_N_M > 0 ? SOFTSOIL_N_M : 1];
   double carried[SOFTSOIL_HORIZON_KEPT][SOFTSOIL_HORIZON_N], steps_at[SOFTSOIL_HORIZON_KEPT][SOFTSOIL_HORIZON_N];

@@ -24,7 +24,8 @@ static const double forgetting = 60.0, longest = 120.0, common_error = 0.02;
 static const double stale = 0.1, change = 4.0, least_change = 0.12;
 static const double fastest = 1.5, slowest = 0.5, settling = 0.1, smoothing = 0.25;
 static const double bridged = 2.0, held = 0.25;
-static const double longest_step = 0.015, huber = 3.0, ridge = 1e-06, least_curvature = 1e-09;
+static const double slowest_step = 0.0135, fine_step = 0.0125, longest_step = 0.015;
+static const double huber = 3.0, ridge = 1e-06, least_curvature = 1e-09;
 static const double trimmed = 4.0;
 enum { RECENTS = 3 };
 static const int recents[RECENTS] = {4, 8, 16};
@@ -192,7 +193,9 @@ int softsoil_horizon_init(softsoil_horizon_t *h, const softsoil_horizon_options_
   h->bridged = nearest(bridged / chosen.dt);
   h->again = nearest(linearised_again / chosen.dt);
   h->half = nearest(smoothing / chosen.dt / 2.0) > 2 ? nearest(smoothing / chosen.dt / 2.0) : 2;
-  h->substeps = chosen.dt > longest_step ? (int32_t)ceil(chosen.dt / longest_step - 1e-9) : 1;
+  h->fractions = chosen.dt > slowest_step ? 2 * (int32_t)ceil(chosen.dt / fine_step / 2.0 - 1e-9) : 1;
+  const double part = chosen.dt / h->fractions;
+  h->substeps = part > longest_step ? (int32_t)ceil(part / longest_step - 1e-9) : 1;
   h->next_row = (int64_t)ceil(chosen.start_up / chosen.dt - 1e-6);
   const double share = stride < window_length ? stride / window_length : 1.0;
   for (int i = 0; i < WINDOWS; ++i) h->weights[i] = i * stride > longest ? 0.0 : share * exp(-i * stride / forgetting);
@@ -301,6 +304,20 @@ int softsoil_horizon_push(softsoil_horizon_t *h, const double u[SOFTSOIL_N_U], c
   return status;
 }
 
+void softsoil_horizon_inputs(const softsoil_horizon_t *h, int64_t row, double share, double u[SOFTSOIL_N_U]) {
+  const softsoil_horizon_row_t *here = &h->row[row % ROWS], *next = &h->row[(row + 1 < h->rows ? row + 1 : row) % ROWS];
+  for (int i = 0; i < SOFTSOIL_N_U; ++i) u[i] = here->u[i] + share * (next->u[i] - here->u[i]);
+}
+
+/* From one row to the next; inputs that are held for a step that is not short would lag. */
+static void onwards(const softsoil_horizon_t *h, int active, int passive, int64_t row, softsoil_jobs_t *x, softsoil_jobs_t *m) {
+  double u[SOFTSOIL_N_U];
+  for (int k = 0; k < h->fractions; ++k) {
+    softsoil_horizon_inputs(h, row, (double)k / h->fractions, u);
+    softsoil_model_step_jobs(active, passive, u, h->options.p, h->options.dt / h->fractions, h->substeps, x, m);
+  }
+}
+
 /* Whether a window is complete; windows run across no steering faster than any actuator and no standstill. */
 static int complete(softsoil_horizon_t *h) {
   const int64_t oldest = oldest_row(h);
@@ -387,7 +404,7 @@ static void bridge(softsoil_horizon_t *h, int64_t end, int64_t to, softsoil_jobs
   memcpy(ahead, x, sizeof ahead);
   memcpy(memory, m, sizeof memory);
   for (int64_t row = end; row < to && sound; ++row) {
-    softsoil_model_step_jobs(1, 0, row_at(h, row)->u, h->options.p, h->options.dt, h->substeps, ahead, memory);
+    onwards(h, 1, 0, row, ahead, memory);
     for (int i = 0; i < NS; ++i) {
       sound = sound && isfinite(ahead[i][0]);
       if (row + 1 < to) row_at(h, row + 1)->path[i] = ahead[i][0];
@@ -442,7 +459,7 @@ static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
     }
     for (int64_t row = from; row < to; ++row) {
       if (row == end && to - end <= h->bridged) bridge(h, end, to, x, m);
-      softsoil_model_step_jobs(1 + K, 0, row_at(h, row)->u, h->options.p, h->options.dt, h->substeps, x, m);
+      onwards(h, 1 + K, 0, row, x, m);
       softsoil_horizon_states(h, row + 1, states);
       for (int j = 0; j < SOFTSOIL_PASSIVE_AT; ++j) put(x, j, states, n[j <= K ? j : 0]);
     }
@@ -541,7 +558,7 @@ static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[S
       const double error = at - row->y[c];
       if (row->seen[c] && isfinite(sigma)) add(sums, c, (y_wraps[c] ? wrapped(error) : error) / sigma, slope);
     }
-    if (s < h->steps) softsoil_model_step_jobs(ACTIVE, PASSIVE, row->u, o->p, o->dt, h->substeps, x, m);
+    if (s < h->steps) onwards(h, ACTIVE, PASSIVE, w->row + s, x, m);
     /* With an inertia larger by a share, the yaw rate changes less by that share. */
     if (ASKS_INERTIA) x[SOFTSOIL_X_omega_z][INERTIA_COLUMN] -= inertia_step * (x[SOFTSOIL_X_omega_z][0] - turning);
     turning = x[SOFTSOIL_X_omega_z][0];

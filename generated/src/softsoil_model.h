@@ -57,10 +57,12 @@ void softsoil_model_measure_jobs(int active, int passive, const double *u, const
                                  softsoil_jobs_t *y);
 
 /* What the horizon shares with what runs beside it. */
-#define SOFTSOIL_HORIZON_MAGIC 0x2aa0c116u
+#define SOFTSOIL_HORIZON_MAGIC 0x3e657294u
 
 /* States at a row that is kept: of the windows over it or beside it, else the record smoothed by a quadratic. */
 void softsoil_horizon_states(const softsoil_horizon_t *h, int64_t row, double states[SOFTSOIL_HORIZON_STATES]);
+/* Inputs a share of a step after a row, on a straight line to the next. */
+void softsoil_horizon_inputs(const softsoil_horizon_t *h, int64_t row, double share, double u[SOFTSOIL_N_U]);
 /* The inverse of a symmetric positive matrix (n x n), 0 where it is not positive; work: 2 n^2 numbers. */
 int softsoil_invert(int n, const double *a, double *inverse, double *work);
 /* The verdict on the estimate as it stands. */

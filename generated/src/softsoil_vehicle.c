@@ -21,7 +21,7 @@
 #define ARGUMENTS 11
 #define OUTPUTS 7
 #define SUBSTEPS 2 /* inside one of the horizon's: those in which the numbers were identified */
-#define MAGIC 0x60c4d611u
+#define MAGIC 0x66e39c7fu
 
 /* Parameters of the model with the vehicle's numbers among them: where the horizon has each, -1 for none, and as declared. */
 static const int shared[N_P] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, -1, -1, 12, 13, 14, 15, 16, 17, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
@@ -92,6 +92,15 @@ static const softsoil_horizon_row_t *row_at(const softsoil_horizon_t *h, int64_t
   return &h->row[row % SOFTSOIL_HORIZON_ROWS];
 }
 
+/* States x and histories m from one row of the horizon to the next, in its steps. */
+static void onwards(const softsoil_horizon_t *h, int64_t row, const double *p, double *x, double *m) {
+  double u[SOFTSOIL_N_U];
+  for (int k = 0; k < h->fractions; ++k) {
+    softsoil_horizon_inputs(h, row, (double)k / h->fractions, u);
+    advance(u, p, h->options.dt / h->fractions, SUBSTEPS * h->substeps, x, m);
+  }
+}
+
 static const softsoil_horizon_window_t *window_at(const softsoil_horizon_t *h, int64_t i) {
   return &h->window[i % SOFTSOIL_HORIZON_WINDOWS];
 }
@@ -156,7 +165,7 @@ static int run(softsoil_vehicle_t *v, const softsoil_horizon_t *h, int column) {
     for (int64_t row = v->from; row < v->row; ++row) {
       softsoil_horizon_states(h, row, states);
       put(x, states, n);
-      advance(row_at(h, row)->u, p, o->dt, SUBSTEPS * h->substeps, x, m);
+      onwards(h, row, p, x, m);
     }
     if (column == 0) memcpy(v->memory[1], m, sizeof m);
   }
@@ -178,7 +187,7 @@ static int run(softsoil_vehicle_t *v, const softsoil_horizon_t *h, int column) {
       v->residual[s][c] = row->seen[c] && isfinite(sigma) ? error / sigma : 0.0;
       v->weight[s][c] = !row->seen[c] ? 0.0 : fabs(v->residual[s][c]) > huber ? huber / fabs(v->residual[s][c]) : 1.0;
     }
-    if (s < v->steps) advance(row->u, p, o->dt, SUBSTEPS * h->substeps, x, m);
+    if (s < v->steps) onwards(h, v->row + s, p, x, m);
   }
   return 1;
 }

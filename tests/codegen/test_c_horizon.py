@@ -16,10 +16,11 @@ from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.synthetic import synthetic_drive
-from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import sensor_std
+from softsoil.windows.inputs import measured_inputs
 from softsoil.windows.parameters import Free
 from softsoil.windows.shooting import shooting_drive
 
@@ -259,3 +260,41 @@ def test_options_out_of_range_are_refused():
     c.options.guess[0] = 3.0
     with pytest.raises(ValueError, match="out of its range"):
         c.start(0.0)
+
+
+def along(recording, c, silent=()):
+    """The horizon in C after the samples of a drive as they are, steering missing within `silent` (s)."""
+    model, names = declared("tracks").build(), STATE_CHANNELS
+    inputs, _ = measured_inputs(recording, model.external)
+    c.options.dt, c.options.start_up = recording.dt, START
+    c.options.r_std[:] = sensor_std(recording, LEAST_NOISE)
+    c.options.guess[0] = N_0
+    c.start(recording.t[0])
+    steer = model.external.names.index("steer")
+    for k, t in enumerate(recording.t):
+        u = inputs[k].copy()
+        if silent and silent[0] < t - recording.t[0] < silent[1]:
+            u[steer] = np.nan
+        c.push(u, np.array([recording[name][k] for name in names]), t)
+        c.update()
+    return float(c.n[0]), int(c.head.windows)
+
+
+@pytest.mark.slow
+def test_at_50_hertz_the_inputs_do_not_lag():
+    drive = read_drive(example_logs()[2])  # whose steering is the fastest
+    t = np.arange(drive.t[0], drive.t[-1], 0.02)
+    values = {k: t if k == "t" else np.interp(t, drive.t, np.unwrap(v) if k == "psi" else v) for k, v in drive.channels.items()}
+    c = CHorizon(library("tracks", FLAGS))
+    fast, _ = along(drive, c)
+    slow, _ = along(Recording("slow", values), c)
+    assert slow == pytest.approx(fast, rel=0.015)
+
+
+@pytest.mark.slow
+def test_no_window_runs_where_an_input_is_missing():
+    drive, c = read_drive(example_logs()[1]), CHorizon(library("tracks", FLAGS))
+    whole, windows = along(drive, c)
+    holed, fewer = along(drive, c, silent=(15.0, 17.0))
+    assert 3 <= windows - fewer <= 8
+    assert holed == pytest.approx(whole, rel=0.01)
