@@ -17,6 +17,7 @@ from softsoil.codegen.sampling import STEP
 from softsoil.control.c_estimator import c_library_texts, c_parts
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.terrain_filter import TerrainFilter
+from softsoil.recording.forward import HELD_INPUTS
 from softsoil.recording.states import measured_states
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.wheel import Contact
@@ -96,7 +97,7 @@ def test_forces_equal_the_law():
 @pytest.mark.parametrize("flags", VARIANTS.values(), ids=VARIANTS)
 @pytest.mark.parametrize("name", NAMES)
 def test_filter_equals_the_estimators(name, flags):
-    """Estimate, covariance and consistency, with dropouts and angles across pi."""
+    """Estimate, covariance and consistency, with dropouts, a steering that is missing for a while, and angles across pi."""
     lib, model = library(name, flags), c_parts(declared(name)).model
     u, y = drive(model)
     y[:, 2] += 3.0
@@ -111,8 +112,10 @@ def test_filter_equals_the_estimators(name, flags):
     rng = np.random.default_rng(1)
     turn = model.x.index("psi")
     for k in range(160):
-        theirs.predict(u[k])
-        ours.predict(u[k], STEP)
+        inputs = np.where(60 <= k < 100, np.nan, u[k])
+        theirs.predict(inputs)
+        ours.predict(inputs, STEP)
+        assert theirs.status.standing == bool(ours.state.flags & 1) == (60 + HELD_INPUTS / STEP <= k + 1 < 101), k
         if k % 2:
             z = y[k + 1] + rng.normal(size=6) * NOISE
             z[k % 6] = np.nan if k % 7 == 0 else z[k % 6]
