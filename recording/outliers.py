@@ -15,7 +15,7 @@ LEAST = {
 }  # fmt: skip
 """Channel -> distance from the median of its neighbours (unit of the channel) up to which a sample is none."""
 BEYOND = 8.0
-"""The same in robust standard deviations of all distances: noise, and motion where samples are far apart in time, are in them."""
+"""The same in robust standard deviations of all distances: noise, and motion between slow samples, are in them."""
 SIDE = 2
 """Neighbours to each side."""
 SPREAD = 3.0
