@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -14,10 +15,11 @@ from softsoil.commands.options_model import OutOption, measured_vehicle, say_veh
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.import_report import write_import_report
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
-from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources
+from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources, shifted_with
 from softsoil.importing.draft_map import draft, hangs
 from softsoil.importing.import_map import STEER_COMMAND, ImportMap, load_map, map_from_table
 from softsoil.importing.merge import LEAST
+from softsoil.recording.check_words import Check
 from softsoil.recording.cross_check import refuse_contradictions
 from softsoil.recording.read import write_drive
 
@@ -62,8 +64,8 @@ def import_log(
         series = read_sources(sources, plan, told)
         steering = fitted_map(plan, series)
         found = bring_in(_name(sources[0]), without_command(plan), series, geometry, align)
-    _say(found)
-    refuse_contradictions(str(sources[0]), found.checks)
+    _say(found, plan)
+    refuse_contradictions(str(_source_of(found.checks, plan, sources)), found.checks)
     drive = write_drive(found.drive, folder / "drive.parquet")
     content = found.as_json()
     written = [drive]
@@ -103,7 +105,14 @@ def _name(source: Path) -> str:
     return source.name.split(".")[0] or "drive"
 
 
-def _say(found: Import) -> None:
+def _source_of(checks: Sequence[Check], plan: ImportMap, sources: Sequence[Path]) -> Path:
+    """The file that holds the first channel that is contradicted; the first file where none is, or a bag holds it."""
+    names = (check.channel.split(",")[0] for check in checks if not check.passed and check.beyond_doubt)
+    origin = plan.channels.get(next(names, ""))
+    return next((path for path in sources if origin is not None and path.name == origin.source), sources[0])
+
+
+def _say(found: Import, plan: ImportMap) -> None:
     console.print(channel_table(found))
     for note in found.merged.recording.notes:
         console.print(f"note: {note}", highlight=False, soft_wrap=True)
@@ -113,6 +122,10 @@ def _say(found: Import) -> None:
                       f"{offset.after:.3f}", highlight=False)  # fmt: skip
     for source, shift in found.shifts.items():
         console.print(f"{source}: clock shifted by {shift:+.3f} s", highlight=False)
+        if shift and (others := shifted_with(plan, source, found.offsets)):
+            console.print(f"{source}: shifted with it, not compared: {', '.join(others)}; where these are in time, put late = "
+                          f"{-shift:.3f} at the channel that is late, in the map, in the place of --align",
+                          highlight=False, soft_wrap=True)  # fmt: skip
     for check in found.checks:
         if not check.passed:
             style = "red" if check.beyond_doubt else "yellow"

@@ -33,6 +33,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 """Group of a time offset -> channels whose sources share it."""
 BY_V = ("position", "steer")
 """Groups whose offsets rest on the lateral velocity: of one that is doubted they say nothing."""
+SHOWN = 0.1
+"""s: standard error of an offset beyond which it does not show whether a channel is late by itself."""
 LEAST_SIGMAS = 3.0
 """A clock is shifted by an offset of at least so many standard errors."""
 ROUNDS = 3
@@ -180,6 +182,15 @@ def _positions_elsewhere(
     moved = {plan.channels[c].source for c in GROUPS["position"] if c in plan.channels}
     moved &= {source for source, value in shifts.items() if value}
     return moved if moved and any(not check.passed for check in axle_checks(recording, geometry)) else set()
+
+
+def shifted_with(plan: ImportMap, source: str, offsets: Sequence[Offset]) -> tuple[str, ...]:
+    """Channels of a source whose own time no offset shows to SHOWN: they are shifted with those that are shown.
+
+    plan: the map; source: its name; offsets: between the clocks as they were.
+    """
+    shown = {channel for offset in offsets if offset.std <= SHOWN for channel in GROUPS[offset.group]}
+    return tuple(name for name, origin in plan.channels.items() if origin.source == source and name not in shown)
 
 
 def source_shifts(plan: ImportMap, offsets: Sequence[Offset]) -> dict[str, float]:

@@ -18,6 +18,7 @@ from softsoil.importing.loose_table import read_columns
 from softsoil.importing.merge import merge
 from softsoil.importing.messages import fields_of, reader_of
 from softsoil.importing.sources import Holding, Series, Spread, ordered
+from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive
 
@@ -269,3 +270,25 @@ def test_odometry_of_the_rear_axle_shifts_no_steering_clock(mounted, clean, tmp_
     assert "can.csv: clock shifted" not in done.output, done.output
     assert (done.exit_code == 0) == mounted  # positions and velocities that do not belong together are refused
     assert ("if the source is odometry of the rear axle (base_link)" in done.output) == (not mounted)
+
+
+def test_what_is_shifted_with_a_late_channel_is_said_and_errors_name_the_file_that_holds_the_channel(clean, tmp_path):
+    rows = np.clip(np.arange(len(clean)) - 25, 0, None)
+    pd.DataFrame({n: clean[n] for n in ("t", "x", "y", "psi", "u", "v", "omega_z")}).to_csv(tmp_path / "ins.csv", index=False)
+    bus = pd.DataFrame({"t": clean.t, "steer": clean["steer"][rows], **{n: clean[n] for n in WHEEL_CHANNELS}})
+    bus.to_csv(tmp_path / "can.csv", index=False)
+    of = {**dict.fromkeys(("x", "y", "psi", "u", "v", "omega_z"), "ins"), **dict.fromkeys(("steer", *WHEEL_CHANNELS), "can")}
+    lines = {name: f'{name} = "{source}.csv:{name}"' for name, source in of.items()}
+
+    def brought_in(entries):
+        (tmp_path / "map.toml").write_text("[channels]\n" + "\n".join(entries.values()) + "\n", encoding="utf-8")
+        files = [str(tmp_path / name) for name in ("ins.csv", "can.csv")]
+        options = ["--map", str(tmp_path / "map.toml"), "--align", "--out", str(tmp_path / "out")]
+        return CliRunner().invoke(app, ["import", *files, *options])
+
+    said = brought_in(lines).output
+    assert "can.csv: clock shifted by -0.3" in said
+    assert "can.csv: shifted with it, not compared: omega_fl, omega_fr, omega_rl, omega_rr" in said and "put late = 0.3" in said
+    turned = {"omega_fl": 'omega_fl = {source = "can.csv:omega_fl", sign = -1}'}
+    refused = brought_in({**lines, **turned})
+    assert refused.exit_code != 0 and "can.csv: omega_fl: expected" in f"{refused.output} {refused.exception}"
