@@ -116,7 +116,7 @@ def estimate_terrain(
     own_step, log = log.dt, on_fine_clock(log)
     augmented = terrain_model(with_log_wheels(model, [log]), tied)
     inputs, _ = measured_inputs(log, augmented.external)
-    inputs[~inputs_known(log)] = np.nan
+    known = inputs_known(log)
     measured = measured_states(log)
     own = _filter(log, augmented, n0, tuning)
     every = tuning.update_every if log.dt < SLOW_ROWS else 1
@@ -126,7 +126,7 @@ def estimate_terrain(
     step_us = []
     for k in range(len(log) - 1):
         began = time.perf_counter()
-        own.predict(inputs[k])
+        own.predict(inputs[k], bool(known[k]))
         if (k + 1) % every == 0 and seen_rows[k + 1]:
             seen = own.update(measured[k + 1])
             step_us.append((time.perf_counter() - began) * 1e6)

@@ -35,11 +35,11 @@ Array = NDArray[np.float64]
 class FilterStatus:
     """What the rules did in the last prediction and update.
 
-    standing: the vehicle stands, crawls or reverses, or an input is missing for too long: its soil is held; gated: measurements
-    left out by the gate; jumped: measurements believed against the gate, whose states were put there; soil_changed: n has
-    jumped and was opened; soil_kept: a jump is revoked, what was known of n before counts again; refused: the model had no
-    usable answer, the last estimate was kept; drift: largest sum of the drift monitor over its limit; drifting: name of its
-    channel while that is above 1, else empty.
+    standing: the vehicle stands, crawls or reverses, its soil is held; gated: measurements left out by the gate; jumped:
+    measurements believed against the gate, whose states were put there; soil_changed: n has jumped and was opened; soil_kept: a
+    jump is revoked, what was known of n before counts again; refused: the model had no usable answer, the last estimate was
+    kept; drift: largest sum of the drift monitor over its limit; drifting: name of its channel while that is above 1, else
+    empty.
     """
 
     standing: bool = False
@@ -111,21 +111,23 @@ class TerrainFilter:
         self.revoked: list[float] = []
         self._trial.end()
         self.drift.start(t)
-        self._reversing, self._kicks, self._rate, self._missing = False, False, 0.0, 0.0
+        self._reversing, self._kicks, self._rate = False, False, 0.0
+        self._missing, self._unknown = 0.0, False
         self._runs = np.zeros(len(self.model.y), dtype=int)
         # Twice the time: the first seconds are convergence from the first guess, not a change.
         self._change.forget(t + 2 * self.tuning.change_after)
 
-    def predict(self, u: ArrayLike) -> None:
-        """Time update over dt with the external inputs u (n_u,) held; NaN where one is missing, which keeps its last value."""
+    def predict(self, u: ArrayLike, known: bool = True) -> None:
+        """Time update over dt with the external inputs u (n_u,) held; NaN where one is missing, which keeps its last value. Where
+        one is missing for longer than `held_inputs`, or they are not `known`, velocities follow their sensors as in a kick."""
         u = np.asarray(u, dtype=float)
         if not np.all(np.abs(u) <= self._u_limit):
             u = np.where(np.abs(u) <= self._u_limit, u, np.nan)
         self._missing = 0.0 if np.isfinite(u).all() else self._missing + self.dt
-        unknown = self._missing > self.tuning.held_inputs + CLOCK_SLACK
+        self._unknown = not known or self._missing > self.tuning.held_inputs + CLOCK_SLACK
         refused = False
         for _ in range(self._parts):
-            standing = unknown or self._reversing or self.ukf.at(self._u) < self.tuning.standstill
+            standing = self._reversing or self.ukf.at(self._u) < self.tuning.standstill
             if standing:
                 self._stand(self.ukf.take_inputs(u))
             elif not self._move(u):
@@ -152,7 +154,7 @@ class TerrainFilter:
             self.ukf.undo_update()
             self.status = FilterStatus(hold, refused=True)
             return seen
-        kicked = abs(self._rate) > self.tuning.fastest  # then velocities follow their sensors, which is no drift
+        kicked = self._unknown or abs(self._rate) > self.tuning.fastest  # then velocities follow their sensors, which is no drift
         drifting = bool(seen.dof) and not hold and not kicked and self._drifts(before)
         jumped = self._believe_jumps(seen, y) if seen.dof < len(seen.used) or self._runs.any() else ()
         looks = bool(seen.dof) and self.learn and not hold
@@ -188,7 +190,7 @@ class TerrainFilter:
         rate = float(u[self._steer_rate]) if self._steer_rate >= 0 else 0.0
         if not math.isfinite(rate):
             rate = self._rate
-        kicks = self.t < self._run_in_to - CLOCK_SLACK or abs(rate) > self.tuning.fastest
+        kicks = self._unknown or self.t < self._run_in_to - CLOCK_SLACK or abs(rate) > self.tuning.fastest
         if kicks != self._kicks:
             self._kicks = kicks
             noise = (self._q + self._kick * kicks) * self._step

@@ -40,9 +40,9 @@ class Tuning:
     more than change_sigmas that n has jumped (`estimator/soil_change.py`), jumps having the standard deviation change_std and
     what is measured of one an error of change_error, it is another soil: n is put there and change_std is added to its
     uncertainty, until the seconds after it say otherwise (`estimator/soil_trial.py`); standstill: m/s, below it the soil is
-    held and the vehicle rolls without forces (`estimator/rolling.py`), as where an input has been missing for longer than
-    held_inputs (s); fade: s, time in which slip velocities then go to
-    those of rolling wheels; input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a
+    held and the vehicle rolls without forces (`estimator/rolling.py`); held_inputs: s, for so long an input may be missing
+    before velocities follow their sensors; fade: s, time in which slip velocities then go to those of rolling wheels;
+    input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a
     standard deviation, by unit; update_every: predictions per update, 1 for slow logs (the paper predicts every 12 ms
     and updates every 24 ms, which leaves out half of what a log of 12 ms has measured).
     `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle` prints what they give.

@@ -90,6 +90,6 @@ def with_note_of_gaps(recording: Recording) -> Recording:
     t, first = recording.t, int(np.argmax(unknown))
     note = (
         f"steering or wheel speeds missing for {float(unknown.sum()) * recording.dt:.3g} s in this log, first at {t[first]:.4g} "
-        "s: n is held there, and no window of a fit or of predictions runs across it"
+        "s: n learns little there, and no window of a fit or of predictions runs across it"
     )
     return replace(recording, notes=(*recording.notes, note))

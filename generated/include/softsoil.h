@@ -66,7 +66,7 @@ enum softsoil_status {
 
 /* What the last call met, bits of softsoil_t.flags: a status is the gravest thing alone. */
 enum softsoil_flag {
-  SOFTSOIL_FLAG_STANDING = 1,    /* the vehicle stands, crawls or reverses, or an input is missing for long: the soil is held */
+  SOFTSOIL_FLAG_STANDING = 1,    /* the vehicle stands, crawls or reverses: the soil is held */
   SOFTSOIL_FLAG_GATED = 2,       /* a measurement was outside the gate and was left out */
   SOFTSOIL_FLAG_JUMPED = 4,      /* one has been outside for so long that its state was put where it is */
   SOFTSOIL_FLAG_SOIL_CHANGED = 8, /* innovations say that n has jumped: it was put there and opened */
@@ -162,7 +162,7 @@ int softsoil_init(softsoil_t *s, const softsoil_options_t *options, const double
 int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t);
 
 /* Time update over dt (s) with inputs u held. An input that is not finite or beyond reason keeps its last value;
- * after 0.25 s of that the soil is held, as at standstill. */
+ * after 0.25 s of that velocities follow their sensors, and n learns little, as in a kick of the steering. */
 int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt);
 
 /* Measurement update: y taken at time t (s). valid: 0 for a measurement to leave out; NULL: all count. A measurement as

@@ -268,8 +268,10 @@ static int take_inputs(softsoil_t *s, const double *u) {
   return status;
 }
 
-/* Whether the road wheels steer faster than an actuator: no step of the model. */
-static int kicked(const softsoil_t *s) { return fabs(s->u[SOFTSOIL_U_steer_rate]) > s->options.fastest; }
+/* Whether the road wheels steer faster than an actuator, or inputs are unknown: no step of the model. */
+static int kicked(const softsoil_t *s) {
+  return fabs(s->u[SOFTSOIL_U_steer_rate]) > s->options.fastest || s->missing > held_inputs + CLOCK_SLACK;
+}
 
 /* Noise of the process over dt, into the rows of A from `row` on; more of it while histories or a kick of the steering are none
  * of the model's. The soil rests where it is held. */
@@ -425,7 +427,6 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
   if (bad) return count(s, bad);
   int status = take_inputs(s, u);
   s->missing = status == SOFTSOIL_OK ? 0.0 : s->missing + dt;
-  const int unknown = s->missing > held_inputs + CLOCK_SLACK;
   if (!s->started) {
     if (SOFTSOIL_N_M > 0) softsoil_model_start(s->x, s->u, s->options.p, s->m);
     s->started = 1;
@@ -434,11 +435,10 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
   const int steps = parts > 1.0 ? (int)parts : 1;
   s->flags = 0;
   for (int k = 0; k < steps; ++k) {
-    const int stands = s->reversing || s->x[SOFTSOIL_X_u] < s->options.standstill_speed;
-    s->standstill = stands || unknown;
+    s->standstill = s->reversing || s->x[SOFTSOIL_X_u] < s->options.standstill_speed;
     if (s->standstill) {
       stand(s, dt / steps);
-      if (stands) status = graver(status, count(s, SOFTSOIL_STANDSTILL));
+      status = graver(status, count(s, SOFTSOIL_STANDSTILL));
     } else if (!move(s, dt / steps)) {
       stand(s, dt / steps);
       status = graver(status, count(s, SOFTSOIL_NUMERICAL));

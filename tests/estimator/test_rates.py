@@ -35,4 +35,4 @@ def test_a_gap_in_an_input_is_left_out():
     whole, found = (estimate(drive, model, 0.7) for drive in (log, holed))
     assert found.verdict.word == "identified" and not found.changes
     assert found.n_front[-1] == pytest.approx(whole.n_front[-1], rel=0.02)
-    assert np.ptp(found.n_front[(found.t > log.t[0] + 15.3) & (found.t < log.t[0] + 16.9)]) == 0.0, "n is held in it"
+    assert np.ptp(found.n_front[(found.t > log.t[0] + 15.3) & (found.t < log.t[0] + 16.9)]) < 0.02, "n learns little in it"
