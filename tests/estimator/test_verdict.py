@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drives import clay_bicycle, clay_drive, reference_vehicle
+from drives import MULTI_LOG, clay_bicycle, clay_drive, reference_vehicle
 from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
 from softsoil.estimator.evidence import Evidence, percent_above, sensor_variance
@@ -17,13 +17,15 @@ from softsoil.estimator.soil_error import SoilError
 from softsoil.estimator.soil_map import ON_THE_WAY
 from softsoil.estimator.strain import VehicleChange
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
-from softsoil.estimator.verdict import WORDS, Verdict, decide
+from softsoil.estimator.verdict import WORDS, Verdict, decide, judge
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
 from softsoil.recording.usable import mark_checked
 from softsoil.symbolic.bicycle import nominal_bicycle
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SOILS, Soil
 
 TRUE_N = 0.5
@@ -248,3 +250,17 @@ def test_noise_of_a_channel_from_its_third_differences():
 def test_a_share_above_its_limit_is_printed_as_one():
     """A load shown to ± 6.04 % was printed as "± 6.0 % (limit 6 %)"."""
     assert [percent_above(share, 0.06) for share in (0.0604, 0.063, 0.08, 1e9)] == ["6.04", "6.3", "8", "999"]
+
+
+def test_a_filter_that_stays_where_the_windows_are_confirms_them():
+    """One that has not yet left its initial guess is no evidence against them; one that leaves their n is."""
+    drive, model = read_drive(MULTI_LOG).between(0.0, 20.0), bicycle(reference_vehicle(), CLAY)
+
+    windows = float(judge(drive, model, 0.7, None, tied=True, start=2.0).evidence.n[0])
+
+    def word(again, corrected):
+        end = (1.13 * windows,)
+        return judge(drive, model, 0.7, end, tied=True, start=2.0, again=lambda n: again * n, corrected=corrected).word
+
+    assert word(1.05, True) == "identified"
+    assert word(1.05, False) == word(1.15, True) == "inconsistent"
