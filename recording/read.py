@@ -162,7 +162,8 @@ def _missing(t: Array, missing: NDArray[np.bool_]) -> str:
     steps = np.diff(rows)
     usual = np.median(steps) if len(steps) else 1.0
     if usual > 1 and np.mean(np.abs(steps - usual) <= 1) > REGULAR:
-        rate = 1.0 / float(np.median(np.diff(t[rows])))
+        apart = np.diff(t[rows])
+        rate = 1.0 / float(np.mean(apart[apart <= 1.75 * np.median(apart)]))  # of rows of another clock, now more, now fewer
         return f"of a sensor of {rate:.3g} Hz, in {len(rows)} of {len(t)} rows"
     return f"{int(missing.sum())} of {len(t)} values missing, the first in row {int(np.argmax(missing)) + 1}"
 

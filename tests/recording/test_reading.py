@@ -198,3 +198,12 @@ def test_recording_refuses_what_does_not_fit():
         Recording("a", {"t": np.array([0.0, 1.0, 1.0])})
     with pytest.raises(KeyError, match="expected one of t"):
         Recording("a", {"t": np.arange(3.0)})["v"]
+
+
+def test_a_sensor_of_20_hz_on_rows_of_50_hz_is_one_of_20_hz(tmp_path):
+    t = np.arange(0.0, 20.0, 0.02)
+    seen = np.isin(np.arange(len(t)), np.round(np.arange(0.0, 20.0, 0.05) / 0.02).astype(int))
+    wave = 0.1 * np.sin(t)
+    table = pd.DataFrame({"t": t, "u": 3.0, "omega_z": wave, "steer": wave, "x": np.where(seen, 3 * t, np.nan)})
+    table.to_csv(tmp_path / "log.csv", index=False)
+    assert any(note.startswith("x: of a sensor of 20 Hz") for note in read_drive(tmp_path / "log.csv").notes)
