@@ -66,7 +66,7 @@ def estimate(
     with progress(clean.name) as told:
         found = estimate_log(noisy, built, first, method=method, start=skip, progress=told)
     clocks = late_clocks(noisy, built, found, start=skip)
-    _say(found, noisy, clocks)
+    _say(found, noisy, clocks, built.doubted)
     if not np.isfinite(found.n_front[-1]):  # no soil: nothing to draw
         say_written([write_result(folder / "estimate.json", as_json(found, clocks), about_vehicle(vehicle, model))])
         return
@@ -133,6 +133,11 @@ NEXT = {
     "no_soil": "softsoil refine --law hard_ground fits friction and tread",
 }
 """Verdict -> the command that answers it."""
+ANEW = {
+    "vehicle": "softsoil identify anew, with the numbers that its file says are contradicted measured again",
+    "soil": "softsoil soil anew, with drives that agree with the class",
+}
+"""File that its own logs contradict -> the command that answers it, whatever else the drive says."""
 
 
 def verdict_line(verdict: Verdict) -> str:
@@ -163,7 +168,7 @@ def _not_looked_at(found: TerrainEstimate) -> list[str]:
     ]
 
 
-def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock]) -> None:
+def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock], doubted: Sequence[str]) -> None:
     if found.verdict is None:
         raise ValueError("estimate: expected an estimate with its verdict, found none")
     console.print(verdict_line(found.verdict), style="bold" if found.verdict.usable else "bold red", highlight=False)
@@ -173,7 +178,7 @@ def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock]) 
     for clock in clocks:
         console.print(f"clock: {clock.sentence}", highlight=False)
     if found.verdict.word in NEXT:
-        console.print(f"next: {NEXT[found.verdict.word]}", highlight=False)
+        console.print(f"next: {next((ANEW[file] for file in doubted), NEXT[found.verdict.word])}", highlight=False)
     if not np.isfinite(found.n_front[-1]):
         return
     lines = [

@@ -8,7 +8,7 @@ from softsoil.commands.cli import app
 from softsoil.control.c_estimator import c_library_texts
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration, soil_toml
 from softsoil.estimator.estimate import estimate
-from softsoil.recording.read import read_drive
+from softsoil.recording.read import read_drive, write_drive
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, load_soil
 from softsoil.symbolic.vehicle import load_vehicle
@@ -81,3 +81,14 @@ def test_commands_warn_of_a_soil_that_is_not_to_be_used(tmp_path):
         run = CliRunner().invoke(app, ["generate", str(tmp_path / verdict), "--soil", str(soil)])
         assert run.exit_code == 0, run.output
         assert ("soil field: softsoil soil said 'needs_data'" in run.output + run.stderr) is said
+
+
+@pytest.mark.slow
+def test_what_answers_a_contradicted_file_is_another_identification_not_a_tracing(tmp_path):
+    """refine looks for what a right vehicle lacks: of a wrong file it would name effects."""
+    log = write_drive(read_drive(MULTI_LOG).between(0.0, 12.0), tmp_path / "log.parquet")
+    out = ["--out", str(tmp_path / "out")]
+    path, soil = file_with(tmp_path, "contradicts_given"), soil_file(tmp_path, "contradicts_given")
+    for options, command in ((["--vehicle", str(path), "--soil", "clay"], "identify"), (["--soil", str(soil)], "soil")):
+        done = CliRunner().invoke(app, ["estimate", str(log), *options, *out])
+        assert f"next: softsoil {command} anew" in done.output and "next: softsoil refine" not in done.output, done.output
