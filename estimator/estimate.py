@@ -80,8 +80,10 @@ def estimate(
         return float(run_method(drive, model, guess, method, start=start, tuning=tuning).n_front[-1])
 
     n = (found.n_front[-1],) if tied else (found.n_front[-1], found.n_rear[-1])
-    start_again = again if method == "ukf" else None
-    verdict = judge(drive, model, first, n, tied=tied, start=start, again=start_again, corrected=correct)
+    filtered = method == "ukf"
+    verdict = judge(
+        drive, model, first, n, tied=tied, start=start, again=again if filtered else None, corrected=correct and filtered
+    )
     if verdict.evidence is not None and verdict.evidence.guess != first:  # n0 leads into a mode that fits clearly worse
         return estimate(drive, declared, verdict.evidence.guess, method=method, start=start, tuning=tuning, correct=correct)
     found = _with_soil_error(replace(found, verdict=judged_without_wheels(drive, verdict, choice)))

@@ -29,8 +29,6 @@ from softsoil.windows.inputs import measured_inputs
 
 Array = NDArray[np.float64]
 
-SLOW_ROWS = 0.018
-"""s: a log with rows farther apart is too slow to leave any measurement out."""
 
 
 NOISE_FREE = 0.2
@@ -119,7 +117,7 @@ def estimate_terrain(
     known = inputs_known(log)
     measured = measured_states(log)
     own = _filter(log, augmented, n0, tuning)
-    every = tuning.update_every if log.dt < SLOW_ROWS else 1
+    every = tuning.update_every
     kept: list[tuple[float, float, int, Array, Array]] = []
     # Of a log slower than the model's clock only its own samples are updates.
     seen_rows: NDArray[np.bool_] = np.asarray(np.isfinite(measured).any(axis=1) | (log.dt >= own_step), dtype=bool)

@@ -43,7 +43,7 @@ class Tuning:
     held and the vehicle rolls without forces (`estimator/rolling.py`); held_inputs: s, for so long an input may be missing
     before velocities follow their sensors; fade: s, time in which slip velocities then go to those of rolling wheels;
     input_limit, output_limit: beyond these, by unit, a value is none of a vehicle; ceiling: of a
-    standard deviation, by unit; update_every: predictions per update, 1 for slow logs (the paper predicts every 12 ms
+    standard deviation, by unit; update_every: predictions per update (the paper predicts every 12 ms
     and updates every 24 ms, which leaves out half of what a log of 12 ms has measured).
     `python -m benchmarks.estimate_nominal ../shared/data/chrono_vehicle` prints what they give.
     """

@@ -25,7 +25,6 @@ from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Recording
 from softsoil.recording.evidence import Motion
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.offsets import Offset, time_offsets
-from softsoil.recording.outliers import without_outliers
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "psi": ("psi",), "u": ("u",), "wheels": WHEEL_CHANNELS, "position": ("x", "y"), "steer": ("steer",),
@@ -169,7 +168,7 @@ def bring_in(
             shifts = {source: value for source, value in shifts.items() if source not in hidden}
             merged = merge(name, plan, series, geometry, shifts)
     notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
-    recording = without_outliers(replace(merged.recording, notes=(*merged.recording.notes, *notes)))
+    recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
     checks = (*check_channels(recording, geometry), *axle_checks(recording, geometry))
     return Import(merged, completed(recording, geometry), shifts, offsets, checks, series)
 
@@ -185,12 +184,13 @@ def _positions_elsewhere(
 
 
 def shifted_with(plan: ImportMap, source: str, offsets: Sequence[Offset]) -> tuple[str, ...]:
-    """Channels of a source whose own time no offset shows to SHOWN: they are shifted with those that are shown.
+    """Channels of GROUPS of a source whose own time no offset shows to SHOWN: they are shifted with those that are shown.
 
     plan: the map; source: its name; offsets: between the clocks as they were.
     """
-    shown = {channel for offset in offsets if offset.std <= SHOWN for channel in GROUPS[offset.group]}
-    return tuple(name for name, origin in plan.channels.items() if origin.source == source and name not in shown)
+    shown = {offset.group for offset in offsets if offset.std <= SHOWN}
+    others = {channel for group, channels in GROUPS.items() if group not in shown for channel in channels}
+    return tuple(name for name, origin in plan.channels.items() if origin.source == source and name in others)
 
 
 def source_shifts(plan: ImportMap, offsets: Sequence[Offset]) -> dict[str, float]:

@@ -19,6 +19,7 @@ from softsoil.recording.clock import at_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import interpolated
 from softsoil.recording.geometry import Geometry
+from softsoil.recording.outliers import left_out, outliers
 
 LEAST = ("u", "omega_z", "steer")
 FASTEST = 100.0
@@ -88,8 +89,10 @@ def merge(
             values = np.unwrap(values)
         if (sampled := samples(channel, t, values)) is not None:
             t, values, notes = t[sampled[0]], values[sampled[0]], (*notes, sampled[1])
-        channels[channel] = _placed(channel, clock, t, values, dt)
         own = Series(origin.source, t, {})
+        if count := int((out := outliers(channel, values)).sum()):
+            t, values, notes = t[~out], values[~out], (*notes, left_out({channel: count}))
+        channels[channel] = _placed(channel, clock, t, values, dt)
         origins[channel] = Origin("measured", origin.label, own.rate_hz, own.gaps, origin.late)
     state: dict[str, ChannelState] = {}
     repeated = [n for n in WHEEL_CHANNELS if n in plan.channels]

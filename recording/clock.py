@@ -17,7 +17,7 @@ REACH = 0.75
 """Steps: a sample farther away than this is not taken; a gap stays empty (NaN)."""
 SLOWEST_STEP, FINE_STEP = 0.0135, 0.0125
 """s: a log whose steps are longer than the first is run on steps of the second or less: a steering angle that is held lags by
-half a step; at 20 ms and a fast steering that makes n 5 % too low (`tests/estimator/test_rates.py`)."""
+half a step, which makes n of a fast steering too low (`tests/estimator/test_rates.py`)."""
 MOST_ROWS = 0.8
 """Share of all rows: a channel with fewer numbers has a clock of its own."""
 SLOPE_REACH = 3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -40,15 +41,20 @@ def without_outliers(recording: Recording) -> Recording:
                 counts[name] = int(out.sum())
     if not counts:
         return recording
+    return replace(recording, channels=channels, notes=(*recording.notes, left_out(counts)))
+
+
+def left_out(counts: Mapping[str, int]) -> str:
+    """The note that says how many samples of each channel are left out."""
     words = ", ".join(f"{name} {count}" for name, count in counts.items())
-    note = f"samples that stand out from their neighbours are left out: {words}"
-    return replace(recording, channels=channels, notes=(*recording.notes, note))
+    return f"samples that stand out from their neighbours are left out: {words}"
 
 
 def outliers(name: str, values: Array) -> NDArray[np.bool_]:
-    """(N,) which samples of the channel called `name`, values (N,), stand out from their neighbours; none where they are few."""
+    """(N,) which samples of the channel called `name`, values (N,), stand out from their neighbours; none where they are few,
+    or of a channel that LEAST does not name."""
     out, rows = np.zeros(len(values), dtype=bool), np.flatnonzero(np.isfinite(values))
-    if len(rows) < FEWEST:
+    if len(rows) < FEWEST or name not in LEAST:
         return out
     seen = np.unwrap(values[rows]) if name == "psi" else values[rows]
     around = np.lib.stride_tricks.sliding_window_view(np.pad(seen, SIDE, mode="reflect"), 2 * SIDE + 1)

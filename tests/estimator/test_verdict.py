@@ -171,6 +171,12 @@ EVIDENCE = Evidence(
 )  # fmt: skip
 
 
+@pytest.mark.parametrize(("inertia", "words"), [(-0.3, "one 30 ± 1 % smaller"), (-1.07, "no yaw inertia fits the drive")])
+def test_no_yaw_inertia_is_smaller_than_nothing(inertia, words):
+    found = decide(replace(EVIDENCE, inertia=inertia), np.array([0.5]))
+    assert found.word == "inconsistent" and words in found.reason and "107" not in found.reason
+
+
 @pytest.mark.parametrize(("inertia", "said"), [(-0.3, True), (0.4, True), (-1.1, False)])
 def test_a_negative_yaw_inertia_is_not_spoken_of(inertia, said):
     found = decide(replace(EVIDENCE, unexplained={"omega_z": 0.0025}, inertia=inertia), np.array([0.5]))

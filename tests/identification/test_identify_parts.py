@@ -1,5 +1,6 @@
 """What an identification is made of: known numbers, priors, geometry by motion, standard errors, manoeuvres to ask for."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from drives import clay_drive, reference_vehicle
-from softsoil.identification.asks import asks, excitation
+from softsoil.identification.asks import MANOEUVRES, Excitation, asks, excitation
 from softsoil.identification.errors import Errors, departures, errors_of, n_costs
 from softsoil.identification.identify import by_rolling
 from softsoil.identification.n_errors import model_error, n_stds
@@ -254,6 +255,19 @@ def test_the_manoeuvre_asked_for_is_one_that_the_logs_lack():
     open_ = {"yaw_inertia": Found(1800.0, 500.0, "kg m^2", "not_identifiable", 9.0, None, (1800.0, 500.0))}
     assert asks(vehicle, open_, excitation([several], 2.0), 2.0)[0].startswith("20 s of sine steering to full lock (27 deg)")
     assert asks(vehicle, open_, excitation([drive], 2.0), 2.0)[0].startswith("45 s of steering by several sines")
+
+
+@pytest.mark.parametrize(("scale", "fastest"), [(1.0, 8.0), (0.3, 3.0)])
+def test_manoeuvres_are_asked_for_at_two_speeds_that_the_vehicle_drives(scale, fastest):
+    vehicle = reference_vehicle().with_(l_f=scale * 1.5, l_r=scale * 1.2, track=scale * 1.2)
+    had = Excitation(largest=0.1, many_waves=False, speeds=(0.5 * fastest, fastest), steers=True)
+    open_ = {
+        name: Found(1.0, 0.5, "m", "not_identifiable", 9.0, None, (1.0, 0.5)) for name in ("scrub", "track", "toe_rear")
+    }
+    for manoeuvre in MANOEUVRES:
+        speeds = [float(word) for word in re.findall(r"([\d.]+)(?= m/s| and at| to [\d.]+ m/s)", manoeuvre.words(vehicle, had))]
+        assert speeds and max(speeds) <= fastest + 0.5 and len(set(speeds)) == len(speeds), manoeuvre.words(vehicle, had)
+    assert asks(vehicle, open_, had, 2.0)
 
 
 def test_a_number_that_no_log_shows_is_asked_for_where_it_costs_n_much():

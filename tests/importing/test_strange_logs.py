@@ -292,3 +292,12 @@ def test_what_is_shifted_with_a_late_channel_is_said_and_errors_name_the_file_th
     turned = {"omega_fl": 'omega_fl = {source = "can.csv:omega_fl", sign = -1}'}
     refused = brought_in({**lines, **turned})
     assert refused.exit_code != 0 and "can.csv: omega_fl: expected" in f"{refused.output} {refused.exception}"
+
+
+def test_an_import_leaves_outliers_out(clean, tmp_path):
+    wrong = np.random.default_rng(3).random(len(clean)) < 0.02
+    table = pd.DataFrame({name: clean[name] for name in clean.channels}).assign(omega_z=clean["omega_z"] + 2.0 * wrong)
+    table.to_csv(tmp_path / "log.csv", index=False)
+    done = CliRunner().invoke(app, ["import", str(tmp_path / "log.csv"), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0 and "left out: omega_z" in done.output, done.output
+    assert np.nanmax(np.abs(read_drive(tmp_path / "out" / "drive.parquet")["omega_z"])) < 1.5

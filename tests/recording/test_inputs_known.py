@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drives import MULTI_LOG, reference_vehicle
+from drives import CLAY_LOG, MULTI_LOG, reference_vehicle
 from softsoil.recording.between import samples
 from softsoil.recording.clock import on_fine_clock
 from softsoil.recording.drive import Recording
@@ -49,10 +49,13 @@ def test_a_steering_slower_than_its_log_survives_the_fine_clock():
     assert np.isnan(fine["steer"][inside]).all() and np.isfinite(fine["steer"][outside]).all()
 
 
-def test_a_steering_that_rests_at_its_stops_is_measured_in_every_row():
-    t = np.arange(0.0, 33.0, 0.05)
-    locked = np.clip(3.0 * np.sin(0.5 * t), -0.5, 0.5)  # slopes change in few rows, which stand side by side
-    assert samples("steer", t, locked) is None and samples("y", t, locked) is None
+@pytest.mark.parametrize(("hertz", "stop"), [(50.0, 1.0), (50.0, 0.4), (20.0, 0.4)])
+def test_a_steering_that_waves_between_stops_is_measured_in_every_row(hertz, stop):
+    """A clean angle at another rate, as a file or as a state of such a shape: a curve, which rests at its stops."""
+    log = read_drive(CLAY_LOG)
+    t = np.arange(log.t[0], log.t[-1], 1.0 / hertz)
+    angle = np.interp(t, log.t, np.clip(log["steer"], -stop, stop))
+    assert samples("steer", t, angle) is None and samples("y", t, angle) is None
 
 
 def test_the_notes_say_how_long_inputs_are_missing():
