@@ -281,14 +281,15 @@ def along(recording, c, silent=()):
 
 
 @pytest.mark.slow
-def test_at_50_hertz_the_inputs_do_not_lag():
+def test_at_40_hertz_the_inputs_do_not_lag():
+    """Inputs held from row to row make n 1.5 % lower there."""
     drive = read_drive(example_logs()[2])  # whose steering is the fastest
-    t = np.arange(drive.t[0], drive.t[-1], 0.02)
+    t = np.arange(drive.t[0], drive.t[-1], 0.025)
     values = {k: t if k == "t" else np.interp(t, drive.t, np.unwrap(v) if k == "psi" else v) for k, v in drive.channels.items()}
     c = CHorizon(library("tracks", FLAGS))
     fast, _ = along(drive, c)
     slow, _ = along(Recording("slow", values), c)
-    assert slow == pytest.approx(fast, rel=0.015)
+    assert slow == pytest.approx(fast, rel=0.007)
 
 
 @pytest.mark.slow
