@@ -74,6 +74,7 @@ def merge(
     dt = float(clock[1] - clock[0])
     channels: dict[str, Array] = {"t": clock - clock[0]}
     origins: dict[str, Origin] = {}
+    wrong: dict[str, int] = {}
     notes = tuple(note for s in series.values() for note in s.notes)
     notes += tuple(f"map: mount.{name}: no channel comes from it" for name in plan.idle_mounts())
     for channel, origin in plan.channels.items():
@@ -90,10 +91,12 @@ def merge(
         if (sampled := samples(channel, t, values)) is not None:
             t, values, notes = t[sampled[0]], values[sampled[0]], (*notes, sampled[1])
         own = Series(origin.source, t, {})
-        if count := int((out := outliers(channel, values)).sum()):
-            t, values, notes = t[~out], values[~out], (*notes, left_out({channel: count}))
+        if (out := outliers(channel, values)).any():
+            t, values, wrong[channel] = t[~out], values[~out], int(out.sum())
         channels[channel] = _placed(channel, clock, t, values, dt)
         origins[channel] = Origin("measured", origin.label, own.rate_hz, own.gaps, origin.late)
+    if wrong:
+        notes += (left_out(wrong),)
     state: dict[str, ChannelState] = {}
     repeated = [n for n in WHEEL_CHANNELS if n in plan.channels]
     if len(repeated) > 1 and len({(plan.channels[n].source, plan.channels[n].fields) for n in repeated}) == 1:
