@@ -45,7 +45,7 @@ def without_outliers(recording: Recording) -> Recording:
 
 
 def left_out(counts: Mapping[str, int]) -> str:
-    """The note that says how many samples of each channel are left out."""
+    """The note that says how many samples of each channel are left out; counts: channel -> how many."""
     words = ", ".join(f"{name} {count}" for name, count in counts.items())
     return f"samples that stand out from their neighbours are left out: {words}"
 
