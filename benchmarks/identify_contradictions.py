@@ -2,8 +2,8 @@
 
 Run: python -m benchmarks.identify_contradictions [../shared/data] [--seeds 2] [--vehicles suv reference plant0] [--errors ...]
 The reference simulator's two vehicles and vehicles of the plant (plant0: seed 0 of benchmarks.identify_plant), each with its
-numbers as measured, and with one of them wrong: wheelbase +2 % and -2 % (l_f and l_r alike), radius +1 % and -1 %, yaw inertia
-given 38 % too large.
+numbers as measured, and with one of them wrong: wheelbase +2 % and -2 % (l_f and l_r alike), axle loads (l_f +5 %, wheelbase
+kept), radius +1 % and -1 %, yaw inertia given 38 % too large.
 One lock and one multi-sine drive are fitted, with the noise "good" of each seed. With --classes the numbers are right
 and the soil class of one log after the other is a wrong one, clay for sandy loam or the other way. With --place N only
 l_f by position against course is judged, which needs no fit: right and 2 % wrong to either side, on N vehicles of the
@@ -61,6 +61,7 @@ ERRORS: Mapping[str, tuple[str, Callable[[Subject], Known]]] = {
     "right": ("", lambda s: s.known),
     "wheelbase+2%": ("l_f", lambda s: _wheelbase(s, 1.02)),
     "wheelbase-2%": ("l_f", lambda s: _wheelbase(s, 0.98)),
+    "loads+5%": ("l_f", lambda s: s.known.with_numbers(l_f=1.05 * s.known["l_f"], l_r=s.known["l_r"] - 0.05 * s.known["l_f"])),
     "radius+1%": ("radius", lambda s: s.known.with_numbers(radius=1.01 * s.known["radius"])),
     "radius-1%": ("radius", lambda s: s.known.with_numbers(radius=0.99 * s.known["radius"])),
     "inertia+38%": ("yaw_inertia", lambda s: s.known.with_numbers(yaw_inertia=1.38 * s.inertia)),
@@ -162,8 +163,8 @@ def print_place(seeds: Sequence[int]) -> None:
 
 
 def _tracks(found: Identification) -> str:
-    """Where the given tracks come out, priors and all."""
-    given = [(name, one) for name in ("track", "track_rear") if (one := found.numbers[name]).given is not None]
+    """Where the given tracks and the rear axle come out, priors and all, against what is given."""
+    given = [(name, one) for name in ("l_r", "track", "track_rear") if (one := found.numbers[name]).given is not None]
     return ", ".join(f"{name} {100 * (one.value / one.given - 1.0):+.1f} %" for name, one in given if one.given)
 
 

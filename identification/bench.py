@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,13 +108,22 @@ def make_bench(
     )  # fmt: skip
 
 
-def free_numbers(bench: Bench, names: Sequence[str], doubted: Sequence[str] = ()) -> list[Free]:
-    """The named numbers as free ones with what is known of them; `doubted`: given ones whose measuring is not believed."""
-    numbers, before = by_name(), expected(bench.known)
+def free_numbers(
+    bench: Bench,
+    names: Sequence[str],
+    doubted: Sequence[str] = (),
+    instead: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+) -> list[Free]:
+    """The named numbers as free ones with what is known of them.
+
+    doubted: given ones whose measuring is not believed; instead: number -> (value, standard deviation) in the place of what is
+    given.
+    """
+    numbers, before = by_name(), {**expected(bench.known), **instead}
     free = []
     for name in names:
         number, (value, std) = numbers[name], before[name]
-        if name in doubted:
+        if name in doubted and name not in instead:
             std = max(number.prior(bench.known)[1], WIDE * abs(value))
         free.append(Free(name, (name,), std / 2, number.lower, number.upper, known=(value, std)))
     return free

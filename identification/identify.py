@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 
 from softsoil.declaration.late_steering import late_steering
 from softsoil.identification.asks import Excitation, asks, excitation
+from softsoil.identification.axle_places import AxlePlaces, axle_places
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
 from softsoil.identification.judge import judge
@@ -20,8 +21,7 @@ from softsoil.identification.n_errors import model_error, n_error, n_stds, unmea
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
 from softsoil.identification.unexplained import doubt, more_than_right, own_logs, own_unexplained
-from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from softsoil.recording.geometry_check import front_axle
+from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known, as_known
@@ -30,6 +30,7 @@ from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import SIMULATOR
 from softsoil.windows.absent_wheels import absent_wheels
+from softsoil.windows.parameters import Free
 from softsoil.windows.window_fit import WindowFit
 
 Values = dict[str, float]
@@ -85,8 +86,8 @@ def identify(
     bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]
     fitted = bench.only([i for i in range(len(recordings)) if i != last])
-    moved, place = _by_motion(bench, rules)
-    state = _fit(fitted, moved, rules, progress)
+    places = axle_places(bench.recordings, bench.known, rules)
+    state = _fit(fitted, places, rules, progress)
     had = excitation(fitted.recordings, start)
     beside = float(np.hypot(model_error(recordings[last], bool(bench.balances), rules), state.unmeasured))
     judgement = judge(bench.only([last]), state.values, beside)
@@ -94,7 +95,7 @@ def identify(
     # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
     vehicle = vehicle_of(known, state.values, {name: found.std * alone.get(name, 1.0) for name, found in numbers.items()})
-    there = [name for name in state.errors.names if name in numbers and name not in SIMULATOR]
+    there = [name for name in state.errors.names if name in numbers and name not in (*SIMULATOR.names, "l_f", "l_r")]
     joint = joint_error(state.errors, there, rules.model_error_joint)
     vehicle = vehicle.with_(joint_error=joint)
     n = dict(zip(fitted.names, zip(state.n, state.n_std, strict=True), strict=True)) | {judgement.log: judgement.n_after}
@@ -119,7 +120,7 @@ def identify(
         vehicle=vehicle.with_(verdict=verdict),
         known=known,
         seconds=time.perf_counter() - began,
-        notes=(*place, state.rolls, *late, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
+        notes=(places.note, state.rolls, *late, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
     )
 
 
@@ -162,22 +163,26 @@ def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
     return known.with_numbers(max_steer=float(np.clip(round(1.02 * largest, 3), 0.05, 1.5)))
 
 
-def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progress: Callable[[float], None]) -> _State:
+def _fit(bench: Bench, places: AxlePlaces, rules: Rules, progress: Callable[[float], None]) -> _State:
     """All numbers free, given ones within their error of measuring; those that the logs contradict freed; those that they do not
     see fixed as expected, and the rest fitted once more. The fits that judge what is given leave the radius free: a wrong one
     would move n and the numbers, and they the evidence against it. Wheels without a measured speed say nothing of it."""
-    before = expected(bench.known)
-    names = [number.name for number in NUMBERS if number.free]
-    contradictions = list(by_motion)
+    before = {**expected(bench.known), **places.left}
+    names = [number.name for number in NUMBERS if number.free or number.name in places.left]
+    contradictions = list(places.contradictions)
     doubted = [c.name for c in contradictions]
-    values: Values = _moved(bench, contradictions)
+
+    def free(doubted: Sequence[str]) -> list[Free]:
+        return free_numbers(bench, names, doubted, places.left)
+
+    values: Values = dict(places.values)
     n = first_n(bench, values)
     for _ in range(rules.rounds):
-        fit = fit_numbers(bench, free_numbers(bench, names, [*doubted, *(["radius"] if bench.balances else [])]), values, n)
+        fit = fit_numbers(bench, free([*doubted, *(["radius"] if bench.balances else [])]), values, n)
         progress(0.5)
         values, n = {**values, **_values(fit)}, _n(fit)
         errors = errors_of(fit)
-        found = _worst(bench, fit, errors, doubted, rules)
+        found = _worst(bench, fit, errors, {*doubted, *places.left, "radius"}, rules)  # by_rolling judges the radius
         if found is None:
             break
         doubted.append(found.name)
@@ -187,26 +192,27 @@ def _fit(bench: Bench, by_motion: Sequence[Contradiction], rules: Rules, progres
         doubted.append(rolling.name)
         contradictions.append(rolling)
     elif bench.balances:
-        fit = fit_numbers(bench, free_numbers(bench, names, doubted), values, n)
+        fit = fit_numbers(bench, free(doubted), values, n)
         values, n, errors = {**values, **_values(fit)}, _n(fit), errors_of(fit)
     contradictions = [_settled(c, values, errors, rules) for c in contradictions]
     std = {name: min(errors.std[name], before[name][1]) if name not in doubted else errors.std[name] for name in names}
     kept = [name for name in names if name in doubted or std[name] <= rules.seen * before[name][1]]
     values = {**values, **{name: before[name][0] for name in names if name not in kept}}
     if len(kept) < len(names):
-        last = fit_numbers(bench, free_numbers(bench, kept, doubted), values, n)
+        last = fit_numbers(bench, free_numbers(bench, kept, doubted, places.left), values, n)
         values, n = {**values, **_values(last)}, _n(last)
     progress(0.8)
-    moved = unmeasured(bench, free_numbers(bench, names, doubted), fit)
+    moved = unmeasured(bench, free(doubted), fit)
     progress(0.9)
-    every = fit_numbers(bench, free_numbers(bench, [number.name for number in NUMBERS], doubted), values, n, 0)
+    every = fit_numbers(bench, free_numbers(bench, [number.name for number in NUMBERS], doubted, places.left), values, n, 0)
     # Standard errors are those with every number free: fixing one does not make it known. What the model misses is in them.
     stds = {name: s for name, (_, s) in before.items()}
     stds |= {name: s if name in doubted else min(rules.model_error * s, before[name][1]) for name, s in std.items()}
     stds |= {c.name: c.std for c in contradictions}
     states = {name: _state(bench.known, name, kept) for name in before}
-    for name in (*(c.name for c in contradictions), *_moved(bench, by_motion)):
-        states[name] = "identified"
+    taped = expected(bench.known)
+    states |= {name: "identified" for name in places.left if stds[name] <= rules.seen * taped[name][1]}
+    states |= {c.name: "identified" for c in contradictions}
     n_std = n_stds(bench, n, errors, moved, rules)
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}
     costs = {**n_costs(every, stds), **{name: 100.0 * float(max(by, key=abs)) for name, by in moved.items()}}
@@ -226,26 +232,6 @@ def _values(fit: WindowFit) -> Values:
 
 def _n(fit: WindowFit) -> list[float]:
     return [float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is not None]
-
-
-def _by_motion(bench: Bench, rules: Rules) -> tuple[list[Contradiction], tuple[str, ...]]:
-    """l_f against position and course of all logs, the one left out among them: no force law and no n are in it. Whether it is
-    contradicted, and a note of what the logs say."""
-    place = front_axle(bench.recordings)
-    given, std = expected(bench.known)["l_f"]
-    if place is None:
-        lacking = [name for name in STATE_CHANNELS if not any(one.measured(name) for one in bench.recordings)]
-        why = f"do not measure {', '.join(lacking)}" if lacking else "turn too little, or in stretches too short,"
-        return [], (f"l_f: the logs {why}, and do not say where the front axle is",)
-    own = float(np.hypot(place.std, std))
-    sigmas = abs(place.value - given) / own
-    note = (
-        f"l_f: given as {given:.3f} m, {with_error(place.value, place.std)} m by position against course ({sigmas:.1f} standard "
-        f"deviations); these logs contradict one that is {1e3 * rules.contradicted_motion * own:.0f} mm off"
-    )
-    if sigmas < rules.contradicted_motion or abs(place.value - given) < rules.material * bench.known.wheelbase:
-        return [], (note,)
-    return [Contradiction("l_f", given, place.value, place.std, float(sigmas), "position against course")], (note,)
 
 
 def by_rolling(
@@ -269,20 +255,12 @@ def by_rolling(
     return Contradiction("radius", given, given + off, own, sigmas, "the speeds that its wheels roll at"), note
 
 
-def _moved(bench: Bench, contradictions: Sequence[Contradiction]) -> Values:
-    """The places of the axles that fits start from: l_f by motion, and l_r with it, since the axle loads give their ratio."""
-    values: Values = {}
-    for c in contradictions:
-        values |= {"l_f": c.value, "l_r": bench.known["l_r"] * c.value / c.given}
-    return values
-
-
-def _worst(bench: Bench, fit: WindowFit, errors: Errors, doubted: Sequence[str], rules: Rules) -> Contradiction | None:
-    """The given number that the logs contradict most, None where they contradict none."""
+def _worst(bench: Bench, fit: WindowFit, errors: Errors, left: Collection[str], rules: Rules) -> Contradiction | None:
+    """The given number, none of `left`, that the logs contradict most; None where they contradict none."""
     found = []
     for name, (value, std, sigmas) in departures(fit, errors, rules.bent).items():
         given = bench.known.value(name)
-        if given is None or name in doubted or name == "radius":  # _by_rolling judges the radius
+        if given is None or name in left:
             continue
         if sigmas > rules.contradicted and abs(value - given) > rules.material * abs(given):
             found.append(Contradiction(name, given, value, std, sigmas, "predictions of the logs"))

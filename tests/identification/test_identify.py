@@ -67,6 +67,15 @@ def test_numbers_are_recovered_from_drives_of_the_model_itself():
 
 
 @pytest.mark.slow
+def test_the_rear_axle_is_found_where_it_is_left_to_the_logs():
+    drives = [drive_of(TRUE, "lock", 0.5, 1), drive_of(TRUE, "multi", 0.65, 2)]
+    bench: Bench = replace(make_bench(drives, [CLAY, CLAY], KNOWN, 2.0), balances=())
+    off = (1.1 * KNOWN["l_r"], 0.1 * KNOWN["l_r"])
+    fit = fit_numbers(bench, free_numbers(bench, [*TRUE, "l_r"], (), {"l_r": off}), {"l_r": off[0]}, first_n(bench, {}))
+    assert fit.named()["l_r"][0] == pytest.approx(KNOWN["l_r"], rel=0.02)
+
+
+@pytest.mark.slow
 def test_balances_follow_the_states_of_the_windows():
     """The noise of recorded speeds is slip that is not there."""
     clean = drive_of(TRUE, "multi", 0.65)

@@ -9,6 +9,7 @@ import pytest
 
 from drives import clay_drive, reference_vehicle
 from softsoil.identification.asks import MANOEUVRES, Excitation, asks, excitation
+from softsoil.identification.axle_places import axle_places
 from softsoil.identification.errors import Errors, departures, errors_of, n_costs
 from softsoil.identification.identify import by_rolling
 from softsoil.identification.n_errors import model_error, n_stds
@@ -147,6 +148,30 @@ def test_the_front_axle_is_where_positions_and_course_say():
     noisy = [front_axle([add_noise(drive, "good", seed)]) for seed in range(5)]
     assert all(abs(place.value - 1.4) < 3.5 * place.std for place in noisy)
     assert all(exact.std < place.std < 0.05 for place in noisy)
+
+
+@pytest.mark.parametrize("l_f, l_r", [(1.47, 1.26), (1.5, 1.2)], ids=["wheelbase", "axle loads"])
+def test_a_contradicted_front_axle_leaves_the_rear_one_to_the_logs(l_f, l_r):
+    """The axles are 1.4 m before and 1.2 or 1.3 m behind the centre of gravity: one of the two numbers that a person measures,
+    5 % wrong, gives what is given."""
+    drives = [add_noise(moving(1.4), "good", seed) for seed in range(2)]
+    places = axle_places(drives, replace(KNOWN, numbers={**NUMBERS_GIVEN, "l_f": l_f, "l_r": l_r}), RULES)
+    assert [c.name for c in places.contradictions] == ["l_f"]
+    assert places.values["l_f"] == pytest.approx(1.4, abs=0.02)
+    value, std = places.left["l_r"]
+    assert value == places.values["l_r"]
+    assert value - 1.01 * std - 0.02 < (1.2 if l_f == 1.47 else 1.3) < value + 1.01 * std + 0.02
+    assert std > 0.03
+
+
+def test_a_stated_uncertainty_of_the_axles_leaves_them_to_the_logs():
+    drives = [add_noise(moving(1.4), "good", seed) for seed in range(2)]
+    wrong = {**NUMBERS_GIVEN, "l_f": 1.5}
+    places = axle_places(drives, replace(KNOWN, numbers=wrong, stated={"l_f": 0.1, "l_r": 0.1}), RULES)
+    assert not places.contradictions and places.left["l_r"] == (1.2, 0.1)
+    assert places.values["l_f"] == pytest.approx(1.4, abs=0.02) and places.left["l_f"][1] < 0.02
+    as_given = axle_places(drives, replace(KNOWN, numbers={**NUMBERS_GIVEN, "l_f": 1.4}), RULES)
+    assert not as_given.contradictions and not as_given.left and not as_given.values
 
 
 def test_the_sway_of_a_rolling_body_is_no_length():
