@@ -45,8 +45,8 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
     """Values of the @key@ of the driver's templates: the numbers of the settings; those of the filter are its own."""
     tuning, limits = Tuning(), SOIL_SIGNALS["n"]
     names = (
-        "tick", "slip_share", "speed_gain", "resistance_share", "most_resistance", "caution", "settled", "most", "standing",
-        "stands", "dead_reckoning", "most_position_std", "steering_gap", "actuator_lag", "end",
+        "tick", "slip_share", "speed_gain", "overspeed", "resistance_share", "most_resistance", "caution", "settled",
+        "most", "standing", "stands", "dead_reckoning", "most_position_std", "steering_gap", "actuator_lag", "end",
     )  # fmt: skip
     numbers = ("JUMP", "LEAD", "MEMORY", "MOVES", "QUICK", "SLOWEST", "SMOOTH", "STILL", "WHILE")
     of_steering = {f"steer_{name.lower()}": number(getattr(steering, name), 17) for name in numbers}
@@ -63,6 +63,7 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "driver_plan_every": str(settings.plan_every), "driver_update_every": str(tuning.update_every),
         "driver_seen": ", ".join(f"SOFTSOIL_Y_{name}" for name in SEEN), "clear_steps": str(SETTINGS.clear_steps),
         "farthest": number(FARTHEST), "largest": number(LARGEST), "latest": number(LATEST),
+        "least_room": number(SETTINGS.least_room, 17),
         "least_speed": f"{ocp.settings.speed[0]:g}", "greatest_speed": f"{ocp.settings.speed[1]:g}",
         "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "nowhere": number(NOWHERE, 17),
     }  # fmt: skip

@@ -7,6 +7,7 @@ import numpy as np
 from softsoil.codegen.c_library.parts import take_apart
 from softsoil.codegen.c_library.vehicle import VehicleNumbers
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.changed_vehicle import HEAVIEST, LIGHTEST
 from softsoil.estimator.promote import promote_parameters
 from softsoil.estimator.strain import MOST
 from softsoil.estimator.terrain import terrain_model
@@ -40,5 +41,6 @@ def vehicle_numbers(declared: Declaration, promote: tuple[str, ...] = ()) -> Veh
     return VehicleNumbers(
         parts=parts, names=prior.names, std=np.linalg.norm(np.linalg.pinv(prior.root), axis=1),
         information=prior.root.T @ prior.root, load=load, mass=vehicle.mass, load_known=MOST,
-        load_std=vehicle.uncertainty.get(load, 0.0) / vehicle.mass, substeps=SUBSTEPS, best_sensor=Tuning().sensor_floor,
+        load_std=vehicle.uncertainty.get(load, 0.0) / vehicle.mass, loads=(LIGHTEST, HEAVIEST), substeps=SUBSTEPS,
+        best_sensor=Tuning().sensor_floor,
     )  # fmt: skip

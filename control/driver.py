@@ -142,6 +142,9 @@ class Driver:
         lost = self.follower.lost(t)
         before = self.steering.command
         steer, speed, self.a_x = self.follower.command(t + self.settings.tick, before, self.steering.lag)
+        if not lost:  # the lock is a soft limit of plans; from a command beyond it none leads further out
+            low, high = self.ocp.state_box["steer"]
+            steer = min(max(steer, min(low, before)), max(high, before))
         self.steering.ask(steer)
         self.steer_rate = (steer - before) / self.settings.tick
         return self._command(t, speed, lost, solved)
@@ -207,7 +210,9 @@ class Driver:
     def _solve(self, t: float) -> None:
         solver, z0 = self.solver, self._z0()
         self.along, self.left = self.path.project(z0[0], z0[1], self.along if self._solves else None)
-        self._resist(t, float(z0[self.ocp.z.index("u")]))
+        u = float(z0[self.ocp.z.index("u")])
+        self._resist(t, u)
+        self.solver.limit_speed(max((1.0 + self.settings.overspeed) * self.speed, u))
         s = self._parameters(self.n_used)
         if self._solves:
             solver.shift(self.settings.period)
@@ -227,7 +232,9 @@ class Driver:
 
     def _resist(self, t: float, u: float) -> None:
         """Take in what the vehicle is slower at t (s), at the speed u (m/s), than the plan of a period ago has it."""
-        if self._solves and not self.follower.lost(t) and not self.follower.halt:
+        if abs(u) < self.settings.standing:  # says nothing of the ground
+            self.resistance -= self.settings.resistance_share * self.resistance
+        elif self._solves and not self.follower.lost(t) and not self.follower.halt:
             short = (self.follower.command(t, 0.0)[1] - u) / self.settings.period
             most = self.settings.most_resistance
             self.resistance = float(np.clip(self.resistance + self.settings.resistance_share * short, -most, most))

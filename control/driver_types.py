@@ -42,12 +42,13 @@ fault of the model moves each in its own way."""
 class DriverSettings:
     """Periods, sensors and caution of a driver.
 
-    tick: s between calls; plan_every: ticks between solves; wall: a plan is followed from as many ticks on as its solve took,
-    one at least, else always from the next tick on, which makes drives repeat to the bit; sensor_std: of x, y, psi, u, v,
-    omega_z (SI); slip_share: share of a tick's measured slip in its running mean; speed_gain: acceleration per error in
-    speed that a vehicle which takes accelerations is given beyond the plan's (1/s); resistance_share: of what the vehicle
-    became slower than planned within a period, per period, in the running estimate of the deceleration that plans do not know
-    (the soil's resistance, a grade, the pedals' map), which the command makes up for; most_resistance: its limit (m/s^2);
+    tick: s between calls; plan_every: ticks between solves; wall: a plan is followed from as many ticks on as its solve took, one
+    at least, else always from the next tick on, which makes drives repeat to the bit; sensor_std: of x, y, psi, u, v, omega_z
+    (SI); slip_share: share of a tick's measured slip in its running mean; speed_gain: acceleration per error in speed that a
+    vehicle which takes accelerations is given beyond the plan's (1/s); overspeed: share of the speed asked for that plans may
+    be faster by, softly (as where the path is far away); resistance_share: of what the vehicle became slower than planned
+    within a period, per period, in the running estimate of the deceleration that plans do not know (the soil's resistance, a
+    grade, the pedals' map), which the command makes up for; most_resistance: its limit (m/s^2);
     caution, settled, most: while n is not identified the controller drives on n + caution (n_std - settled), by `most` at most:
     an n that is too low promises lateral force that the soil does not give, one that is too high costs next to nothing.
     standing, stands: slower than `standing` (m/s) for `stands` (s) while halted or without a plan, the vehicle has stopped;
@@ -67,6 +68,7 @@ class DriverSettings:
     sensor_std: tuple[float, ...] = tuple(TABLE5[name] for name in ("x", "y", "psi", "u", "v", "omega_z"))
     slip_share: float = 0.02
     speed_gain: float = 1.0
+    overspeed: float = 0.2
     resistance_share: float = 0.05
     most_resistance: float = 2.0
     caution: float = 2.0
@@ -87,7 +89,7 @@ class DriverSettings:
             )
         if len(self.sensor_std) != 6 or not all(value > 0 for value in self.sensor_std):
             raise ValueError(f"driver: expected six positive sensor_std, found {self.sensor_std}")
-        for name in ("dead_reckoning", "most_position_std", "steering_gap", "end"):
+        for name in ("overspeed", "dead_reckoning", "most_position_std", "steering_gap", "end"):
             if not 0 <= getattr(self, name) < 1e3:
                 raise ValueError(f"driver: expected {name} in [0, 1000), found {getattr(self, name)}")
         if not 0 <= self.actuator_lag <= MOST_LAG:
@@ -103,20 +105,20 @@ class DriverSettings:
 class DriverCommand:
     """What the vehicle is to do until the next tick.
 
-    steer (rad) at the end of the tick, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the plan; a_asked:
-    a_x, what the speed's error adds and what the resistance takes away; status: of the last solve, or why it halts; lost: there
-    is no plan, the command is the safe one; halt: braking to a stand before what cannot be passed (status BLOCKED at first) or
-    as status says; finished: from `end` before the end of the path on, of a position that is known: brake; stopped: came to a
-    stand, by the estimated speed, which follows the commanded acceleration where none is measured, and never before a first
-    state is known; n, n_std: estimate, the judge's where its verdict is "identified", else the filter's; n_used: what the
-    controller drives on; verdict: on n, "inconsistent" where filter and judge contest each
-    other's (`CONTESTED`): do not use n for anything else unless it is "identified"; slip: of the wheels;
-    state (n_z,): estimate that the driver acts on; solved: whether this tick has a new plan; plan_z (N + 1, n_z),
-    plan_w (N, n_w): the last plan; along, left: place along the path and distance left of it (m); steer_command: what gives
-    `steer` by the vehicle's steering map, in the map's unit, NaN for a vehicle without one; filter_status: what the filter's
-    rules did in this tick; position_std: root of the sum of the variances of x and y (m); dead_reckoned: time since the
-    filter last used a measurement of x, y, u or v (s); both NaN before the first state; actuator_lag: of the measured steering
-    angle behind its command (s), as `LiveSteering` finds it.
+    steer (rad) at the end of the tick, inside the wheels' lock, steer_rate (rad/s) until then; speed (m/s) and a_x (m/s^2) of the
+    plan; a_asked: a_x, what the speed's error adds and what the resistance takes away; status: of the last solve, or why it
+    halts; lost: there is no plan, the command is the safe one; halt: braking to a stand before what cannot be passed (status
+    BLOCKED at first) or as status says; finished: from `end` before the end of the path on, of a position that is known:
+    brake; stopped: came to a stand, by the estimated speed, which follows the commanded acceleration where none is measured,
+    and never before a first state is known; n, n_std: estimate, the judge's where its verdict is "identified", else the
+    filter's; n_used: what the controller drives on; verdict: on n, "inconsistent" where filter and judge contest each other's
+    (`CONTESTED`): do not use n for anything else unless it is "identified"; slip: of the wheels; state (n_z,): estimate that
+    the driver acts on; solved: whether this tick has a new plan; plan_z (N + 1, n_z), plan_w (N, n_w): the last plan; along,
+    left: place along the path and distance left of it (m); steer_command: what gives `steer` by the vehicle's steering map,
+    in the map's unit, NaN for a vehicle without one; filter_status: what the filter's rules did in this tick; position_std:
+    root of the sum of the variances of x and y (m); dead_reckoned: time since the filter last used a measurement of x, y, u
+    or v (s); both NaN before the first state; actuator_lag: of the measured steering angle behind its command (s), as
+    `LiveSteering` finds it.
     """
 
     t: float

@@ -126,6 +126,12 @@ class Nmpc:
         """Move the last solution on by `seconds`, so that it starts the next solve; ValueError beyond the horizon."""
         self.controller.call("shift", ctypes.c_double(seconds))
 
+    def limit_speed(self, most: float) -> None:
+        """Let plans be no faster than `most` (m/s), softly, within the problem's own limits of u."""
+        least, greatest = self.ocp.state_box["u"]
+        row = list(self.ocp.state_box).index("u")
+        self.controller.head.options.limits[row][1] = min(greatest, max(least + SETTINGS.least_room, most))
+
     def prepare(self) -> None:
         """All that can be done before the state is known: linearisation and Hessian at the present guess."""
         began = time.perf_counter()

@@ -12,7 +12,7 @@ class SolverSettings:
     open_defect: a plan that has run out of iterations with a larger gap in its dynamics (any state's unit) is not driven;
     least_curvature: eigenvalues of a clipped stage Hessian; difference: step of the gradient's differences (units of each
     variable, all of order 1); qp_tolerance, qp_most: complementarity and iterations of the subproblem;
-    slowest: least speed of a plan that drives straight on (m/s);
+    slowest: least speed of a plan that drives straight on (m/s); least_room: between the least and the greatest one (m/s);
     patience: a plan older than this is not followed (s); straighten: the wheels turn back so fast without a plan (rad/s);
     slowing, braking: accelerations without a plan and to a halt (m/s^2); stopping: share of `braking` that soil and brakes
     give for certain; clear_steps: plans in a row that must clear an obstacle before a halted vehicle goes on.
@@ -28,6 +28,7 @@ class SolverSettings:
     qp_tolerance: float = 1e-6
     qp_most: int = 30
     slowest: float = 1.0
+    least_room: float = 0.1
     patience: float = 1.0
     straighten: float = 0.3
     slowing: float = -1.5

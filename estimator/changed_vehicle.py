@@ -9,6 +9,8 @@ CHANGED = (
     "the vehicle was identified on"
 )
 """What strained numbers of an identified vehicle may come from."""
+LIGHTEST, HEAVIEST = -0.4, 1.0
+"""Shares of the declared mass between which a load, or the lack of one, is believed."""
 
 
 def change_words(change: VehicleChange, most: float, strained: bool, heavier: bool, turned: bool) -> str:
@@ -24,7 +26,7 @@ def change_words(change: VehicleChange, most: float, strained: bool, heavier: bo
             f"{change.strain:.1f}, 1 expected, {most:g} at most)"
         )
     if heavier:
-        said.append(f"is that of a vehicle {heavier_words(change.load, change.load_std)} than declared")
+        said.append(f"is that {mass_words(change.load, change.load_std)}")
     if turned:
         size, side = 100 * abs(change.steering), "farther" if change.steering > 0 else "less"
         std = max(100 * change.steering_std, 1.0)
@@ -34,6 +36,15 @@ def change_words(change: VehicleChange, most: float, strained: bool, heavier: bo
     return f"the drive {', or '.join(said)}: {CHANGED}; two drives of different manoeuvres show best which"
 
 
-def heavier_words(load: float, std: float) -> str:
-    """By how much a vehicle is heavier or lighter, in words; load, std: as of `VerdictRules.another_mass`."""
-    return f"{100 * abs(load):.0f} ± {max(100 * std, 1.0):.0f} % {'heavier' if load > 0 else 'lighter'}"
+def is_a_load(load: float) -> bool:
+    """Whether a load can be such a share of the declared mass, negative for one that is missing: beyond, something else is other
+    than declared."""
+    return LIGHTEST < load < HEAVIEST
+
+
+def mass_words(load: float, std: float) -> str:
+    """Whose drive it is, by its mass, in words; load, std: as of `VerdictRules.another_mass`."""
+    side = "heavier" if load > 0 else "lighter"
+    if not is_a_load(load):
+        return f"of no such vehicle with any load (one {100 * abs(load):.0f} % {side} would fit best)"
+    return f"of a vehicle {100 * abs(load):.0f} ± {max(100 * std, 1.0):.0f} % {side} than declared"

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator.changed_vehicle import CHANGED, heavier_words
+from softsoil.estimator.changed_vehicle import CHANGED, mass_words
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.strain import VehicleChange
 from softsoil.estimator.verdict import VerdictRules
@@ -111,7 +111,7 @@ def strained_words(look: Look) -> str:
         f"(strain {look.strain:.1f}, 1 expected, {look.most:g} at most)"
     )
     if look.load is not None and _heavier(look.load):
-        said = f"the drives are those of a vehicle {heavier_words(*look.load)} than declared"
+        said = f"the drives are those {mass_words(*look.load)}"
     return f"{said}: {CHANGED}; n is not to be used before the change is declared or the vehicle identified again"
 
 
@@ -162,10 +162,21 @@ def _look_again(fit_of: FitOf, selection: Selection, effects: Mapping[str, Effec
         "from windows that start at recorded states"
     )
     left = None if adds_mass(effect) else problem.load(fit)
-    return Look(
+    again = Look(
         selection, found, look.declared, (note,), strain=problem.strain(fit, (effect,)), load=left,
         without=strain, most_without=most, load_without=load,
     )  # fmt: skip
+    if look.strained and again.strained:
+        return replace(look, notes=(_no_cure(best.name, again),))
+    return again
+
+
+def _no_cure(name: str, look: Look) -> str:
+    """Why an effect is not named that leaves the vehicle's numbers strained."""
+    return (
+        f"{name}: not named, of all effects it takes most off what the drives contradict, but leaves the vehicle's "
+        f"numbers strained (strain {look.strain:.1f}, 1 expected, {look.most:g} at most): something else is other than declared"
+    )
 
 
 def _sized_again(

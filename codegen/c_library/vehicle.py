@@ -30,8 +30,8 @@ class VehicleNumbers:
     parts: of the model with the numbers, and the mass of a load, as parameters; names (K,): of the numbers; std (K,): their
     standard deviations; information (K, K): inverse of their joint covariance; load: name of the mass of a load (kg); mass: of
     the vehicle (kg); load_known: standard deviation of a load that nothing is known of, as a share of the mass; load_std: of the
-    declared load, as a share of it; substeps: steps of the model inside one of the horizon's; best_sensor (n_y,): least standard
-    deviations that sensors are believed to have.
+    declared load, as a share of it; loads: shares of the mass between which a load is believed; substeps: steps of the model
+    inside one of the horizon's; best_sensor (n_y,): least standard deviations that sensors are believed to have.
     """
 
     parts: Parts
@@ -42,6 +42,7 @@ class VehicleNumbers:
     mass: float
     load_known: float
     load_std: float
+    loads: tuple[float, float]
     substeps: int
     best_sensor: Sequence[float]
 
@@ -67,7 +68,8 @@ def vehicle_values(numbers: VehicleNumbers, own: Parts, free_step: float, horizo
         "o_shared": ", ".join(str(there.index(name) if name in there else -1) for name in p.names),
         "o_declared": _list(p.nominal), "o_at": ", ".join(str(p.names.index(name)) for name in (*numbers.names, numbers.load)),
         "o_unit": _list(units), "o_step": _list(steps), "o_known": rows, "o_known_load": number(numbers.load_known**-2),
-        "o_load_std": number(numbers.load_std), "o_substeps": str(numbers.substeps), "o_best_sensor": _list(numbers.best_sensor),
+        "o_load_std": number(numbers.load_std), "o_lightest": number(numbers.loads[0]), "o_heaviest": number(numbers.loads[1]),
+        "o_substeps": str(numbers.substeps), "o_best_sensor": _list(numbers.best_sensor),
     }  # fmt: skip
 
 

@@ -147,6 +147,37 @@ def test_the_speed_is_held_against_what_the_plan_does_not_know():
     assert driven(HeldBack(), 6.0, settings=careless)[1].column("state")[-1, 3] < 4.8
 
 
+def test_a_vehicle_far_from_the_path_is_no_faster_than_a_share_above_what_was_asked():
+    _, log = driven(ModelVehicle(y=15.0), 8.0)
+    speeds = log.column("state")[:, 3]
+    assert speeds.max() < 1.25 * 5.0 and log.column("speed").max() < 1.25 * 5.0
+    assert abs(log.column("left")[-1]) < 3.0, "it comes to the path"
+    hasty = replace(SENSORS, overspeed=10.0)
+    assert driven(ModelVehicle(y=15.0), 8.0, settings=hasty)[1].column("state")[:, 3].max() > 1.4 * 5.0
+
+
+def test_the_commanded_angle_stays_inside_the_lock():
+    """Plans that turn towards a path far away violate the soft limit."""
+    lock = small_ocp().vehicle.max_steer
+    solver, estimator = parts()
+    path = Path(straight().points[:160])
+    driver = Driver(small_ocp(), path, 2.0, settings=SENSORS, solver=solver, estimator=estimator)
+    vehicle, planned = ModelVehicle(y=15.0), []
+    for k in range(400):
+        command = driver.tick(k * SENSORS.tick, vehicle.measure())
+        assert abs(command.steer) <= lock + 1e-12
+        planned.append(np.abs(command.plan_z[:, -1]).max())
+        vehicle.apply(command, SENSORS.tick)
+    assert max(planned) > 1.2 * lock
+
+
+def test_brakes_that_someone_else_holds_wind_nothing_up():
+    driver, _ = driven(ModelVehicle(), 0.0)
+    for k in range(600):
+        command = driver.tick(k * SENSORS.tick, {"x": 1.0, "y": 0.0, "psi": 0.0, "u": 0.0, "v": 0.0, "omega_z": 0.0})
+    assert not command.halt and abs(driver.resistance) < 0.05
+
+
 def test_a_driver_that_does_not_learn_keeps_what_it_was_given():
     driver, log = driven(ModelVehicle(), 1.0, learn=False)
     np.testing.assert_allclose(log.column("n"), 0.7)

@@ -1,5 +1,7 @@
 """A steering angle of another scale: alone, and beside a wrong mass, which hides behind it."""
 
+from dataclasses import replace
+
 import pytest
 
 import softsoil
@@ -45,3 +47,5 @@ def test_words_name_all_that_is_wrong():
     assert "strain 5.0" in every and "12 ± 2 % heavier" in every and "turn 6 ± 1 % less than steer says" in every
     assert change_words(change, 3.5, False, False, False) == ""
     assert "heavier" not in change_words(change, 3.5, False, False, True)
+    absurd = change_words(replace(change, load=-0.68), 3.5, False, True, False)
+    assert "of no such vehicle with any load (one 68 % lighter would fit best)" in absurd
