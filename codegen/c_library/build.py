@@ -11,8 +11,10 @@ from softsoil.codegen.compiled import find_compiler
 from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno")
-SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c", "src/softsoil_horizon.c", "src/softsoil_vehicle.c")
-"""Of the library; the last only where the vehicle's file states errors of its numbers."""
+SOURCES = ("src/softsoil_filter.c", "src/softsoil_model.c", "src/softsoil_horizon.c", "src/softsoil_vehicle.c",
+           "src/softsoil_rows.c")  # fmt: skip
+"""Of the library; the last two only where the vehicle's file states errors of its numbers, and where a vehicle's six states are
+measured."""
 
 
 def sources(folder: Path) -> list[Path]:

@@ -15,6 +15,8 @@ from softsoil.codegen.c_library.horizon import FILES as HORIZON_FILES
 from softsoil.codegen.c_library.horizon import HorizonNumbers, about_horizon, horizon_values
 from softsoil.codegen.c_library.kernels import number, write_kernel
 from softsoil.codegen.c_library.parts import SAID, SOIL, TOLD, Parts
+from softsoil.codegen.c_library.rows import FILES as ROWS_FILES
+from softsoil.codegen.c_library.rows import rows_values, rows_words
 from softsoil.codegen.c_library.statuses import STATUSES, status_cases, status_enum
 from softsoil.codegen.c_library.tables import formulation, readme_tables
 from softsoil.codegen.c_library.vehicle import FILES as VEHICLE_FILES
@@ -142,7 +144,9 @@ def library_files(
     values["magic"] = hashlib.sha256(text.encode()).hexdigest()[:8]
     values["h_magic"] = hashlib.sha256(repr((text, horizon)).encode()).hexdigest()[:8]
     values |= vehicle_words(vehicle is not None, template("README_vehicle.md.in"))
-    templates = TEMPLATES | HORIZON_FILES
+    rows = rows_values(model)
+    values |= rows | rows_words(bool(rows))
+    templates = TEMPLATES | HORIZON_FILES | (ROWS_FILES if rows else {})
     if vehicle is not None:
         values |= vehicle_values(vehicle, parts, horizon.constants["free_step"], values)
         templates |= VEHICLE_FILES
