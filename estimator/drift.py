@@ -40,7 +40,7 @@ CHANNELS = (
     DriftChannel("along", 0.0206, 0.086, "x", ("late or displaced sensor",)),
     DriftChannel("side", 0.0174, 0.105, "y", ("late or displaced sensor",)),
     DriftChannel("heading", 0.0038, 0.012, "psi", ("late or displaced sensor",)),
-    DriftChannel("speed", 0.0309, 0.152, "u", ("resistance",)),
+    DriftChannel("speed", 0.12, 0.152, "u", ("resistance",)),
     DriftChannel("lateral", 0.0269, 0.216, "v", ("constant side force",)),
     DriftChannel("yaw", 0.0317, 0.094, "omega_z", ("constant side force",)),
     DriftChannel("yaw_turning", 0.0227, 0.071, "omega_z", ("turning moment",)),
@@ -51,7 +51,8 @@ CHANNELS = (
 corrected whatever happens, in turning to the side of the turn, and while the steering moves to the side it moves to; n: the soil.
 
 Allowance: the 95 % quantile of |mean correction over 2.5 s|, worst fit drive; limit: twice the largest sum on the fit drives.
-`python -m benchmarks.drift_alarms ../shared/data/chrono_vehicle` prints both as the fit drives give them, and the alarms."""
+`python -m benchmarks.drift_alarms ../shared/data/chrono_vehicle` prints both as the fit drives give them, and the alarms. The speed's
+allowance is four times that: an accelerometer's own bias and a ground tilted by half a degree are there in every drive."""
 
 
 @dataclass(frozen=True)

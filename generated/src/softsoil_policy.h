@@ -139,7 +139,7 @@ static int soil_has_changed(softsoil_t *s, const int order[SOFTSOIL_N_X], const 
 /* Corrections summed to both sides (Page's CUSUM, Biometrika 41, 1954), from the estimate `before` to that after an update, with
  * the allowance of a right model. */
 static int drifts(softsoil_t *s, const double before[SOFTSOIL_N_X]) {
-  static const double allowance[SOFTSOIL_N_DRIFT] = {0.0206, 0.0174, 0.0038, 0.0309, 0.0269, 0.0317, 0.0227, 0.0222, 0.0181};
+  static const double allowance[SOFTSOIL_N_DRIFT] = {0.0206, 0.0174, 0.0038, 0.12, 0.0269, 0.0317, 0.0227, 0.0222, 0.0181};
   static const double limit[SOFTSOIL_N_DRIFT] = {0.086, 0.105, 0.012, 0.152, 0.216, 0.094, 0.071, 0.074, 0.278};
   /* The measurement whose noise raises a limit where it is above the floor, or -1. */
   static const int32_t sensor[SOFTSOIL_N_DRIFT] = {0, 1, 2, 3, 4, 5, 5, 5, -1};

@@ -71,3 +71,10 @@ def test_a_gyro_that_gains_a_bias_is_named_within_five_seconds_and_a_clean_drive
     assert estimate_terrain(clean, clay_bicycle(), 0.6).drift is None
     found = estimate_terrain(clean.with_channels(omega_z=gyro), clay_bicycle(), 0.6).drift
     assert found is not None and 15.0 <= found.t <= 20.0 and found.likely == "sensor"
+
+
+@pytest.mark.parametrize(("bias", "alarms"), [(0.05, False), (-0.08, False), (0.4, True)])
+def test_an_accelerometers_own_bias_is_no_drift(bias, alarms):
+    drive = add_noise(clay_drive(), "good", 4)
+    found = estimate_terrain(drive.with_channels(a_x_imu=drive["a_x_imu"] + bias), clay_bicycle(), 0.6).drift
+    assert (found is not None) is alarms and (found is None or found.channel == "speed")
