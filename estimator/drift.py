@@ -51,8 +51,9 @@ CHANNELS = (
 corrected whatever happens, in turning to the side of the turn, and while the steering moves to the side it moves to; n: the soil.
 
 Allowance: the 95 % quantile of |mean correction over 2.5 s|, worst fit drive; limit: twice the largest sum on the fit drives.
-`python -m benchmarks.drift_alarms ../shared/data/chrono_vehicle` prints both as the fit drives give them, and the alarms. The speed's
-allowance is four times that: an accelerometer's own bias and a ground tilted by half a degree are there in every drive."""
+`python -m benchmarks.drift_alarms ../shared/data/chrono_vehicle` prints both as the fit drives give them, and the alarms.
+The speed's allowance is four times that: an accelerometer's own bias and a ground tilted by half a degree are there in every
+drive."""
 
 
 @dataclass(frozen=True)

@@ -259,6 +259,9 @@ int main(int argc, char **argv) {
   if (look.windows == 0) printf("vehicle: not looked at yet\n");
   else printf("vehicle: load %+.1f +- %.1f %% of its mass, strain %.1f%s\n", 100 * look.load, 100 * look.load_std,
               look.strain, look.change == SOFTSOIL_VEHICLE_UNKNOWN ? ", a load would not show yet" : "");
+  if (look.change == SOFTSOIL_VEHICLE_OTHER_STEERING)
+    printf("steering: road wheels turn %+.1f +- %.1f %% farther than steer says\n", 100 * look.steering,
+           100 * look.steering_std);
   for (int i = 1; i < SOFTSOIL_STATUS_COUNT; ++i)
     if (s.counts[i]) printf("%8lu x %s\n", (unsigned long)s.counts[i], softsoil_status_text(i));
   printf("%lu of %lu rows not used for their time stamps, the motion started again %lu times\n", tally.refused, tally.rows,

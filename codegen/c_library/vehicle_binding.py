@@ -8,7 +8,7 @@ from typing import Any
 from softsoil.codegen.c_library.binding import CLibrary
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 
-CHANGES = ("not_looked_at", "unknown", "same", "strained", "other_mass")
+CHANGES = ("not_looked_at", "unknown", "same", "strained", "other_mass", "other_steering")
 """enum softsoil_vehicle_change, as words."""
 
 
@@ -18,6 +18,7 @@ class Head(ctypes.Structure):
     _fields_ = [
         ("magic", ctypes.c_uint32), ("change", ctypes.c_int32), ("windows", ctypes.c_int32), ("next", ctypes.c_int32),
         ("strain", ctypes.c_double), ("load", ctypes.c_double), ("load_std", ctypes.c_double),
+        ("steering", ctypes.c_double), ("steering_std", ctypes.c_double),
     ]  # fmt: skip
 
 

@@ -61,13 +61,15 @@ typedef struct {
 } softsoil_horizon_window_t;
 
 /* What softsoil_vehicle_update says of the vehicle, where the library has it: nobody looks; a load that makes n wrong would not show
- * yet; the vehicle is as identified; the drive asks for numbers beyond their joint error; for another mass. */
+ * yet; the vehicle is as identified; the drive asks for numbers beyond their joint error; for another mass; for another scale of the
+ * steering. */
 enum softsoil_vehicle_change {
   SOFTSOIL_VEHICLE_NOT_LOOKED_AT,
   SOFTSOIL_VEHICLE_UNKNOWN,
   SOFTSOIL_VEHICLE_SAME,
   SOFTSOIL_VEHICLE_STRAINED,
-  SOFTSOIL_VEHICLE_OTHER_MASS
+  SOFTSOIL_VEHICLE_OTHER_MASS,
+  SOFTSOIL_VEHICLE_OTHER_STEERING
 };
 
 /* The caller owns it; sizeof(softsoil_horizon_t) is all the memory there is. Read what you like, write nothing. */

@@ -1,6 +1,7 @@
-/* Whether the vehicle is the one that is declared: its numbers and a load, free in the windows of the moving horizon.
+/* Whether the vehicle is the one that is declared: its numbers, a load and the steering's scale, free in the windows of the moving
+ * horizon.
  *
- * A load, lower tyres or a bent link move these numbers together; n takes that up, and neither the filter nor the horizon
+ * A load, a steering sensor of another scale, lower tyres or a bent link move these numbers together; n takes that up, and neither the filter nor the horizon
  * needs to show it. Here only where the vehicle's file states errors of its numbers. C99, no allocation. */
 #ifndef SOFTSOIL_VEHICLE_H
 #define SOFTSOIL_VEHICLE_H
@@ -12,7 +13,7 @@ extern "C" {
 #endif
 
 #define SOFTSOIL_VEHICLE_NUMBERS 20 /* whose errors the vehicle's file states */
-#define SOFTSOIL_VEHICLE_ASKED (SOFTSOIL_HORIZON_N + SOFTSOIL_VEHICLE_NUMBERS + 1) /* and the soil's parameters, and a load */
+#define SOFTSOIL_VEHICLE_ASKED (SOFTSOIL_HORIZON_N + SOFTSOIL_VEHICLE_NUMBERS + 2) /* and the soil's, a load, and the steering's scale */
 #define SOFTSOIL_VEHICLE_COLUMNS (SOFTSOIL_HORIZON_STATES + SOFTSOIL_VEHICLE_ASKED) /* derivatives of a window */
 #define SOFTSOIL_VEHICLE_SAMPLES 106 /* of a window, at most */
 
@@ -25,6 +26,7 @@ typedef struct {
   double strain;   /* squares by which the numbers would move, in their errors, over what is expected: 1 for this vehicle */
   double load;     /* share of the mass by which the vehicle is heavier than declared */
   double load_std; /* its standard deviation, with that of a declared load; 1e9 while nothing is known */
+  double steering, steering_std; /* share by which the road wheels turn farther than `steer` says, a load free beside it */
   int64_t row, from, taken, before;
   int32_t changes, steps;
   double n[SOFTSOIL_HORIZON_N], state[SOFTSOIL_HORIZON_STATES];
@@ -33,6 +35,7 @@ typedef struct {
   double weight[SOFTSOIL_VEHICLE_SAMPLES][SOFTSOIL_N_Y];
   double slope[SOFTSOIL_VEHICLE_COLUMNS][SOFTSOIL_VEHICLE_SAMPLES][SOFTSOIL_N_Y];
   double information[SOFTSOIL_VEHICLE_ASKED][SOFTSOIL_VEHICLE_ASKED], lean[SOFTSOIL_VEHICLE_ASKED];
+  double work[3][SOFTSOIL_VEHICLE_ASKED * SOFTSOIL_VEHICLE_ASKED];
 } softsoil_vehicle_t;
 
 /* Start, with the horizon. */

@@ -1,4 +1,5 @@
-/* Whether the vehicle is the one that was identified: windows of the horizon, differentiated by its numbers and by a load. */
+/* Whether the vehicle is the one that was identified: windows of the horizon, differentiated by its numbers, a load, and the
+ * steering's scale. */
 #include "softsoil_vehicle.h"
 
 #include <math.h>
@@ -14,25 +15,29 @@
 #define NUMBERS SOFTSOIL_VEHICLE_NUMBERS
 #define Q SOFTSOIL_VEHICLE_ASKED
 #define D SOFTSOIL_VEHICLE_COLUMNS
-#define LOAD (Q - 1)
+#define LOAD (Q - 2)
+#define SCALE (Q - 1) /* of the steering */
 #define LARGEST (Q > NS ? Q : NS) /* matrix */
-#define N_P 31
+#define N_P 32
 #define CALLS 4
 #define ARGUMENTS 11
 #define OUTPUTS 7
 #define SUBSTEPS 2 /* inside one of the horizon's: those in which the numbers were identified */
-#define MAGIC 0xd09b38feu
+#define MAGIC 0x19cb04dau
 
 /* Parameters of the model with the vehicle's numbers among them: where the horizon has each, -1 for none, and as declared. */
-static const int shared[N_P] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, -1, -1, 12, 13, 14, 15, 16, 17, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
-static const double declared[N_P] = {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 0.0, 2.1768, 0.901, -0.145, 0.965, 0.953, 0.095, 23.0, 1848.0, 1.194, 1.227, 0.3309, 0.0464, -0.0195, 0.0096, 0.633, 0.0148, 0.34, 0.66};
-/* The numbers and the load: their parameters, units (standard deviations; the mass), and steps of the differences in these. */
-static const int at_parameter[NUMBERS + 1] = {20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 19, 7, 8, 14, 11, 15, 16, 17, 18, 12};
-static const double unit[NUMBERS + 1] = {51.5, 0.0081, 0.0079, 0.00026, 0.007, 0.0027, 0.0015, 0.072, 0.00065, 0.038, 0.046, 12.5, 0.031, 0.012, 0.044, 0.047, 0.0098, 0.037, 0.021, 0.0063, 1378.33}, step_of[NUMBERS + 1] = {2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 5e-07};
-/* What is known of the numbers together: inverse of their covariance, in their units; of a load, as a share of the mass. */
+static const int shared[N_P] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, -1, -1, 12, -1, 13, 14, 15, 16, 17, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+static const double declared[N_P] = {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 0.0, 2.1768, 0.901, 1.0, -0.145, 0.965, 0.953, 0.095, 23.0, 1848.0, 1.194, 1.227, 0.3309, 0.0464, -0.0195, 0.0096, 0.633, 0.0148, 0.34, 0.66};
+/* The numbers, the load and the steering's scale: their parameters, units (standard deviations; the mass; the declared scale), and
+ * steps of the differences in these. */
+static const int at_parameter[NUMBERS + 2] = {21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 20, 7, 8, 14, 11, 16, 17, 18, 19, 12, 15};
+static const double unit[NUMBERS + 2] = {51.5, 0.0081, 0.0079, 0.00026, 0.007, 0.0027, 0.0015, 0.072, 0.00065, 0.038, 0.046, 12.5, 0.031, 0.012, 0.044, 0.047, 0.0098, 0.037, 0.021, 0.0063, 1378.33, 1.0}, step_of[NUMBERS + 2] = {2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 2.5e-06, 5e-07, 5e-07};
+/* What is known of the numbers together: inverse of their covariance, in their units; of a load, as a share of the mass,
+ * and of the scale. */
 static const double known[NUMBERS][NUMBERS] = {{1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0}};
-static const double known_load = 1.0, declared_load_std = 0.0;
+static const double known_load = 1.0, known_scale = 25.0, declared_load_std = 0.0;
 static const double most_strain = 3.5, least_load = 0.08, load_sigmas = 2.5, load_seen = 0.06;
+static const double least_steering = 0.04, steering_sigmas = 2.5;
 static const double lightest = -0.4, heaviest = 1.0; /* loads that are believed, shares of the mass */
 static const double best_sensor[SOFTSOIL_N_Y] = {0.05, 0.05, 0.003, 0.05, 0.05, 0.005};
 
@@ -52,7 +57,7 @@ int softsoil_vehicle_init(softsoil_vehicle_t *v) {
   memset(v, 0, sizeof *v);
   v->next = -1;
   v->change = SOFTSOIL_VEHICLE_UNKNOWN;
-  v->load_std = 1e9;
+  v->load_std = v->steering_std = 1e9;
   v->magic = MAGIC;
   return SOFTSOIL_OK;
 }
@@ -137,7 +142,7 @@ static int begin(softsoil_vehicle_t *v, const softsoil_horizon_t *h) {
   return 1;
 }
 
-/* The window with its initial states, parameters, numbers and load as declared (0), or one of them moved (1 to D); 0 where the
+/* The window with its initial states, parameters, numbers, load and scale as declared (0), or one of them moved (1 to D); 0 where the
  * model has no usable answer. */
 static int run(softsoil_vehicle_t *v, const softsoil_horizon_t *h, int column) {
   const softsoil_horizon_options_t *o = &h->options;
@@ -237,29 +242,36 @@ static int take(softsoil_vehicle_t *v, double dt) {
   return 1;
 }
 
-/* Strain of the numbers without a load, and the load with the numbers free within their joint error. */
+/* Strain of the numbers without a load, the load with the numbers free within their joint error, and the steering's scale beside
+ * it: a wrong mass hides one of them behind the other. */
 static void judge(softsoil_vehicle_t *v) {
-  double a[Q * Q], inverse[Q * Q], step[Q], marginal[NUMBERS * NUMBERS], soil[K * K], soil_inverse[K * K];
-  double square = 0.0, expected = NUMBERS;
-  for (int with_load = 0; with_load < 2; ++with_load) {
-    const int size = Q - 1 + with_load;
+  /* Not on the stack: gcc 12 aligns such arrays there to 16 bytes and stores to them as if to 32. */
+  double *a = v->work[0], *inverse = v->work[1], *marginal = v->work[2], step[Q], soil[K * K], soil_inverse[K * K];
+  double square = 0.0, expected = NUMBERS, load = 0.0, load_variance = 0.0;
+  for (int beside = 0; beside < 3; ++beside) {
+    const int size = Q - 2 + beside;
     for (int k = 0; k < size; ++k)
       for (int l = 0; l < size; ++l) {
         const int r = k - K, c = l - K;
         a[k * size + l] = v->information[k][l] + (k == l && k < K ? least_curvature : 0.0);
         if (r >= 0 && c >= 0 && r < NUMBERS && c < NUMBERS) a[k * size + l] += known[r][c];
         if (k == LOAD && l == LOAD) a[k * size + l] += known_load;
+        if (k == SCALE && l == SCALE) a[k * size + l] += known_scale;
       }
     if (!invert(size, a, inverse)) return;
     for (int k = 0; k < size; ++k) {
       step[k] = 0.0;
       for (int l = 0; l < size; ++l) step[k] += inverse[k * size + l] * v->lean[l];
     }
-    if (with_load) break;
+    if (beside == 1) {
+      load = step[LOAD];
+      load_variance = inverse[LOAD * size + LOAD];
+    }
+    if (beside) continue;
     for (int r = 0; r < NUMBERS; ++r)
       for (int c = 0; c < NUMBERS; ++c) square += step[K + r] * known[r][c] * step[K + c];
   }
-  const double load_variance = inverse[LOAD * Q + LOAD];
+  const double turned = step[SCALE], turned_variance = inverse[SCALE * Q + SCALE];
   for (int k = 0; k < K; ++k)
     for (int l = 0; l < K; ++l) soil[k * K + l] = v->information[k][l] + (k == l ? least_curvature : 0.0);
   if (!invert(K, soil, soil_inverse)) return;
@@ -274,12 +286,16 @@ static void judge(softsoil_vehicle_t *v) {
   for (int r = 0; r < NUMBERS; ++r)
     for (int c = 0; c < NUMBERS; ++c) expected -= inverse[r * NUMBERS + c] * known[c][r];
   const double strain = square / larger(expected, 1.0);
-  if (!isfinite(strain) || !isfinite(step[LOAD]) || !(load_variance >= 0.0)) return;
+  if (!isfinite(strain) || !isfinite(load) || !(load_variance >= 0.0) || !isfinite(turned) || !(turned_variance >= 0.0)) return;
   v->strain = strain;
-  v->load = step[LOAD];
+  v->load = load;
   v->load_std = sqrt(load_variance + declared_load_std * declared_load_std);
+  v->steering = turned;
+  v->steering_std = sqrt(turned_variance);
   const int other = fabs(v->load) > larger(least_load, load_sigmas * v->load_std), a_load = v->load > lightest && v->load < heaviest;
+  const int turns = fabs(turned) > larger(least_steering, steering_sigmas * v->steering_std);
   v->change = other && a_load                    ? SOFTSOIL_VEHICLE_OTHER_MASS
+              : turns                            ? SOFTSOIL_VEHICLE_OTHER_STEERING
               : other || strain > most_strain    ? SOFTSOIL_VEHICLE_STRAINED
               : sqrt(load_variance) <= load_seen ? SOFTSOIL_VEHICLE_SAME
                                                  : SOFTSOIL_VEHICLE_UNKNOWN;

@@ -23,7 +23,7 @@ from softsoil.windows.shooting import shooting_drive
 
 pytestmark = pytest.mark.compiler
 START, N_0 = 1.0, 0.7
-NOT_LOOKED_AT, UNKNOWN, SAME, _, OTHER_MASS = range(5)
+NOT_LOOKED_AT, UNKNOWN, SAME, _, OTHER_MASS, OTHER_STEERING = range(6)
 """enum softsoil_vehicle_change."""
 VERDICTS = verdict.WORDS
 WORDS = [name for name, _ in STATUSES]
@@ -60,6 +60,8 @@ def test_the_same_as_in_python(logs, name):
     assert look.head.load == pytest.approx(python.load, abs=0.5 * python.load_std)
     assert look.head.load_std == pytest.approx(python.load_std, rel=0.15)
     assert look.head.strain == pytest.approx(python.strain, rel=0.2, abs=0.2)
+    assert look.head.steering == pytest.approx(python.steering, abs=1.5 * python.steering_std)
+    assert look.head.steering_std == pytest.approx(python.steering_std, rel=0.4)
 
 
 def test_a_load_is_said(logs):
@@ -67,6 +69,13 @@ def test_a_load_is_said(logs):
     mass = declared(IDENTIFIED).vehicle.mass
     assert look.change == "other_mass" and c.verdict == "inconsistent"
     assert look.head.load * mass == pytest.approx(400.0, abs=3.0 * look.head.load_std * mass)
+
+
+@pytest.mark.parametrize("scale", (1.05, 0.95))
+def test_a_steering_of_another_scale_is_said(logs, scale):
+    c, look = ran(logs["empty"].with_channels(steer=scale * logs["empty"]["steer"]))
+    assert look.head.steering == pytest.approx(1.0 / scale - 1.0, abs=3.0 * look.head.steering_std)
+    assert look.change == "other_steering" and c.head.vehicle == OTHER_STEERING and c.verdict == "inconsistent"
 
 
 def test_the_vehicle_itself_is_the_same(logs):
