@@ -10,7 +10,7 @@ from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control import live_steering as steering
 from softsoil.control.driver_checks import FARTHEST, LARGEST, LATEST
-from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, MEASUREMENTS, DriverSettings
+from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, MEASUREMENTS, STANDING_SHARE, DriverSettings
 from softsoil.control.inbox import TOGETHER
 from softsoil.control.live_estimator import FIRST_SPREAD, SEEN
 from softsoil.control.nmpc_clearance import NOWHERE
@@ -63,7 +63,7 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "driver_plan_every": str(settings.plan_every), "driver_update_every": str(tuning.update_every),
         "driver_seen": ", ".join(f"SOFTSOIL_Y_{name}" for name in SEEN), "clear_steps": str(SETTINGS.clear_steps),
         "farthest": number(FARTHEST), "largest": number(LARGEST), "latest": number(LATEST),
-        "least_room": number(SETTINGS.least_room, 17),
+        "standing_share": number(STANDING_SHARE), "least_room": number(SETTINGS.least_room, 17),
         "least_speed": f"{ocp.settings.speed[0]:g}", "greatest_speed": f"{ocp.settings.speed[1]:g}",
         "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "nowhere": number(NOWHERE, 17),
     }  # fmt: skip

@@ -28,6 +28,7 @@ from softsoil.control.driver_types import (
     INCONSISTENT,
     MEASURED,
     NOT_JUDGED,
+    STANDING_SHARE,
     DriverCommand,
     DriverSettings,
     Judge,
@@ -232,11 +233,9 @@ class Driver:
 
     def _resist(self, t: float, u: float) -> None:
         """Take in what the vehicle is slower at t (s), at the speed u (m/s), than the plan of a period ago has it."""
-        if abs(u) < self.settings.standing:  # says nothing of the ground
-            self.resistance -= self.settings.resistance_share * self.resistance
-        elif self._solves and not self.follower.lost(t) and not self.follower.halt:
+        if self._solves and not self.follower.lost(t) and not self.follower.halt:
             short = (self.follower.command(t, 0.0)[1] - u) / self.settings.period
-            most = self.settings.most_resistance
+            most = (STANDING_SHARE if abs(u) < self.settings.standing else 1.0) * self.settings.most_resistance
             self.resistance = float(np.clip(self.resistance + self.settings.resistance_share * short, -most, most))
 
     def _follow_from(self, t: float, z: Array, w: Array, halt: bool, ready: int | None = None) -> None:

@@ -37,6 +37,9 @@ CONTESTED, CONTESTED_SIGMAS = 0.1, 2.0
 """Share of n, and standard errors of the difference, by which filter and judge must differ for neither n to be identified: a
 fault of the model moves each in its own way."""
 
+STANDING_SHARE = 0.5
+"""Of `most_resistance`, while the vehicle stands: someone else's brakes may hold it."""
+
 
 @dataclass(frozen=True)
 class DriverSettings:

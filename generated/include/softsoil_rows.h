@@ -34,7 +34,7 @@ enum softsoil_sensor {
 typedef struct {
   uint32_t magic;
   uint32_t late[SOFTSOIL_SENSORS]; /* samples that came after the rows they belong to */
-  uint32_t refused[SOFTSOIL_SENSORS]; /* samples that are not finite, or from beyond a second in the future of the newest row asked for */
+  uint32_t refused[SOFTSOIL_SENSORS]; /* that are not finite, or more than 5.0 s after the last call for a row */
   uint32_t restarts;               /* clocks that were set back, and pauses, after which the rows began anew */
   int32_t count[SOFTSOIL_SENSORS];
   double dt, delay, next, asked;   /* s: between rows, from a row's time to its making, of the next row, and of the last call */

@@ -171,11 +171,11 @@ def test_the_commanded_angle_stays_inside_the_lock():
     assert max(planned) > 1.2 * lock
 
 
-def test_brakes_that_someone_else_holds_wind_nothing_up():
+def test_brakes_that_someone_else_holds_wind_up_half():
     driver, _ = driven(ModelVehicle(), 0.0)
     for k in range(600):
         command = driver.tick(k * SENSORS.tick, {"x": 1.0, "y": 0.0, "psi": 0.0, "u": 0.0, "v": 0.0, "omega_z": 0.0})
-    assert not command.halt and abs(driver.resistance) < 0.05
+    assert not command.halt and driver.resistance == pytest.approx(0.5 * SENSORS.most_resistance)
 
 
 def test_a_driver_that_does_not_learn_keeps_what_it_was_given():
