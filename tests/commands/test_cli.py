@@ -143,9 +143,11 @@ def test_residual_writes_what_it_says(home):
 def test_generate_writes_c(home):
     result = softsoil("generate", home / "c", "--soil", "clay")
     assert result.exit_code == 0, result.output
-    names = ("filter.c", "horizon.c", "kernels.h", "lanes.h", "model.c", "model.h", "policy.h", "vehicle.c", "vehicle_kernels.h")
+    names = ("filter.c", "horizon.c", "kernels.h", "lanes.h", "model.c", "model.h", "policy.h", "rows.c", "vehicle.c",
+             "vehicle_kernels.h")  # fmt: skip
     expected = ["CMakeLists.txt", "README.md", "example.c", "formulation.json", "include/softsoil.h"]
-    expected += ["include/softsoil_horizon.h", "include/softsoil_vehicle.h", *(f"src/softsoil_{name}" for name in names)]
+    expected += [f"include/softsoil_{name}.h" for name in ("horizon", "rows", "vehicle")]
+    expected += [f"src/softsoil_{name}" for name in names]
     assert sorted(files(home / "c")) == sorted(expected)
 
 
