@@ -75,6 +75,8 @@ ENDINGS = {"_kmh": "km/h", "_kph": "km/h", "_mph": "mph", "_mps": "m/s", "_rpm":
            "_degs": "deg/s", "_deg": "deg", "_rad": "rad", "_rads": "rad/s", "_cm": "cm", "_mm": "mm", "_mps2": "m/s^2",
            "_ms2": "m/s^2", "_g": "g"}  # fmt: skip
 """End of a field's name -> unit."""
+RPM = re.compile(r"(?<![a-z])rpm(?![a-z])", re.I)
+"""In the name of a wheel's field, wherever it stands: rpm_fl, wheel_rpm_rear_left."""
 STEERING = re.compile(r"steer", re.I)
 RECEIVER = re.compile(r"gps|gnss|fix|ublox|novatel|septentrio", re.I)
 """Topics of satellite receivers, whose velocities are to the east and north."""
@@ -224,7 +226,7 @@ def _unit(channel: str, spread: Spread | None, path: str = "") -> str:
     """Unit by what the file says, by the end of the name, or by the size of the values; empty for SI."""
     if spread is None:
         return ""
-    ending = next((unit for end, unit in ENDINGS.items() if path.lower().endswith(end)), "")
+    ending = next((unit for end, unit in ENDINGS.items() if path.lower().endswith(end)), "rpm" if RPM.search(path) else "")
     said = WRITTEN_UNITS.get(spread.unit.strip(), ending)
     if said:
         return "" if said == CHANNEL_UNITS[channel] else said

@@ -103,3 +103,11 @@ def test_a_receivers_heading_is_drafted_as_a_compasss_and_accelerations_by_their
     assert drafted["a_x_imu"] == "gnss.csv:acc_x_mps2"
     fields["heading_deg"] = Spread(-179.0, 179.0, True)
     assert "compass" not in tomllib.loads(draft([replace(holding, fields=fields)]))["channels"]["psi"]
+
+
+def test_turns_per_minute_are_known_wherever_a_name_says_so():
+    fields = {name: Spread(100.0, 180.0, True) for name in ("rpm_fl", "wheel_rpm_front_right", "rl_rpm", "omega_rr")}
+    drafted = tomllib.loads(draft([Holding("can.csv", "table", "can.csv", 500, 10.0, 0.0, 50.0, "t", fields)]))["channels"]
+    for channel, name in (("omega_fl", "rpm_fl"), ("omega_fr", "wheel_rpm_front_right"), ("omega_rl", "rl_rpm")):
+        assert drafted[channel] == {"source": f"can.csv:{name}", "unit": "rpm"}
+    assert drafted["omega_rr"] == "can.csv:omega_rr"
