@@ -40,12 +40,12 @@ class Evidence:
     guess: the first of these, which all the rest is from; left_out: guess, final n at the front, and share by which its windows
     cost more, of each run that does not stand; n_axles, axles_std (2,): n of the front and of the rear axle, fitted separately;
     unexplained, unexplained_std: mean square that the model leaves of each lateral channel beyond sensor noise, as a share of
-    the channel's own variance, and its standard error; inertia, inertia_std: share by which the drive would have the yaw inertia
-    larger than declared, and its standard deviation; soil: what errors of the soil's class make of n; change: of the vehicle
-    against its file, None where that states no errors; parts (2,), parts_sigmas: n of an earlier and of the later part of
-    the present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific force
-    u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s); late: seconds by which a
-    low-pass has made the yaw rate late, by the noise that it leaves.
+    the channel's own mean square, and its standard error; inertia, inertia_std: share by which the drive would have the yaw
+    inertia larger than declared, and its standard deviation; soil: what errors of the soil's class make of n; change: of the
+    vehicle against its file, None where that states no errors; parts (2,), parts_sigmas: n of an earlier and of the later part
+    of the present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific
+    force u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s); late: seconds by
+    which a low-pass has made the yaw rate late, by the noise that it leaves.
     """
 
     n: Array
@@ -117,7 +117,7 @@ def motion_of(windows: FreeWindows) -> float:
 
 
 def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:
-    """Share of the variance of each channel of JUDGED that the model leaves beyond sensor noise, and its standard error.
+    """Share of the mean square of each channel of JUDGED that the model leaves beyond sensor noise, and its standard error.
 
     horizon: run to the end of the drive, whose n and initial states the histories of the windows follow.
     """
@@ -141,7 +141,7 @@ def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str,
         per_window = per_window[seen.any(axis=1)]
         noise, noise_error = sensor_variance(windows.drive.measured[windows.rows[0] :, i], windows.drive.dt)
         left, count = float(np.median(per_window)), len(per_window)
-        motion = float(np.nanvar(windows.drive.smooth[windows.rows[0] :, i])) + 1e-12
+        motion = float(np.nanmean(windows.drive.smooth[windows.rows[0] :, i] ** 2)) + 1e-12
         error = max(float(np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)), 1e-15)
         shares[name], errors[name] = (left - noise) / motion, error / motion
     return shares, errors

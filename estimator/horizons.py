@@ -22,7 +22,7 @@ from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.evidence import interpolated
-from softsoil.recording.forward import driven, inputs_known
+from softsoil.recording.forward import driven, in_ruts, inputs_known
 from softsoil.recording.states import known_states, measured_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
@@ -119,7 +119,7 @@ class Replay:
         self._lengths = lengths(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
-        self._driven = driven(log, start) & inputs_known(log)
+        self._driven = driven(log, start) & inputs_known(log) & ~in_ruts(log)
         choice = log_driveline(log, model, float(model.p.nominal[model.p.index("n_f")]), start)
         if choice is not None:
             warnings.warn(f"{log.name}: no wheel speeds: {choice}", stacklevel=2)

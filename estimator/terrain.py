@@ -18,7 +18,7 @@ from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.recording.forward import inputs_known
+from softsoil.recording.forward import in_ruts, inputs_known
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.model import Model
@@ -114,7 +114,7 @@ def estimate_terrain(
     own_step, log = log.dt, on_fine_clock(log)
     augmented = terrain_model(with_log_wheels(model, [log]), tied)
     inputs, _ = measured_inputs(log, augmented.external)
-    known = inputs_known(log)
+    known, fresh = inputs_known(log), ~in_ruts(log)
     measured = measured_states(log)
     own = _filter(log, augmented, n0, tuning)
     every = tuning.update_every
@@ -124,7 +124,7 @@ def estimate_terrain(
     step_us = []
     for k in range(len(log) - 1):
         began = time.perf_counter()
-        own.predict(inputs[k], bool(known[k]))
+        own.predict(inputs[k], bool(known[k]), bool(fresh[k]))
         if (k + 1) % every == 0 and seen_rows[k + 1]:
             seen = own.update(measured[k + 1])
             step_us.append((time.perf_counter() - began) * 1e6)

@@ -112,19 +112,21 @@ class TerrainFilter:
         self._trial.end()
         self.drift.start(t)
         self._reversing, self._kicks, self._rate = False, False, 0.0
-        self._missing, self._unknown = 0.0, False
+        self._missing, self._unknown, self._fresh = 0.0, False, True
         self._runs = np.zeros(len(self.model.y), dtype=int)
         # Twice the time: the first seconds are convergence from the first guess, not a change.
         self._change.forget(t + 2 * self.tuning.change_after)
 
-    def predict(self, u: ArrayLike, known: bool = True) -> None:
+    def predict(self, u: ArrayLike, known: bool = True, fresh: bool = True) -> None:
         """Time update over dt with the external inputs u (n_u,) held; NaN where one is missing, which keeps its last value. Where
-        one is missing for longer than `held_inputs`, or they are not `known`, velocities follow their sensors as in a kick."""
+        one is missing for longer than `held_inputs`, or they are not `known`, or the soil is not `fresh` but an own rut,
+        velocities follow their sensors as in a kick; n is held in a rut."""
         u = np.asarray(u, dtype=float)
         if not np.all(np.abs(u) <= self._u_limit):
             u = np.where(np.abs(u) <= self._u_limit, u, np.nan)
         self._missing = 0.0 if np.isfinite(u).all() else self._missing + self.dt
-        self._unknown = not known or self._missing > self.tuning.held_inputs + CLOCK_SLACK
+        self._fresh = fresh
+        self._unknown = not known or not fresh or self._missing > self.tuning.held_inputs + CLOCK_SLACK
         refused = False
         for _ in range(self._parts):
             standing = self._reversing or self.ukf.at(self._u) < self.tuning.standstill
@@ -147,7 +149,7 @@ class TerrainFilter:
         if self._speed >= 0 and math.isfinite(y[self._speed]):
             self._reversing = bool(y[self._speed] < -self.tuning.standstill)
         hold = self.status.standing or self._reversing
-        self.ukf.hold(self._soil if hold else ())
+        self.ukf.hold(self._soil if hold or not self._fresh else ())
         before, cov = self.ukf.x, self.ukf.P
         seen = self.ukf.update(y)
         if not math.isfinite(self.ukf.x.sum() + self.ukf.variance.sum()):
@@ -157,7 +159,7 @@ class TerrainFilter:
         kicked = self._unknown or abs(self._rate) > self.tuning.fastest  # then velocities follow their sensors, which is no drift
         drifting = bool(seen.dof) and not hold and not kicked and self._drifts(before)
         jumped = self._believe_jumps(seen, y) if seen.dof < len(seen.used) or self._runs.any() else ()
-        looks = bool(seen.dof) and self.learn and not hold
+        looks = bool(seen.dof) and self.learn and not hold and self._fresh
         kept = looks and self._soil_kept()
         changed = looks and not kept and self._soil_changed(seen, cov, kicked)
         self._stay_below_ceilings()

@@ -45,8 +45,9 @@ class VerdictRules:
     deviations, from which they disagree;
     unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right model leaves at most;
     unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia, inertia_sigmas: share by which the
-    drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; strain: of the numbers of
-    an identified vehicle, from which it has changed; load, load_sigmas: share of its mass by which it is heavier or lighter than
+    drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted; inertia_known: largest
+    standard deviation with which it can, as a circle hardly shows an inertia; strain: of the numbers of an identified vehicle,
+    from which it has changed; load, load_sigmas: share of its mass by which it is heavier or lighter than
     declared, and in standard deviations, from which it has; load_seen: largest standard deviation of that share with which a
     drive shows a load that n would take up; steering, steering_sigmas: share by which road wheels turn farther or less than the
     log says, and in standard deviations, from which they do; parts, parts_sigmas: the same of n in the earlier and the later part
@@ -66,6 +67,7 @@ class VerdictRules:
     unexplained_sigmas: float = 2.0
     inertia: float = 0.12
     inertia_sigmas: float = 3.0
+    inertia_known: float = 0.2
     strain: float = 3.5
     load: float = 0.08
     load_sigmas: float = 2.5
@@ -257,7 +259,9 @@ def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: Verdic
 
 def _inertia(e: Evidence, rules: VerdictRules) -> str:
     """Which yaw inertia the drive asks for, where that is not the declared one; else nothing."""
-    if e.motion < rules.least_motion or abs(e.inertia) < max(rules.inertia, rules.inertia_sigmas * e.inertia_std):
+    if e.motion < rules.least_motion or not e.inertia_std <= rules.inertia_known:
+        return ""
+    if abs(e.inertia) < max(rules.inertia, rules.inertia_sigmas * e.inertia_std):
         return ""
     size, std = 100 * abs(e.inertia), max(100 * e.inertia_std, 1.0)
     return f"one {size:.0f} ± {std:.0f} % {'larger' if e.inertia > 0 else 'smaller'} leaves less"

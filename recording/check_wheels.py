@@ -112,7 +112,8 @@ def side_checks(m: Motion, geometry: Geometry) -> list[Check]:
 def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
     """L omega_z/u = g steer over windows, g in (0, 1] on ground that gives way: its sign, and its size against units.
 
-    Correlations are taken within 1 s of delay: a steering that lags is an effect, not a contradiction. geometry: wheelbase.
+    Correlations are taken within 1 s of delay: a steering that lags is an effect, not a contradiction. Of a drive to one side,
+    a circle, they are taken about zero: what varies there is what a driver corrects, against the turning. geometry: wheelbase.
     """
     reach = round(0.5 / m.log.dt)
     steer, omega = (interpolated(m.channel(name), reach) for name in ("steer", "omega_z"))
@@ -123,7 +124,8 @@ def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
     if good.sum() < 12 or np.nanstd(turning[good]) < 0.005:
         return []
     delta, turning = delta[good], turning[good]
-    if np.std(delta) < 1e-6:
+    one_sided = all(abs(np.mean(x)) > np.std(x) for x in (delta, turning))
+    if np.std(delta) < 1e-6 and not one_sided:
         found = f"a constant angle of {np.median(delta):.4f} rad while the path's curvature varies"
         return [
             Check(
@@ -136,9 +138,9 @@ def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
                 True,
             )
         ]
-    correlation = [_lagged(delta, turning, lag) for lag in range(-2, 3)]
+    correlation = [_lagged(delta, turning, lag, one_sided) for lag in range(-2, 3)]
     best, worst = max(correlation), min(correlation)
-    gain = float(np.std(turning) / np.std(delta))
+    gain = float(np.sqrt(np.mean(turning**2) / np.mean(delta**2)) if one_sided else np.std(turning) / np.std(delta))
     found = f"correlation {correlation[2]:+.2f} ({best:+.2f} at best within 1 s), gain {gain:.3f}"
     expected = "a yaw rate that follows the steering angle, L omega_z/u = gain steer"
     if best < 0.3 and worst < -0.6:
@@ -194,9 +196,11 @@ def turned_over(steering: list[Check], sides: list[Check]) -> list[Check]:
     return [replace(check, cure=cure, channel="omega_z") if check in against else check for check in steering]
 
 
-def _lagged(a: np.ndarray, b: np.ndarray, lag: int) -> float:
-    """Correlation of a (M,) with b (M,) shifted by `lag` windows."""
+def _lagged(a: np.ndarray, b: np.ndarray, lag: int, about_zero: bool) -> float:
+    """Correlation of a (M,) with b (M,) shifted by `lag` windows, about their means or, with `about_zero`, about zero."""
     first, second = (a[max(lag, 0) : len(a) + min(lag, 0)], b[max(-lag, 0) : len(b) + min(-lag, 0)])
+    if about_zero:
+        return float(np.sum(first * second) / max(float(np.sqrt(np.sum(first**2) * np.sum(second**2))), 1e-12))
     if np.std(first) < 1e-12 or np.std(second) < 1e-12:
         return 0.0
     return float(np.corrcoef(first, second)[0, 1])

@@ -54,7 +54,8 @@ class Recording:
     truth: clean `true_*` columns, for evaluation only (nothing that estimates or traces may touch it);
     notes: what the reader did to the data (gaps, outliers), one sentence each; meta: free text facts such as the soil;
     state: of channels that are not plainly measured, "measured", "derived" or "absent"; origin: latitude and longitude (deg) of
-    x = y = 0, where x points east and y north.
+    x = y = 0, where x points east and y north; ruts: start and end (s) of each stretch in which wheels run in ruts of earlier in
+    the drive, which `usable` finds.
     Raises ValueError where lengths differ, `t` does not increase or a state is none of the three.
 
     Example:
@@ -71,6 +72,7 @@ class Recording:
     meta: Mapping[str, str] = field(default_factory=dict)
     state: Mapping[str, ChannelState] = field(default_factory=dict)
     origin: tuple[float, float] | None = None
+    ruts: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         for key, value in self.state.items():

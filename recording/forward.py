@@ -1,4 +1,4 @@
-"""The parts of a drive that a vehicle model can use: those driven forwards, with inputs that are known."""
+"""The parts of a drive that a vehicle model can use: driven forwards, on fresh soil, with inputs that are known."""
 
 from __future__ import annotations
 
@@ -32,9 +32,17 @@ def driven(recording: Recording, start: float = 0.0) -> NDArray[np.bool_]:
     if not np.isfinite(recording["u"]).any():
         return np.zeros(len(t), dtype=bool)
     forwards = np.ones(len(t), dtype=bool)
-    for first, last in _slower(recording, STANDING):
+    for first, last in slower(recording, STANDING):
         forwards[first : max(last, int(np.searchsorted(t, t[last - 1] + start, side="right")))] = False
     return forwards
+
+
+def in_ruts(recording: Recording) -> NDArray[np.bool_]:
+    """(N,) whether a wheel runs in a rut of earlier in the drive at each time, as `Recording.ruts` says."""
+    inside = np.zeros(len(recording), dtype=bool)
+    for first, last in recording.ruts:
+        inside |= (recording.t >= first) & (recording.t <= last)
+    return inside
 
 
 def inputs_known(recording: Recording) -> NDArray[np.bool_]:
@@ -60,7 +68,7 @@ def near_samples(t: Array, seen: Array, least: float = 0.0) -> NDArray[np.bool_]
     return inside & (apart <= max(least, MISSED * float(np.median(np.diff(seen)))) + ROUNDING)
 
 
-def _slower(recording: Recording, speed: float) -> list[tuple[int, int]]:
+def slower(recording: Recording, speed: float) -> list[tuple[int, int]]:
     """(first row, row after the last) of each stretch of a STANDSTILL or longer below a speed (m/s)."""
     u, t = recording["u"], recording.t
     good = np.isfinite(u)
@@ -72,7 +80,7 @@ def _slower(recording: Recording, speed: float) -> list[tuple[int, int]]:
 def with_note_of_reversing(recording: Recording) -> Recording:
     """The recording with a note of how long the vehicle reverses in it, where it does for longer than a STANDSTILL."""
     t = recording.t
-    times = [(float(t[last - 1] - t[first]), float(t[first])) for first, last in _slower(recording, REVERSING)]
+    times = [(float(t[last - 1] - t[first]), float(t[first])) for first, last in slower(recording, REVERSING)]
     if not times:
         return recording
     note = (

@@ -1,4 +1,4 @@
-"""The numbers of a vehicle that kinematics needs: axle distances, tracks, wheel radius, mass and yaw inertia."""
+"""The numbers of a vehicle that kinematics needs: axle distances, tracks, the wheels' radius and width, mass, inertia."""
 
 from __future__ import annotations
 
@@ -41,6 +41,11 @@ class Geometry(Protocol):
     @property
     def radius(self) -> float:
         """Rolling radius of the wheels, m."""
+        ...
+
+    @property
+    def width(self) -> float:
+        """Width of the wheels, m."""
         ...
 
 

@@ -16,6 +16,7 @@ from softsoil.recording.drive import CHANNEL_UNITS, CHECKED, Recording
 from softsoil.recording.forward import with_note_of_gaps, with_note_of_reversing
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.geometry_check import beyond_doubt
+from softsoil.recording.own_ruts import with_ruts
 from softsoil.recording.plausible import check_units
 from softsoil.recording.read import as_drive
 
@@ -55,9 +56,9 @@ def usable(
     if geometry is None:
         return drive
     if CHECKED in drive.meta:
-        return _noted(completed(on_coarse_clock(drive), geometry))
+        return _noted(completed(on_coarse_clock(drive), geometry), geometry)
     drive, doubts = checked(drive, geometry, late_steering)
-    drive = _noted(completed(on_coarse_clock(drive), geometry))
+    drive = _noted(completed(on_coarse_clock(drive), geometry), geometry)
     words = [f"{drive.name}: {doubt}" for doubt in doubts]
     if another := beyond_doubt(drive, geometry):
         words.append(f"{another}: another vehicle, or a sensor that is wrong")
@@ -66,6 +67,6 @@ def usable(
     return drive
 
 
-def _noted(drive: Recording) -> Recording:
-    """The drive with notes of what no model runs across."""
-    return with_note_of_gaps(with_note_of_reversing(drive))
+def _noted(drive: Recording, geometry: Geometry) -> Recording:
+    """The drive with its own ruts and notes of what no model runs across."""
+    return with_note_of_gaps(with_note_of_reversing(with_ruts(drive, geometry)))

@@ -282,7 +282,7 @@ def _rows(
     None, rows that are not driven; none has a smaller share than `seen` of the measured rows that most have, as across a gap.
     """
     blocked = ~drive.driven if slowest is None else drive.measured[:, STATE_CHANNELS.index("u")] < slowest
-    blocked |= ~drive.known
+    blocked |= ~drive.usable
     if "steer_rate" in model.external.names:
         blocked |= np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
     after = round(SETTLING / drive.dt)

@@ -20,7 +20,7 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import PathLoop, StepLoop
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from softsoil.recording.forward import driven, inputs_known
+from softsoil.recording.forward import driven, in_ruts, inputs_known
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.windows.histories import history_loop
@@ -49,7 +49,8 @@ class Drive:
 
     name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing or derived; smooth (N, 6): smoothed, complete;
     inputs (N, n_u): external inputs; first: row where the start-up is over; driven (N,): rows that windows may run across,
-    forwards and after the start-up that follows a standstill, too; known (N,): rows of which the inputs are known.
+    forwards and after the start-up that follows a standstill, too; usable (N,): rows of which the inputs are known and the soil
+    is fresh.
     """
 
     name: str
@@ -60,7 +61,7 @@ class Drive:
     inputs: Array
     first: int
     driven: NDArray[np.bool_]
-    known: NDArray[np.bool_]
+    usable: NDArray[np.bool_]
 
 
 def shooting_drive(
@@ -85,8 +86,8 @@ def shooting_drive(
         raise ValueError(f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s")
     length = smoothing or (SMOOTHING if live else lengths(log))
     smooth = smoothed(known_states(log), log.dt, length)
-    known = inputs_known(log)
-    return Drive(log.name, log.dt, log.t, measured, smooth, inputs, first, driven(log, start) & known, known)
+    usable = inputs_known(log) & ~in_ruts(log)
+    return Drive(log.name, log.dt, log.t, measured, smooth, inputs, first, driven(log, start) & usable, usable)
 
 
 def lengths(log: Recording) -> Array:

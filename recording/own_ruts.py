@@ -1,0 +1,130 @@
+"""Where wheels run in ruts that the vehicle made earlier in the drive: soil that is compacted already, of which n says another
+thing.
+
+On the simulated vehicle n of clay rises from 0.50 to 0.65 and more on a second lap in the first one's ruts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+from scipy.spatial import cKDTree
+
+from softsoil.recording.drive import Array, Recording
+from softsoil.recording.evidence import interpolated
+from softsoil.recording.forward import REVERSING, STANDING, slower
+from softsoil.recording.geometry import Geometry
+
+SMOOTHED = 2.0
+"""s: the position is that of the integrated velocities, moved by what is measured over so long."""
+PASSAGE = 3.0
+"""Wheelbases that a wheel's track lies behind at least to be one of an earlier passage: the rear wheels follow the front ones."""
+SIGMAS = 2.0
+"""Standard deviations of the distance between two passages that count as none."""
+FARTHEST = 1.0
+"""m: with a position that is worse than this between two passages it cannot be known in which ruts a wheel runs."""
+LEAST = 0.3
+"""s: shorter stretches than this between ruts are no fresh soil."""
+
+
+def with_ruts(recording: Recording, geometry: Geometry) -> Recording:
+    """The recording with the times in which wheels run in ruts of earlier in the drive, and a note of them.
+
+    geometry: tracks, wheelbase and width of the wheels. Unchanged where position or heading are not measured, or not well enough.
+    """
+    if not recording.measured("x", "y", "psi", "u") or len(recording) < 2:
+        return recording
+    ruts = _stretches(recording, geometry)
+    if ruts == recording.ruts:
+        return recording
+    note = (
+        f"x, y: wheels run in ruts of earlier in this log for {sum(b - a for a, b in ruts):.3g} s, first at {ruts[0][0]:.4g} s: "
+        "soil is compacted there; n is held, and no window of a fit or of predictions runs across it"
+    )
+    return replace(recording, ruts=ruts, notes=(*recording.notes, note))
+
+
+def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, float], ...]:
+    """Start and end (s) of each stretch in which a wheel runs within its width of where one ran before."""
+    path, noise = _path(recording, geometry)
+    reach = geometry.width + SIGMAS * np.sqrt(2.0) * noise
+    if reach > geometry.width + FARTHEST:
+        return ()
+    step = max(0.5 * geometry.width, 0.1)
+    along, passage = _along(recording)
+    rows = np.unique(np.searchsorted(along, np.arange(0.0, along[-1] + step, step))[:-1])
+    if len(rows) < 3:
+        return ()
+    wheels = _wheels(path[rows], interpolated(np.unwrap(_filled(recording["psi"])), len(recording))[rows], geometry)
+    first = rows[_earliest(wheels, reach)]
+    wheelbase = geometry.l_f + geometry.l_r
+    again = (along[rows] - along[first] > PASSAGE * wheelbase) | (passage[rows] > passage[first])
+    starts, stops = recording.t[rows], np.append(recording.t[rows[1:]], recording.t[-1])
+    ruts: list[tuple[float, float]] = []
+    for start, stop in zip(starts[again], stops[again], strict=True):
+        if ruts and start - ruts[-1][1] < LEAST:
+            ruts[-1] = (ruts[-1][0], float(stop))
+        else:
+            ruts.append((float(start), float(stop)))
+    return tuple(ruts)
+
+
+def _path(recording: Recording, geometry: Geometry) -> tuple[Array, float]:
+    """(N, 2) the middle of the front axle (m), and the standard deviation of its noise, white: that of wander is not seen."""
+    t, psi = recording.t, np.unwrap(_filled(recording["psi"]))
+    u, omega = (_filled(recording[name]) for name in ("u", "omega_z"))
+    aside = (_filled(recording["v"]) if recording.measured("v") else -geometry.l_f * omega) + geometry.l_f * omega
+    speed = np.column_stack([u * np.cos(psi) - aside * np.sin(psi), u * np.sin(psi) + aside * np.cos(psi)])
+    moved = np.zeros_like(speed)
+    moved[1:] = np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t)[:, None], axis=0)
+    size = 2 * round(0.5 * SMOOTHED / recording.dt) + 1
+    path, noise = np.empty_like(moved), 0.0
+    for i, name in enumerate(("x", "y")):
+        seen = np.isfinite(recording[name])
+        off = _filled(recording[name] - moved[:, i])
+        path[:, i] = moved[:, i] + (savgol_filter(off, size, 1) if 3 <= size <= len(off) else off)
+        share = max(float(seen.mean()) * size, 1.0)
+        noise = max(noise, float(np.std((recording[name] - path[:, i])[seen])) / np.sqrt(share))
+    return path, noise
+
+
+def _along(recording: Recording) -> tuple[Array, NDArray[np.int_]]:
+    """(N,) metres driven, forwards or back, and (N,) how often the direction has changed; who stands does not move on."""
+    speed = np.abs(_filled(recording["u"]))
+    back = np.zeros(len(speed), dtype=bool)
+    for first, last in slower(recording, STANDING):
+        speed[first:last] = 0.0
+    for first, last in slower(recording, REVERSING):
+        speed[first:last], back[first:last] = np.abs(_filled(recording["u"]))[first:last], True
+    along = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(recording.t))])
+    return along, np.concatenate([[0], np.cumsum(back[1:] != back[:-1])])
+
+
+def _wheels(path: Array, psi: Array, geometry: Geometry) -> Array:
+    """(K, 4, 2) where the wheels stand (m), of the front axle's middle path (K, 2) and the heading psi (K,)."""
+    ahead, left = np.column_stack([np.cos(psi), np.sin(psi)]), np.column_stack([-np.sin(psi), np.cos(psi)])
+    wheelbase, front, rear = geometry.l_f + geometry.l_r, 0.5 * geometry.track, 0.5 * geometry.rear_track
+    places = ((0.0, front), (0.0, -front), (-wheelbase, rear), (-wheelbase, -rear))
+    return np.stack([path + x * ahead + y * left for x, y in places], axis=1)
+
+
+def _earliest(wheels: Array, reach: float) -> NDArray[np.int_]:
+    """(K,) the earliest passage of any wheel within `reach` (m) of where one of wheels (K, 4, 2) stands.
+
+    A cell of a quarter of the reach keeps the first passage alone, so that many laps cost no more than their ground.
+    """
+    points = wheels.reshape(-1, 2)
+    _, kept = np.unique(np.floor(points / (0.25 * reach)).astype(np.int64), axis=0, return_index=True)
+    kept = np.sort(kept)
+    near = cKDTree(points[kept]).query_ball_point(points, reach, return_sorted=True)
+    first = np.array([kept[own[0]] if own else i for i, own in enumerate(near)])
+    return (np.minimum(first, np.arange(len(points))).reshape(-1, 4) // 4).min(axis=1)
+
+
+def _filled(values: Array) -> Array:
+    """Values (N,) with lines where numbers are missing; zeros where there are none at all."""
+    good, rows = np.isfinite(values), np.arange(len(values))
+    return np.interp(rows, rows[good], values[good]) if good.any() else np.zeros(len(values))
