@@ -161,7 +161,7 @@ def main() -> None:
     parser.add_argument("--speed", type=float, default=6.0, help="m/s, default %(default)s")
     parser.add_argument("--soil", default="clay", choices=sorted(SOILS), help="default %(default)s")
     given = parser.parse_args()
-    vehicle = load_vehicle(VEHICLE)
+    vehicle = load_vehicle(VEHICLE).with_(simulator={})  # its options ask for more than two nodes
     ocp = Ocp(nominal_bicycle(vehicle, SOILS[given.soil], TurnSlip(front_nodes=2)), vehicle)
     settings = DriverSettings(sensor_std=tuple(GOOD[name] for name in NAMES))
     solver, estimator = Nmpc(ocp), LiveEstimator(ocp.model, settings.sensor_std, tick=settings.tick)

@@ -19,6 +19,7 @@ from softsoil.control.driver_checks import (
     check_time,
     checked_n0,
     checked_obstacles,
+    checked_path,
     checked_start,
 )
 from softsoil.control.driver_types import (
@@ -62,8 +63,8 @@ class Driver:
     learn: whether n is estimated, else it stays n0 or what `set_n` sets; settings; solver, estimator: used again from
     drive to drive; judge: a second estimate of n with a verdict (`LiveHorizon`), "not_judged" without one; start (6,): first
     state where it is known, else it comes from the first measurements.
-    Raises ValueError for a speed out of those limits, an n0 out of bounds, obstacles or a start of another shape or with numbers
-    that are not finite, a negative radius.
+    Raises TypeError for a path of another kind, ValueError for a speed out of those limits, an n0 out of bounds, obstacles or a
+    start of another shape or with numbers that are not finite, a negative radius.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class Driver:
     ) -> None:  # fmt: skip
         self.ocp = _problem(model)
         self.settings = settings or DriverSettings()
-        self.path, self.speed = path, speed
+        self.path, self.speed = checked_path(path), speed
         self.obstacles = checked_obstacles(obstacles)
         self.n0 = checked_n0(float(self.ocp.model.p["n_f"].nominal) if n0 is None else n0)
         self._known = checked_start(start)

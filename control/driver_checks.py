@@ -7,11 +7,19 @@ from collections.abc import Collection, Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.control.path import Path
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
 FARTHEST, LARGEST, LATEST = 1e9, 1e6, 1e12
 """Bounds of a number of an obstacle (m, m/s), of a first state (SI units) and of a time (s)."""
+
+
+def checked_path(path: Path) -> Path:
+    """The path; TypeError for what is none, as an array of points."""
+    if not isinstance(path, Path):
+        raise TypeError(f"path: expected a Path, as softsoil.control.path.Path(points); found {type(path).__name__}")
+    return path
 
 
 def check_speed(speed: float, limits: tuple[float, float]) -> None:

@@ -18,13 +18,18 @@ from softsoil.symbolic.wheel import ForceLaw, law_names
 
 @dataclass(frozen=True)
 class Declaration:
-    """vehicle (with its declared effects), soil and name of the force law: what a model is made of.
+    """vehicle (with its declared effects), soil and name of the force law: what a model is made of. A law of your own goes to
+    `softsoil.bicycle`, which takes the law itself; here, where C and TOML are made, ValueError names those that have a file.
     Example: softsoil.load_declaration("refined.toml").with_n(0.9).build().p["n_f"].nominal == 0.9
     """
 
     vehicle: Vehicle
     soil: Soil
     law: str = "turn_slip"
+
+    def __post_init__(self) -> None:
+        if self.law not in law_names():
+            raise ValueError(f"law: expected the name of one of {', '.join(law_names())}; found {self.law!r}")
 
     def build(self) -> Model:
         """The model with its declared effects."""

@@ -149,12 +149,17 @@ def _integral(rate: Array, dt: float) -> Array:
 
 
 def rolling_radius(recording: Recording) -> float | None:
-    """Median of u over the mean wheel speed (m): the radius less the slip's share; None for a drive that hardly moves."""
+    """Median of u over the mean wheel speed (m), means over 1 s: the radius less the slip's share; None for a drive that hardly
+    moves. Single rows of a noisy speed above ROLLING would be those whose noise is above it."""
     spins = [recording[name] for name in WHEEL_CHANNELS if name in recording]
     if not spins:
         return None
     u, spin = recording["u"], np.ma.masked_invalid(spins).mean(axis=0).filled(np.nan)
-    rows = (u > ROLLING) & np.isfinite(spin) & (spin > 0)
+    both = np.isfinite(u) & np.isfinite(spin)
+    second = np.floor(recording.t[both] - recording.t[0]).astype(int)
+    count = np.bincount(second)
+    u, spin = (np.bincount(second, values[both])[count > 0] / count[count > 0] for values in (u, spin))
+    rows = (u > ROLLING) & (spin > 0)
     return float(np.median(u[rows] / spin[rows])) if rows.sum() >= FEWEST else None
 
 

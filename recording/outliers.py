@@ -23,8 +23,34 @@ SPREAD = 3.0
 """The same in the spread of the three neighbours that agree best: a peak of the motion has risen before and falls after."""
 FEWEST = 20
 """Samples of a channel below which nothing is said."""
+ABSURD = {
+    "x": 1e8, "y": 1e8, "psi": 1e4, "u": 1e3, "v": 1e3, "omega_z": 1e3, "steer": 1e3, **dict.fromkeys(WHEEL_CHANNELS, 1e4),
+    "a_x_imu": 1e4, "a_y_imu": 1e4,
+}  # fmt: skip
+"""Channel -> size that no number of it has in any unit in use (rad and degrees, m and mm)."""
 FEW, MOST = 0.005, 0.1
 """Shares of a channel's samples: fewer may be jolts of the vehicle, which robust fits bear; more are no outliers."""
+
+
+def without_absurd(recording: Recording) -> Recording:
+    """The drive with numbers that no vehicle's sensor can mean, infinite ones among them, empty (NaN), which a note says.
+
+    recording: unchanged where there is none; a channel that has more than FEW of them is in another unit, and stays as it is.
+    """
+    channels, counts = dict(recording.channels), {}
+    for name, limit in ABSURD.items():
+        values = channels.get(name)
+        if values is None or recording.state_of(name) == "absent":
+            continue
+        infinite = np.isinf(values)
+        far = np.abs(np.where(infinite, np.nan, values)) > limit
+        out = infinite | far if far.mean() < FEW else infinite
+        if out.any():
+            channels[name], counts[name] = np.where(out, np.nan, values), int(out.sum())
+    if not counts:
+        return recording
+    words = ", ".join(f"{name} {count}" for name, count in counts.items())
+    return replace(recording, channels=channels, notes=(*recording.notes, f"numbers that cannot be are left out: {words}"))
 
 
 def without_outliers(recording: Recording) -> Recording:

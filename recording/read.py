@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softsoil.recording.between import only_samples
 from softsoil.recording.columns import Source
 from softsoil.recording.drive import CHANNEL_UNITS, TRUTH_PREFIX, Array, ChannelState, Recording
-from softsoil.recording.outliers import without_outliers
+from softsoil.recording.outliers import without_absurd, without_outliers
 from softsoil.recording.plausible import check_units
 from softsoil.recording.table import numbers, read_table
 
@@ -67,7 +67,8 @@ def _drive(
     check_units(path, sources, channels)
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
     states, origin = _states(path, table, channels), _origin(path, table)
-    return without_outliers(only_samples(Recording(_stem(path), channels, truth, tuple(notes), meta, states, origin)))
+    recording = Recording(_stem(path), channels, truth, tuple(notes), meta, states, origin)
+    return without_outliers(only_samples(without_absurd(recording)))
 
 
 def _origin(path: Path, table: pd.DataFrame) -> tuple[float, float] | None:

@@ -16,6 +16,7 @@ from softsoil.recording.drive import CHANNEL_UNITS, CHECKED, Recording
 from softsoil.recording.forward import with_note_of_gaps, with_note_of_reversing
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.geometry_check import beyond_doubt
+from softsoil.recording.outliers import without_absurd
 from softsoil.recording.own_ruts import with_ruts
 from softsoil.recording.plausible import check_units
 from softsoil.recording.read import as_drive
@@ -52,7 +53,7 @@ def usable(
     UserWarning. Raises ValueError for channels that contradict each other beyond doubt, or where speed, yaw rate or steering
     angle is absent.
     """
-    drive = as_drive(log)
+    drive = without_absurd(as_drive(log))
     if geometry is None:
         return drive
     if CHECKED in drive.meta:

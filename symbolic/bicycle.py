@@ -117,8 +117,9 @@ def nominal_bicycle(
 
 
 def vehicle_law(vehicle: Vehicle, law: ForceLaw | str) -> ForceLaw:
-    """The force law of a name as on the vehicle's simulated soil, where it declares one; a law itself as it is."""
-    return simulated(force_law(law), vehicle.simulator) if isinstance(law, str) else law
+    """The force law, or the one of a name, as on the vehicle's simulated soil, where it declares one; options of a law that are
+    not at their defaults stay as they are."""
+    return simulated(force_law(law) if isinstance(law, str) else law, vehicle.simulator, given=True)
 
 
 def soil_parameters(soil: Soil) -> Layout:

@@ -43,11 +43,16 @@ def bicycle(
 ) -> Model:
     """The bicycle model of a vehicle on a soil, with the vehicle's declared effects (or the given ones).
 
+    law: of a wheel, by name or itself; what the vehicle's [simulator] declares of its options takes the place of their defaults;
     effects: name -> parameters, in place of the vehicle's own; {} gives the paper's structure.
     free: numbers of the vehicle that become parameters of the model.
-    Raises ValueError for an effect that the catalogue lacks, or a parameter that the effect lacks or that is out of its bounds.
+    Raises TypeError for a vehicle or soil of another kind, ValueError for an effect that the catalogue lacks, or a parameter that
+    the effect lacks or that is out of its bounds.
     Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).x.names[:3] == ("x", "y", "psi")
     """
+    for name, one, kind in (("vehicle", vehicle, Vehicle), ("soil", soil, Soil)):
+        if not isinstance(one, kind):
+            raise TypeError(f"bicycle: {name}: expected a {kind.__name__}, as of softsoil.load_{name}; found {one!r}")
     chosen = vehicle.effects if effects is None else effects
     known = catalogue(vehicle)
     _check_effects(chosen, known, vehicle.source or f"vehicle {vehicle.name}")

@@ -64,6 +64,11 @@ class Effect:
     derive: Callable[[Values], tuple[float, float]] | None = None
 
     def __post_init__(self) -> None:
+        if not self.name.isidentifier():
+            raise ValueError(f"effect {self.name!r}: expected a name of letters, digits and underscores, as its file's")
+        for name in (*self.drawn, *self.place, *self.for_control):
+            if name not in self.parameters:
+                raise ValueError(f"effect {self.name}: expected one of {', '.join(self.parameters.names)}; found {name!r}")
         if set(self.typical) != set(self.parameters.names):
             raise ValueError(
                 f"effect {self.name}: expected typical values for {self.parameters.names}, found {tuple(self.typical)}"
@@ -92,11 +97,17 @@ def add_effect(model: Model, effect: Effect, values: Mapping[str, float] | None 
 
     values: parameter values to declare as nominal, default the typical ones. Any order of adding gives the same model: what an
     effect reads, others have corrected before, and layouts are in the alphabetical order of the effects.
-    Raises ValueError for an effect added twice or effects that have no order, KeyError for a parameter that it does not have.
+    Raises ValueError for an effect added twice, effects that have no order, a name that the model has already, KeyError for a
+    parameter that it does not have; `Model.ode` for a correction that is not as it declares.
     Example: "grade" in softsoil.add_effect(model, softsoil.catalogue(vehicle)["grade"], {"grade": 0.05}).effects
     """
     if effect.name in model.effects:
         raise ValueError(f"model {model.name}: effect {effect.name!r} is there already")
+    if not effect.corrections:
+        raise ValueError(f"effect {effect.name}: expected a correction of a stage at least, found none")
+    for name in (*effect.parameters.names, *effect.states.names):
+        if any(name in layout for layout in (model.x, model.u, model.p)):
+            raise ValueError(f"effect {effect.name}: {name!r}: expected a name of its own, found one that the model has already")
     parameters = effect.parameters.with_nominal(**{**effect.typical, **(values or {})})
     new = Added(effect.name, effect.states, parameters, effect.memories)
     added = tuple(sorted((*model.added, new), key=lambda a: a.name))

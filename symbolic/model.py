@@ -57,8 +57,26 @@ class Stage:
         """New and changed quantities from those so far, q."""
         found = dict(self.compute(q))
         for correction in self.corrections:
-            found |= correction.compute({**q, **found})
+            found |= self._corrected(correction, {**q, **found})
         return found
+
+    def _corrected(self, correction: Correction, q: Quantities) -> Mapping[str, Any]:
+        """What a correction makes of the quantities q so far; ValueError for an effect whose correction is not as it declares."""
+        if not correction.effect:
+            return correction.compute(q)
+        where, there = f"effect {correction.effect}, stage {self.name}", q.keys()
+        declared = {"wheels" if name.startswith("wheel.") else name for name in correction.writes}
+        added = {"wheels" if name.startswith("wheel.") else name for name in (*correction.adds, *correction.scales)}
+        for name in sorted(added - there):
+            raise ValueError(f"{where}: adds or scales: expected a quantity of this stage or an earlier one, found {name!r}")
+        try:
+            changed = correction.compute(q)
+        except KeyError as missing:
+            words = f"{where}: expected to read a quantity of this stage or an earlier one, found {missing}"
+            raise ValueError(words) from missing
+        for name in sorted(changed.keys() - declared):
+            raise ValueError(f"{where}: expected changes of {', '.join(sorted(declared))}, as it declares; found {name!r}")
+        return changed
 
 
 @dataclass(frozen=True)
@@ -159,8 +177,13 @@ class Model:
         q: Quantities = {}
         for layout, vector in ((self.x, x), (self.u, u), (self.p, p)):
             q.update({name: vector[i] for i, name in enumerate(layout.names)})
+        own = {name: added.name for added in self.added for name in added.p.names}
         for stage in self.stages:
-            q.update(stage(q))
+            found = stage(q)
+            for name in own.keys() & found.keys():
+                where = f"effect {own[name]}: parameter {name!r}"
+                raise ValueError(f"{where}: expected a name of its own, found a quantity of the model called so")
+            q.update(found)
         return q
 
     def ode(self) -> ca.Function:

@@ -113,7 +113,10 @@ def force_law(name: str, **options: Any) -> ForceLaw:
     """
     if name not in law_names():
         raise ValueError(f"force law: expected one of {', '.join(law_names())}; found {name!r}")
-    law = getattr(import_module(f"{laws.__name__}.{name}"), name.title().replace("_", ""))
+    called = name.title().replace("_", "")
+    law = getattr(import_module(f"{laws.__name__}.{name}"), called, None)
+    if law is None:
+        raise ValueError(f"force law {name}: expected a class {called} in {name}.py, found none")
     known = [field.name for field in fields(law)]
     for option in options:
         if option not in known:
@@ -121,10 +124,15 @@ def force_law(name: str, **options: Any) -> ForceLaw:
     return law(**options)
 
 
-def simulated(law: Any, options: Mapping[str, float]) -> Any:
-    """The law with those of the options that it, or the law it is built on (`base`), has."""
-    known = {field.name for field in fields(law)}
-    mine = {name: value for name, value in options.items() if name in known}
+def simulated(law: Any, options: Mapping[str, float], given: bool = False) -> Any:
+    """The law with those of the options that it, or the law it is built on (`base`), has; a law that is no dataclass has none.
+
+    given: whether an option that the law has at another value than its default stays as it was given.
+    """
+    if not hasattr(law, "__dataclass_fields__"):
+        return law
+    known = {field.name: field.default for field in fields(law)}
+    mine = {k: v for k, v in options.items() if k in known and not (given and getattr(law, k) != known[k])}
     if "base" in known:
-        mine["base"] = simulated(law.base, options)
+        mine["base"] = simulated(law.base, options, given)
     return replace(law, **mine) if mine else law

@@ -295,7 +295,7 @@ def test_a_small_robot_keeps_its_speed_round_a_circle():
     """Its wheelbase is a fifth of the radius: plans that keep the heading to the course drive a fifth too fast."""
     robot = reference_vehicle().with_(
         mass=45.0, l_f=0.31, l_r=0.31, yaw_inertia=3.2, track=0.5, track_rear=0.5, h_cg=0.18, radius=0.13, width=0.09,
-        max_steer=0.45, max_steer_rate=2.5, effects={},
+        max_steer=0.45, max_steer_rate=2.5, effects={}, simulator={},
     )  # fmt: skip
     model = nominal_bicycle(robot, CLAY, TurnSlip(front_nodes=2))
     ocp = Ocp(model, robot, OcpSettings(steps=20, dt=0.1))

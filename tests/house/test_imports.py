@@ -12,13 +12,14 @@ from benchmarks.judges.house import FILES, PROJECT, ROOMS, allowed, circles, imp
 OUTSIDE = {"files": {"numpy"}, "symbolic": {"casadi", "numpy"}, "recording": {"numpy", "pandas", "scipy"},
            "importing": {"numpy", "pandas", "rosbags", "pymap3d", "scipy"}}  # fmt: skip
 """Rooms that may use these libraries only."""
-LARGEST = {"mpc_demo": 2000}
-"""Lines of Python that a room may hold, 4000 where nothing is said."""
+LARGEST = {"mpc_demo": 2000, "symbolic": 2500}
+"""Lines of Python that a room may hold without its catalogues, 4000 where nothing is said."""
 
 
 @pytest.mark.parametrize("room", sorted(ROOMS))
 def test_no_room_outgrows_its_idea(room):
-    assert lines_of(room) <= LARGEST.get(room, 4000)
+    held, most = lines_of(room), LARGEST.get(room, 4000)
+    assert held <= most, f"room {room}: {held} lines of Python, at most {most} (LARGEST in this file)"
 
 
 @pytest.mark.parametrize("room", sorted(ROOMS))
