@@ -184,12 +184,20 @@ def _speed(c: _Clocked) -> Offset | None:
 
 
 def _wheels(c: _Clocked, geometry: Geometry) -> Offset | None:
-    """By the wheels' difference in turns: against the speed, slip that follows the acceleration looks like another clock."""
+    """By the wheels' difference in turns: against the speed, slip that follows the acceleration looks like another clock. None
+    where it fits turned over, as half a period of a steady slalom later."""
     if not c.has(*WHEEL_CHANNELS, "omega_z"):
         return None
     left_f, right_f, left_r, right_r = (c[name] for name in WHEEL_CHANNELS)
     turning = 0.5 * geometry.radius * ((right_f - left_f) / geometry.track + (right_r - left_r) / geometry.rear_track)
-    return best_offset("wheels", "yaw rate", turning, np.zeros_like(turning), [c["omega_z"]], c.dt)
+    found = best_offset("wheels", "yaw rate", turning, np.zeros_like(turning), [c["omega_z"]], c.dt)
+    if found is None:
+        return None
+    lag = round((found.late_s - LEAD["wheels"]) / c.dt)
+    late, rate = (turning[max(lag, 0) :], c["omega_z"][: len(turning) - max(lag, 0)])
+    late, rate = late[: len(late) + min(lag, 0)], rate[-min(lag, 0) :]
+    both = np.isfinite(late) & np.isfinite(rate)
+    return found if np.corrcoef(late[both], rate[both])[0, 1] > 0.0 else None
 
 
 def _position(c: _Clocked, geometry: Geometry) -> Offset | None:

@@ -271,7 +271,9 @@ def test_signatures_are_shared_and_mutual():
     for one, other in itertools.combinations(known.values(), 2):
         assert one.looks_like(other) == other.looks_like(one)
     shared = [s for e in known.values() for s in e.signatures]
-    assert all(shared.count(s) > 1 for s in shared)
+    alone = sorted(s for s in shared if shared.count(s) == 1)
+    others = sorted(set(shared) - set(alone))
+    assert not alone, f"signatures of one effect alone: {alone}; expected words that another has, of {others}"
 
 
 def test_every_effect_says_what_it_rests_on_and_what_separates_it():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import softsoil
+from drives import PROJECT
 from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.bicycle import vehicle_law
 from softsoil.symbolic.laws.turn_slip import TurnSlip
@@ -54,3 +55,15 @@ def test_a_declaration_takes_names_only():
 def test_names_in_place_of_vehicle_and_soil_are_named(vehicle, soil, words):
     with pytest.raises(TypeError, match=f"{words}: expected a .*softsoil.load_{words}"):
         softsoil.bicycle(vehicle, soil)
+
+
+def test_the_law_of_the_documentation_turns_the_vehicle():
+    text = (PROJECT / "docs" / "concepts" / "force-law.md").read_text(encoding="utf-8")
+    code = text.split("## Your own law")[1].split("```python\n")[1].split("```")[0]
+    names: dict = {}
+    exec(code, names)
+    model = names["model"]
+    x, u = model.x.pack(u=4.0), model.u.pack(steer=0.1)
+    turning = float(model.ode()(x, u, model.p.nominal)[model.x.index("omega_z")])
+    assert model.name == "bicycle_stiff" and 0.1 < turning < 50.0
+    assert np.isfinite(np.array(model.ode()(np.zeros(len(x)), np.zeros(len(u)), model.p.nominal))).all()
