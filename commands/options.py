@@ -11,11 +11,10 @@ from softsoil.commands.options_model import declared_vehicle
 from softsoil.commands.output import console
 from softsoil.declaration.late_steering import late_steering
 from softsoil.recording.columns import load_columns
-from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, Recording
 from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import checked, mark_checked
+from softsoil.recording.usable import checked, mark_checked, whole
 from softsoil.symbolic.vehicle import Vehicle
 
 ColumnsOption = Annotated[
@@ -53,4 +52,4 @@ def open_drive(
     for doubt in doubts:
         console.print(f"warning: {log.name}: {doubt}", style="yellow", highlight=False, soft_wrap=True)
     # Noise first: what is derived carries that of the sensors it is derived from.
-    return completed(clean, geometry), completed(mark_checked(add_noise(clean, noise, seed)), geometry)
+    return whole(clean, geometry), whole(mark_checked(add_noise(clean, noise, seed)), geometry)

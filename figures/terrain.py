@@ -12,7 +12,7 @@ from scipy.special import chdtri
 from softsoil.estimator.horizons import Windows
 from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.figures.labels import SYMBOLS, quantity
-from softsoil.figures.style import ESTIMATED, INITIAL, REAR, TRUE, page, second_scale
+from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, TRUE, page, second_scale
 from softsoil.mpc_demo.study import LogStudy
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.evidence import interpolated
@@ -67,7 +67,9 @@ def _drive(axis: Any, drive: Recording) -> None:
     reach = max(round(GAP / drive.dt), 1)
     steer, speed = np.rad2deg(interpolated(drive["steer"], reach)), interpolated(drive["u"], reach)
     axis.plot(drive.t, steer, color=ESTIMATED, lw=1.0)
-    axis.set(title="Steering and speed", xlabel="time, s")
+    for first, last in drive.ruts:
+        axis.axvspan(first, last, color=SOFT, alpha=0.3, lw=0)
+    axis.set(title="Steering and speed" + (" (grey: in its own ruts)" if drive.ruts else ""), xlabel="time, s")
     axis.set_ylabel("steering angle, deg", color=ESTIMATED)
     axis.tick_params(axis="y", colors=ESTIMATED)
     right = second_scale(axis, "speed, m/s", REAR)

@@ -16,8 +16,16 @@ PLANT_VEHICLE = VEHICLES / "plant.toml"
 
 
 def vehicle_file(source: str | Path) -> Path:
-    """Path of a vehicle's TOML: of the package for a built-in name, else `source` itself."""
-    return VEHICLES / f"{source}.toml" if str(source) in VEHICLE_NAMES else Path(source)
+    """Path of a vehicle's TOML: of the package for a built-in name, else `source` itself.
+
+    Raises ValueError for a bare name that is none of them, and no file.
+    """
+    if str(source) in VEHICLE_NAMES:
+        return VEHICLES / f"{source}.toml"
+    path = Path(source)
+    if path.suffix == "" and path.name == str(source) and not path.exists():
+        raise ValueError(f"vehicle: expected one of {', '.join(VEHICLE_NAMES)}, or a TOML file; found {str(source)!r}")
+    return path
 
 
 def plant_file(name: str, source: str | Path = "") -> Path:

@@ -87,7 +87,7 @@ def with_note_of_reversing(recording: Recording) -> Recording:
         f"u: the vehicle reverses for {sum(length for length, _ in times):.3g} s in this log, first at {times[0][1]:.4g} s; the "
         "model does not: n is held there, and no window of a fit or of predictions runs across it"
     )
-    return replace(recording, notes=(*recording.notes, note))
+    return recording if note in recording.notes else replace(recording, notes=(*recording.notes, note))
 
 
 def with_note_of_gaps(recording: Recording) -> Recording:
@@ -100,4 +100,4 @@ def with_note_of_gaps(recording: Recording) -> Recording:
         f"steering or wheel speeds missing for {float(unknown.sum()) * recording.dt:.3g} s in this log, first at {t[first]:.4g} "
         "s: n learns little there, and no window of a fit or of predictions runs across it"
     )
-    return replace(recording, notes=(*recording.notes, note))
+    return recording if note in recording.notes else replace(recording, notes=(*recording.notes, note))

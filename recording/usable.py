@@ -57,9 +57,9 @@ def usable(
     if geometry is None:
         return drive
     if CHECKED in drive.meta:
-        return _noted(completed(on_coarse_clock(drive), geometry), geometry)
+        return whole(on_coarse_clock(drive), geometry)
     drive, doubts = checked(drive, geometry, late_steering)
-    drive = _noted(completed(on_coarse_clock(drive), geometry), geometry)
+    drive = whole(on_coarse_clock(drive), geometry)
     words = [f"{drive.name}: {doubt}" for doubt in doubts]
     if another := beyond_doubt(drive, geometry):
         words.append(f"{another}: another vehicle, or a sensor that is wrong")
@@ -68,6 +68,6 @@ def usable(
     return drive
 
 
-def _noted(drive: Recording, geometry: Geometry) -> Recording:
-    """The drive with its own ruts and notes of what no model runs across."""
-    return with_note_of_gaps(with_note_of_reversing(with_ruts(drive, geometry)))
+def whole(drive: Recording, geometry: Geometry) -> Recording:
+    """The drive with absent channels derived, its own ruts, and notes of what no model runs across; geometry: of the vehicle."""
+    return with_note_of_gaps(with_note_of_reversing(with_ruts(completed(drive, geometry), geometry)))

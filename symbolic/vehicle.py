@@ -143,7 +143,7 @@ JUDGED = ("v", "omega_z")
 
 
 def load_vehicle(source: str | Path) -> Vehicle:
-    """A vehicle: a built-in one by name (reference, paper, plant), or a TOML file (keys and tables: the class).
+    """A vehicle: a built-in one by name (reference, paper, plant, heavy), or a TOML file (keys and tables: the class).
 
     Raises ValueError naming the file, the key, what was expected and what was found.
     Example: softsoil.load_vehicle("paper").effects == {}

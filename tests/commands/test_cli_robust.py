@@ -6,6 +6,7 @@ import re
 import warnings
 from importlib.metadata import version
 
+import numpy as np
 import pytest
 from rich.table import Table
 from typer.testing import CliRunner
@@ -14,9 +15,14 @@ from drives import CLAY_LOG, PROJECT
 from softsoil.commands.cli import COMMANDS, app
 from softsoil.commands.output import OutputFolder, console, output_folder
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
+from softsoil.plant.manoeuvres import PathFollower, Speed
+from softsoil.plant.sensors import Sensors
+from softsoil.plant.simulate import simulate
+from softsoil.plant.start import Start
 from softsoil.recording.columns import load_columns
 from softsoil.recording.drive import CHANNEL_UNITS
 from softsoil.recording.read import read_drive, write_drive
+from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle
 
 
@@ -210,3 +216,15 @@ def test_a_column_map_scales_and_a_byte_order_mark_does_no_harm(tmp_path):
     path.write_text('u = {column = "v", unit = "km/h", factor = 2, sign = -1, offset = 1}\n', encoding="utf-8-sig")
     source = load_columns(path, CHANNEL_UNITS)["u"]
     assert source.factor == pytest.approx(-2 / 3.6) and source.offset == 1.0
+
+
+def test_a_log_of_laps_says_where_it_runs_in_its_own_ruts(tmp_path):
+    turned = np.linspace(0.0, 6 * np.pi, 1200)
+    path = 9.0 * np.column_stack([np.sin(turned), 1.0 - np.cos(turned)])
+    driver = PathFollower(path, Speed(3.5), look_ahead=3.0)
+    laps = simulate(driver, CLAY, 24.0, sensors=Sensors("good"), seed=3, start=Start(u=3.5))
+    log = write_drive(laps, tmp_path / "laps.csv")
+    done = softsoil("estimate", log, "--soil", "clay", "--vehicle", "plant", "--out", tmp_path)
+    said = " ".join(done.output.split())
+    assert done.exit_code == 0 and "wheels run in ruts of earlier in this log for 8" in said
+    assert (tmp_path / "estimate.png").is_file()
