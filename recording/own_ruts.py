@@ -14,7 +14,6 @@ from scipy.signal import savgol_filter
 from scipy.spatial import cKDTree
 
 from softsoil.recording.drive import Array, Recording
-from softsoil.recording.evidence import interpolated
 from softsoil.recording.forward import REVERSING, STANDING, slower
 from softsoil.recording.geometry import Geometry
 
@@ -28,6 +27,7 @@ FARTHEST = 1.0
 """m: with a position that is worse than this between two passages it cannot be known in which ruts a wheel runs."""
 LEAST = 0.3
 """s: shorter stretches than this between ruts are no fresh soil."""
+NOTE = "x, y: wheels run in ruts of earlier in this log"
 
 
 def with_ruts(recording: Recording, geometry: Geometry) -> Recording:
@@ -40,11 +40,13 @@ def with_ruts(recording: Recording, geometry: Geometry) -> Recording:
     ruts = _stretches(recording, geometry)
     if ruts == recording.ruts:
         return recording
-    note = (
-        f"x, y: wheels run in ruts of earlier in this log for {sum(b - a for a, b in ruts):.3g} s, first at {ruts[0][0]:.4g} s: "
-        "soil is compacted there; n is held, and no window of a fit or of predictions runs across it"
-    )
-    return replace(recording, ruts=ruts, notes=(*recording.notes, note))
+    notes = tuple(note for note in recording.notes if not note.startswith(NOTE))
+    if ruts:
+        notes += (
+            f"{NOTE} for {sum(b - a for a, b in ruts):.3g} s, first at {ruts[0][0]:.4g} s: soil is compacted there; n is held, and "
+            "no window of a fit or of predictions runs across it",
+        )
+    return replace(recording, ruts=ruts, notes=notes)
 
 
 def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, float], ...]:
@@ -55,14 +57,15 @@ def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, f
         return ()
     step = max(0.5 * geometry.width, 0.1)
     along, passage = _along(recording)
-    rows = np.unique(np.searchsorted(along, np.arange(0.0, along[-1] + step, step))[:-1])
-    if len(rows) < 3:
+    places = np.arange(0.0, along[-1], step)  # of a slow log also between its rows
+    if len(places) < 3:
         return ()
-    wheels = _wheels(path[rows], interpolated(np.unwrap(_filled(recording["psi"])), len(recording))[rows], geometry)
-    first = rows[_earliest(wheels, reach)]
-    wheelbase = geometry.l_f + geometry.l_r
-    again = (along[rows] - along[first] > PASSAGE * wheelbase) | (passage[rows] > passage[first])
-    starts, stops = recording.t[rows], np.append(recording.t[rows[1:]], recording.t[-1])
+    psi = np.unwrap(_filled(recording["psi"]))
+    x, y, heading, starts = (np.interp(places, along, values) for values in (*path.T, psi, recording.t))
+    first = _earliest(_wheels(np.column_stack([x, y]), heading, geometry), reach)
+    wheelbase, times = geometry.l_f + geometry.l_r, passage[np.searchsorted(along, places, side="right") - 1]
+    again = (places - places[first] > PASSAGE * wheelbase) | (times > times[first])
+    stops = np.append(starts[1:], recording.t[-1])
     ruts: list[tuple[float, float]] = []
     for start, stop in zip(starts[again], stops[again], strict=True):
         if ruts and start - ruts[-1][1] < LEAST:

@@ -12,9 +12,9 @@ SPEED, RATE = 5.0, 0.35
 LAP = 2 * np.pi / RATE
 
 
-def driven(turning, seconds, speed=SPEED, noise=0.0, heading=0.0):
+def driven(turning, seconds, speed=SPEED, noise=0.0, heading=0.0, step=0.012):
     """A drive without slip at the front axle: yaw rate (rad/s) and speed (m/s) as functions of time (s); noise of x and y (m)."""
-    t = np.arange(0.0, seconds, 0.012)
+    t = np.arange(0.0, seconds, step)
     omega, u = np.broadcast_to(turning(t), t.shape), np.broadcast_to(speed(t) if callable(speed) else speed, t.shape)
     psi = np.concatenate([[0.0], np.cumsum(omega[1:] * np.diff(t))])
     x, y = (np.concatenate([[0.0], np.cumsum((u * way)[1:] * np.diff(t))]) for way in (np.cos(psi), np.sin(psi)))
@@ -28,11 +28,13 @@ def circle(t):
     return RATE + 0.0 * t
 
 
-@pytest.mark.parametrize(("noise", "heading"), [(0.0, 0.0), (0.3, 0.0175), (1.2, 0.0175)])
-def test_a_second_lap_is_in_the_ruts_of_the_first(noise, heading):
-    ((first, last),) = with_ruts(driven(circle, 3 * LAP, noise=noise, heading=heading), VEHICLE).ruts
+@pytest.mark.parametrize(
+    ("noise", "heading", "step"), [(0.0, 0.0, 0.012), (0.3, 0.0175, 0.012), (1.2, 0.0175, 0.012), (0.01, 0.002, 0.1)]
+)
+def test_a_second_lap_is_in_the_ruts_of_the_first(noise, heading, step):
+    ((first, last),) = with_ruts(driven(circle, 3 * LAP, noise=noise, heading=heading, step=step), VEHICLE).ruts
     assert LAP - 0.8 < first < LAP + 0.1  # the front wheels reach the first ruts, which begin at the rear axle
-    assert last == pytest.approx(3 * LAP, abs=0.05)
+    assert last == pytest.approx(3 * LAP, abs=0.2)
 
 
 def test_a_lap_beside_the_first_meets_no_rut_where_it_leaves_more_room_than_the_tracks():
@@ -88,5 +90,8 @@ def test_a_position_worse_than_the_ruts_are_wide_says_nothing():
 def test_a_note_says_how_long_and_parts_keep_it():
     found = with_ruts(driven(circle, 2 * LAP), VEHICLE)
     assert "wheels run in ruts of earlier in this log for 1" in found.notes[-1]
+    straight = driven(lambda t: 0.0 * t, 2 * LAP)
+    gone = with_ruts(found.with_channels(**{k: straight[k] for k in ("x", "y", "psi", "omega_z")}), VEHICLE)
+    assert gone.ruts == () and not any("ruts" in note for note in gone.notes)
     part = found.between(0.9 * LAP, 1.5 * LAP)
     assert in_ruts(part).mean() == pytest.approx(0.5 / 0.6, abs=0.08)
