@@ -43,8 +43,8 @@ def with_ruts(recording: Recording, geometry: Geometry) -> Recording:
     notes = tuple(note for note in recording.notes if not note.startswith(NOTE))
     if ruts:
         notes += (
-            f"{NOTE} for {sum(b - a for a, b in ruts):.3g} s, first at {ruts[0][0]:.4g} s: soil is compacted there; n is held, and "
-            "no window of a fit or of predictions runs across it",
+            f"{NOTE} for {sum(b - a for a, b in ruts):.3g} s, first at {ruts[0][0]:.4g} s: soil is compacted there; n is held, "
+            "and no window of a fit or of predictions runs across it",
         )
     return replace(recording, ruts=ruts, notes=notes)
 
