@@ -43,7 +43,7 @@ def free_windows(compiled: WindowModel, drive: Drive, recording: Recording, floo
 
 def until(drive: Drive, row: int) -> Drive:
     """The drive before a row."""
-    parts = {name: getattr(drive, name)[:row] for name in ("t", "measured", "smooth", "inputs", "driven", "known")}
+    parts = {name: getattr(drive, name)[:row] for name in ("t", "measured", "smooth", "inputs", "driven", "usable")}
     return replace(drive, **parts)
 
 
