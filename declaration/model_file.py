@@ -29,7 +29,7 @@ class Declaration:
 
     def __post_init__(self) -> None:
         if self.law not in law_names():
-            raise ValueError(f"law: expected the name of one of {', '.join(law_names())}; found {self.law!r}")
+            raise ValueError(f"law: expected one of {', '.join(law_names())} by its name; found {self.law!r}")
 
     def build(self) -> Model:
         """The model with its declared effects."""
