@@ -47,7 +47,7 @@ def test_a_law_need_not_be_a_dataclass():
 
 
 def test_a_declaration_takes_names_only():
-    with pytest.raises(ValueError, match="law: expected one of bekker, .* by its name"):
+    with pytest.raises(ValueError, match=r"law: expected one of bekker, .* by its name"):
         Declaration(VEHICLE, SOIL, TurnSlip())
 
 
