@@ -21,8 +21,8 @@ from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.recording.evidence import interpolated
-from softsoil.recording.forward import driven, in_ruts, inputs_known
+from softsoil.recording.evidence import filled, interpolated
+from softsoil.recording.forward import driven, usable_rows
 from softsoil.recording.states import known_states, measured_states
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
@@ -119,7 +119,7 @@ class Replay:
         self._lengths = lengths(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
-        self._driven = driven(log, start) & inputs_known(log) & ~in_ruts(log)
+        self._driven = driven(log, start) & usable_rows(log)
         choice = log_driveline(log, model, float(model.p.nominal[model.p.index("n_f")]), start)
         if choice is not None:
             warnings.warn(f"{log.name}: no wheel speeds: {choice}", stacklevel=2)
@@ -164,20 +164,9 @@ class Replay:
 
     def _along(self, p: ArrayLike) -> tuple[Array, Array]:
         """States (N, n_x) with what the log does not measure run along it, and memory (N, n_m)."""
-        return self.predictor.track(_filled(self.states), self.inputs, p)
+        return self.predictor.track(np.column_stack([filled(column) for column in self.states.T]), self.inputs, p)
 
 
 def bridged(states: Array, dt: float) -> Array:
     """States with gaps of at most BRIDGED (s) filled by lines; dt: s per row."""
     return np.column_stack([interpolated(column, round(BRIDGED / dt)) for column in states.T])
-
-
-def _filled(states: Array) -> Array:
-    """States with missing values interpolated, for histories only: no window starts or is judged there."""
-    out = states.copy()
-    rows = np.arange(len(out))
-    for i in range(out.shape[1]):
-        good = np.isfinite(out[:, i])
-        if good.any() and not good.all():
-            out[:, i] = np.interp(rows, rows[good], out[good, i])
-    return out

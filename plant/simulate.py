@@ -38,7 +38,7 @@ def simulate(
     manoeuvre: one of `names()` or a Driver; soil: a Soil or a SoilField; duration: s; effects: what is switched on;
     sensors: what is done to the channels (default: clean); seed: of all that is random; start: default 5 m/s at the
     origin; vehicle: default the one whose bicycle is `softsoil.load_vehicle("plant")`; "reference" is that of the shared drives,
-    with which n here comes out 10 % too high; sample: s, a multiple of the plant's step; plant: drive on with
+    with which n comes out too high here; sample: s, a multiple of the plant's step; plant: drive on with
     this one (its soil, effects and vehicle hold; the others are ignored). Raises ValueError for an unknown manoeuvre
     or duration <= 0.
 

@@ -9,7 +9,7 @@ import numpy as np
 from softsoil.recording.check_scale import unit_hint
 from softsoil.recording.check_words import LIMITS, Check
 from softsoil.recording.drive import WHEEL_CHANNELS
-from softsoil.recording.evidence import Motion, interpolated, regress
+from softsoil.recording.evidence import Motion, interpolated, lagged, regress
 from softsoil.recording.geometry import Geometry, corners
 
 GRAVITY = 9.81
@@ -138,7 +138,7 @@ def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
                 True,
             )
         ]
-    correlation = [_lagged(delta, turning, lag, one_sided) for lag in range(-2, 3)]
+    correlation = [lagged(delta, turning, lag, one_sided) for lag in range(-2, 3)]
     best, worst = max(correlation), min(correlation)
     gain = float(np.sqrt(np.mean(turning**2) / np.mean(delta**2)) if one_sided else np.std(turning) / np.std(delta))
     found = f"correlation {correlation[2]:+.2f} ({best:+.2f} at best within 1 s), gain {gain:.3f}"
@@ -194,13 +194,3 @@ def turned_over(steering: list[Check], sides: list[Check]) -> list[Check]:
         return steering
     cure = 'y, psi, v, omega_z, a_y_imu are positive to the right (z down)? frame = "z-down" in their [mount], or sign = -1'
     return [replace(check, cure=cure, channel="omega_z") if check in against else check for check in steering]
-
-
-def _lagged(a: np.ndarray, b: np.ndarray, lag: int, about_zero: bool) -> float:
-    """Correlation of a (M,) with b (M,) shifted by `lag` windows, about their means or, with `about_zero`, about zero."""
-    first, second = (a[max(lag, 0) : len(a) + min(lag, 0)], b[max(-lag, 0) : len(b) + min(-lag, 0)])
-    if about_zero:
-        return float(np.sum(first * second) / max(float(np.sqrt(np.sum(first**2) * np.sum(second**2))), 1e-12))
-    if np.std(first) < 1e-12 or np.std(second) < 1e-12:
-        return 0.0
-    return float(np.corrcoef(first, second)[0, 1])

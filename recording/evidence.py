@@ -227,3 +227,22 @@ def interpolated(values: Array, reach: int) -> Array:
     width = at[np.clip(after, 0, len(at) - 1)] - at[before]
     outside = (rows < at[0]) | (rows > at[-1])
     return np.where(good | ((width <= reach) & ~outside), filled, np.nan)
+
+
+def filled(values: Array) -> Array:
+    """Values (N,) with lines where numbers are missing, the nearest at the ends; zeros where there are none at all."""
+    good, rows = np.isfinite(values), np.arange(len(values))
+    return np.interp(rows, rows[good], values[good]) if good.any() else np.zeros(len(values))
+
+
+def lagged(a: Array, b: Array, lag: int, about_zero: bool = False) -> float:
+    """Correlation of a (M,) with b (M,) `lag` samples before, where both are numbers, about their means or, with `about_zero`,
+    about zero; 0 where one of them is constant."""
+    first, second = (a[max(lag, 0) : len(a) + min(lag, 0)], b[max(-lag, 0) : len(b) + min(-lag, 0)])
+    both = np.isfinite(first) & np.isfinite(second)
+    first, second = first[both], second[both]
+    if about_zero:
+        return float(np.sum(first * second) / max(float(np.sqrt(np.sum(first**2) * np.sum(second**2))), 1e-12))
+    if len(first) < 2 or np.std(first) < 1e-12 or np.std(second) < 1e-12:
+        return 0.0
+    return float(np.corrcoef(first, second)[0, 1])

@@ -56,6 +56,11 @@ def inputs_known(recording: Recording) -> NDArray[np.bool_]:
     return known
 
 
+def usable_rows(recording: Recording) -> NDArray[np.bool_]:
+    """(N,) whether a window may run across each row: the inputs are known, and no wheel runs in a rut of the drive's own."""
+    return inputs_known(recording) & ~in_ruts(recording)
+
+
 def near_samples(t: Array, seen: Array, least: float = 0.0) -> NDArray[np.bool_]:
     """(N,) whether each time t (N,) is that of a sample, or lies between two that are no farther from each other than `least` (s)
     or MISSED times as far as is usual, or lies within `least` of the first or last; seen (K,): times of the samples (s)."""

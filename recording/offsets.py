@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from softsoil.recording.check_speed import over_ground
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
-from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated
+from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated, lagged
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.noise_level import noise_level
 
@@ -193,11 +193,8 @@ def _wheels(c: _Clocked, geometry: Geometry) -> Offset | None:
     found = best_offset("wheels", "yaw rate", turning, np.zeros_like(turning), [c["omega_z"]], c.dt)
     if found is None:
         return None
-    lag = round((found.late_s - LEAD["wheels"]) / c.dt)
-    late, rate = (turning[max(lag, 0) :], c["omega_z"][: len(turning) - max(lag, 0)])
-    late, rate = late[: len(late) + min(lag, 0)], rate[-min(lag, 0) :]
-    both = np.isfinite(late) & np.isfinite(rate)
-    return found if np.corrcoef(late[both], rate[both])[0, 1] > 0.0 else None
+    same = lagged(turning, c["omega_z"], round((found.late_s - LEAD["wheels"]) / c.dt))
+    return found if same > 0.0 else None
 
 
 def _position(c: _Clocked, geometry: Geometry) -> Offset | None:

@@ -1,7 +1,7 @@
 """Where wheels run in ruts that the vehicle made earlier in the drive: soil that is compacted already, of which n says another
 thing.
 
-On the simulated vehicle n of clay rises from 0.50 to 0.65 and more on a second lap in the first one's ruts.
+On the simulated vehicle n of clay rises from 0.50 to more than 0.6 in the ruts of a first lap.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from scipy.signal import savgol_filter
 from scipy.spatial import cKDTree
 
 from softsoil.recording.drive import Array, Recording
+from softsoil.recording.evidence import filled
 from softsoil.recording.forward import REVERSING, STANDING, slower
 from softsoil.recording.geometry import Geometry
 
@@ -60,7 +61,7 @@ def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, f
     places = np.arange(0.0, along[-1], step)  # of a slow log also between its rows
     if len(places) < 3:
         return ()
-    psi = np.unwrap(_filled(recording["psi"]))
+    psi = np.unwrap(filled(recording["psi"]))
     x, y, heading, starts = (np.interp(places, along, values) for values in (*path.T, psi, recording.t))
     first = _earliest(_wheels(np.column_stack([x, y]), heading, geometry), reach)
     wheelbase, times = geometry.l_f + geometry.l_r, passage[np.searchsorted(along, places, side="right") - 1]
@@ -77,9 +78,9 @@ def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, f
 
 def _path(recording: Recording, geometry: Geometry) -> tuple[Array, float]:
     """(N, 2) the middle of the front axle (m), and the standard deviation of its noise, white: that of wander is not seen."""
-    t, psi = recording.t, np.unwrap(_filled(recording["psi"]))
-    u, omega = (_filled(recording[name]) for name in ("u", "omega_z"))
-    aside = (_filled(recording["v"]) if recording.measured("v") else -geometry.l_f * omega) + geometry.l_f * omega
+    t, psi = recording.t, np.unwrap(filled(recording["psi"]))
+    u, omega = (filled(recording[name]) for name in ("u", "omega_z"))
+    aside = (filled(recording["v"]) if recording.measured("v") else -geometry.l_f * omega) + geometry.l_f * omega
     speed = np.column_stack([u * np.cos(psi) - aside * np.sin(psi), u * np.sin(psi) + aside * np.cos(psi)])
     moved = np.zeros_like(speed)
     moved[1:] = np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t)[:, None], axis=0)
@@ -87,7 +88,7 @@ def _path(recording: Recording, geometry: Geometry) -> tuple[Array, float]:
     path, noise = np.empty_like(moved), 0.0
     for i, name in enumerate(("x", "y")):
         seen = np.isfinite(recording[name])
-        off = _filled(recording[name] - moved[:, i])
+        off = filled(recording[name] - moved[:, i])
         path[:, i] = moved[:, i] + (savgol_filter(off, size, 1) if 3 <= size <= len(off) else off)
         share = max(float(seen.mean()) * size, 1.0)
         noise = max(noise, float(np.std((recording[name] - path[:, i])[seen])) / np.sqrt(share))
@@ -96,12 +97,12 @@ def _path(recording: Recording, geometry: Geometry) -> tuple[Array, float]:
 
 def _along(recording: Recording) -> tuple[Array, NDArray[np.int_]]:
     """(N,) metres driven, forwards or back, and (N,) how often the direction has changed; who stands does not move on."""
-    speed = np.abs(_filled(recording["u"]))
+    speed = np.abs(filled(recording["u"]))
     back = np.zeros(len(speed), dtype=bool)
     for first, last in slower(recording, STANDING):
         speed[first:last] = 0.0
     for first, last in slower(recording, REVERSING):
-        speed[first:last], back[first:last] = np.abs(_filled(recording["u"]))[first:last], True
+        speed[first:last], back[first:last] = np.abs(filled(recording["u"]))[first:last], True
     along = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(recording.t))])
     return along, np.concatenate([[0], np.cumsum(back[1:] != back[:-1])])
 
@@ -125,9 +126,3 @@ def _earliest(wheels: Array, reach: float) -> NDArray[np.int_]:
     near = cKDTree(points[kept]).query_ball_point(points, reach, return_sorted=True)
     first = np.array([kept[own[0]] if own else i for i, own in enumerate(near)])
     return (np.minimum(first, np.arange(len(points))).reshape(-1, 4) // 4).min(axis=1)
-
-
-def _filled(values: Array) -> Array:
-    """Values (N,) with lines where numbers are missing; zeros where there are none at all."""
-    good, rows = np.isfinite(values), np.arange(len(values))
-    return np.interp(rows, rows[good], values[good]) if good.any() else np.zeros(len(values))

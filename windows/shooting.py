@@ -20,7 +20,7 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import PathLoop, StepLoop
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from softsoil.recording.forward import driven, in_ruts, inputs_known
+from softsoil.recording.forward import driven, usable_rows
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.windows.histories import history_loop
@@ -86,7 +86,7 @@ def shooting_drive(
         raise ValueError(f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s")
     length = smoothing or (SMOOTHING if live else lengths(log))
     smooth = smoothed(known_states(log), log.dt, length)
-    usable = inputs_known(log) & ~in_ruts(log)
+    usable = usable_rows(log)
     return Drive(log.name, log.dt, log.t, measured, smooth, inputs, first, driven(log, start) & usable, usable)
 
 

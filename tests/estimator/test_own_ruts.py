@@ -1,10 +1,13 @@
 """A vehicle that drives laps: what it meets in its own ruts is compacted, and n is that of the fresh soil."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import softsoil
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.plant.manoeuvres import PathFollower, Speed
 from softsoil.plant.sensors import Sensors
@@ -37,6 +40,12 @@ def test_n_of_the_first_lap_is_kept(laps, model, method):
     assert found.verdict.word == "identified", found.verdict.reason
     assert np.abs(late - TRUE).max() < 0.05 * TRUE
     assert found.changes == ()
+
+
+def test_in_ruts_n_is_that_of_compacted_soil(laps, model):
+    log = usable(laps, model.geometry)
+    compacted = estimate_horizon(replace(log, ruts=()), model, 0.65, tied=True, start=2.0)
+    assert compacted.n[compacted.t > 18.0, 0].max() > 0.6 and compacted.changes
 
 
 def test_no_window_runs_in_ruts(laps, model):

@@ -171,6 +171,11 @@ EVIDENCE = Evidence(
 )  # fmt: skip
 
 
+@pytest.mark.parametrize(("std", "word"), [(0.1, "inconsistent"), (0.25, "identified")])
+def test_an_inertia_that_the_drive_hardly_shows_contradicts_nothing(std, word):
+    assert decide(replace(EVIDENCE, inertia=1.0, inertia_std=std), np.array([0.5])).word == word
+
+
 @pytest.mark.parametrize(("inertia", "words"), [(-0.3, "one 30 ± 1 % smaller"), (-1.07, "no yaw inertia fits the drive")])
 def test_no_yaw_inertia_is_smaller_than_nothing(inertia, words):
     found = decide(replace(EVIDENCE, inertia=inertia), np.array([0.5]))
