@@ -116,7 +116,8 @@ def _windows(found: TerrainEstimate) -> dict | None:
     change = evidence.change
     load = change and {"share": change.load, "std": change.load_std}
     steering = change and {"share": 1.0 + change.steering, "std": change.steering_std}
-    soil = {"tenth": evidence.soil.tenth, "std": evidence.soil.std}
+    by_force = dict(zip(("front", "rear"), evidence.soil.forces, strict=True))
+    soil = {"tenth": evidence.soil.tenth, "std": evidence.soil.std, "force": by_force, "law_std": evidence.soil.law_std}
     strain = change and change.strain
     vehicle = {"yaw_inertia": inertia, "strain": strain, "load": load, "steering": steering}
     return {"n": evidence.n, "std": evidence.std, **vehicle, "soil": soil}
@@ -154,7 +155,9 @@ def _of_class(found: TerrainEstimate) -> list[str]:
     moved = ", ".join(f"{name} {100 * share:+.0f} %" for name, share in tenths if abs(share) >= MATTERS)
     line = f"n is that of the declared soil: where one of its parameters is a tenth larger, n is another: {moved}"
     stated = f"; by the errors that its file states ± {100 * evidence.soil.std:.0f} % of n, in its standard deviation"
-    return [line + (stated if evidence.soil.std > 0.0 else NOT_STATED)] if moved else []
+    front, rear = (100 * share for share in evidence.soil.forces)
+    law = f"1 % more lateral force of the front axle is {front:+.1f} % of n, of the rear axle {rear:+.1f} %"
+    return [line + (stated if evidence.soil.std > 0.0 else NOT_STATED), law] if moved else []
 
 
 def _not_looked_at(found: TerrainEstimate) -> list[str]:

@@ -10,9 +10,11 @@ from softsoil.estimator.evidence import TRIMMED
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.late_change import LEAST_PART, SPLITS
 from softsoil.estimator.moving_horizon import SCALE, HorizonRules
+from softsoil.estimator.soil_error import LAW_ERROR
 from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.estimator.tuning import common_error
-from softsoil.estimator.verdict import WORDS, VerdictRules
+from softsoil.estimator.verdict import WORDS
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.recording.clock import FINE_STEP, SLOWEST_STEP
 from softsoil.recording.forward import HELD_INPUTS
 from softsoil.symbolic.model import Model
@@ -38,6 +40,7 @@ def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: Ver
     limit_of = dict(limits.unexplained)
     own = {field.name: getattr(rules, field.name) for field in fields(rules)}
     own["common_error"] = common_error(rules.common_error, model)
+    own |= {"flat_error": rules.common_error, "law_error": LAW_ERROR}
     bounds = {field.name: getattr(limits, field.name) for field in fields(limits)}
     return HorizonNumbers(
         rules={

@@ -17,7 +17,8 @@ from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.estimator.terrain import TerrainEstimate, estimate_terrain
 from softsoil.estimator.tuning import Tuning
 from softsoil.estimator.ukf import Counts
-from softsoil.estimator.verdict import Verdict, VerdictRules, judge
+from softsoil.estimator.verdict import Verdict, judge
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.recording.states import known_states
@@ -111,8 +112,8 @@ def _corrected(judged: TerrainEstimate) -> TerrainEstimate:
 
 
 def _with_soil_error(found: TerrainEstimate) -> TerrainEstimate:
-    """The estimate with what the soil's file states of its class's errors in the standard deviation of n."""
-    share = 0.0 if found.verdict is None or found.verdict.evidence is None else found.verdict.evidence.soil.std
+    """The estimate with errors of the soil's class and of the force law in the standard deviation of n."""
+    share = 0.0 if found.verdict is None or found.verdict.evidence is None else found.verdict.evidence.soil.more
     front, rear = (np.hypot(std, share * n) for std, n in ((found.n_front_std, found.n_front), (found.n_rear_std, found.n_rear)))
     return replace(found, n_front_std=front, n_rear_std=rear)
 

@@ -35,17 +35,17 @@ TRIMMED = 4.0
 class Evidence:
     """Numbers that a verdict rests on.
 
-    n, std: at the end of the drive, from windows, per axle or one for both; information_std: of n by sensor noise and model
-    error alone, without the initial guess; by_guess: final n from each initial guess (G, A) whose run stands (`modes.standing`);
-    guess: the first of these, which all the rest is from; left_out: guess, final n at the front, and share by which its windows
-    cost more, of each run that does not stand; n_axles, axles_std (2,): n of the front and of the rear axle, fitted separately;
-    unexplained, unexplained_std: mean square that the model leaves of each lateral channel beyond sensor noise, as a share of
-    the channel's own mean square, and its standard error; inertia, inertia_std: share by which the drive would have the yaw
-    inertia larger than declared, and its standard deviation; soil: what errors of the soil's class make of n; change: of the
-    vehicle against its file, None where that states no errors; parts (2,), parts_sigmas: n of an earlier and of the later part
-    of the present soil where these differ most, and by how many standard deviations; motion: root mean square lateral specific
-    force u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s); late: seconds by
-    which a low-pass has made the yaw rate late, by the noise that it leaves.
+    n, std: at the end of the drive, from windows, per axle or one for both; information_std: of n by sensor noise and model error
+    alone, without the initial guess; by_guess: final n from each initial guess (G, A) whose run stands (`modes.standing`); guess:
+    the first of these, which all the rest is from; left_out: guess, final n at the front, and share by which its windows cost
+    more, of each run that does not stand; n_axles, axles_std (2,): n of the front and of the rear axle, fitted separately;
+    unexplained, unexplained_std: mean square that the model leaves of each lateral channel beyond sensor noise, as a share of the
+    channel's own mean square, and its standard error; inertia, inertia_std: share by which the drive would have the yaw inertia
+    larger than declared, and its standard deviation; soil: what errors of the soil's class and of the law make of n; change: of
+    the vehicle against its file, None where that states no errors; parts (2,), parts_sigmas: n of an earlier and of the later
+    part of the present soil where these differ most, and by how many standard deviations; motion: root mean square lateral
+    specific force u omega_z (m/s^2); windows: how many; changes: times at which windows of another soil begin (s); late: seconds
+    by which a low-pass has made the yaw rate late, by the noise that it leaves.
     """
 
     n: Array
@@ -82,7 +82,7 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
     last = len(windows.rows) - 1
     weight = first.weight(last)
     n, soil, information = first.n.copy(), soil_error(windows, first), np.sqrt(first.summary.variance(first.n, weight))
-    std = np.hypot(first.std(last), soil.std * n)
+    std = np.hypot(first.std(last), soil.more * n)
     axles, axles_std = _by_axle(windows, first, tied, rules)
     left = unexplained(windows, first)
     return Evidence(

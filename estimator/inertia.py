@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.moving_horizon import MovingHorizon
+from softsoil.estimator.step_changes import by_addition, single_steps
 from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.windows.free_windows import STATE_STEP, FreeWindows, Linear, N
+from softsoil.windows.free_windows import FreeWindows, Linear
 from softsoil.windows.window_fit import reduce_windows
 
 Array = NDArray[np.float64]
@@ -30,7 +31,10 @@ def inertia_error(windows: FreeWindows, horizon: MovingHorizon) -> tuple[float, 
     which = np.arange(horizon.since, last + 1)
     x0, p = np.array(horizon.summary.states)[which], horizon.parameters(horizon.n)
     linear = windows.linearise(p, x0, horizon.free, which)
-    by_inertia = _by_inertia(windows, p, which)[..., None]
+    steps = single_steps(windows, p, which)
+    added = np.zeros_like(steps.change)
+    added[:, YAW] = -steps.change[:, YAW]
+    by_inertia = by_addition(windows, steps, added)[..., None]
     by_free = np.concatenate([linear.by_free, by_inertia], axis=2)
     sound = np.isfinite(by_free).all(axis=(1, 2))
     reduced = reduce_windows(Linear(linear.residual[sound], linear.by_state[sound], by_free[sound]))
@@ -42,31 +46,3 @@ def inertia_error(windows: FreeWindows, horizon: MovingHorizon) -> tuple[float, 
     scores = gradient + np.einsum("wkl,l->wk", hessian, step)
     robust = inverse @ np.einsum("w,wk,wl->kl", weight, scores, scores) @ inverse
     return float(step[-1]), float(np.sqrt(max(robust[-1, -1], inverse[-1, -1])))
-
-
-def _by_inertia(windows: FreeWindows, p: Array, which: NDArray[np.int_]) -> Array:
-    """(W, m) derivative of the residuals of the windows `which` to the share by which the inertia is larger."""
-    first, count = windows.rows[which] - windows.rows[which[0]], len(which)
-    by_state, change = _steps(windows, p, int(windows.rows[which[0]]), int(windows.rows[which[-1]]) + windows.steps)
-    moved, state = np.zeros((count, windows.steps + 1, N)), np.zeros((count, N))
-    for k in range(windows.steps):
-        state = np.einsum("wij,wj->wi", by_state[first + k], state)
-        state[:, YAW] -= change[first + k, YAW]
-        moved[:, k + 1] = state
-    moved = moved / windows.sigma
-    moved[~np.isfinite(windows.recorded[which])] = 0.0
-    return moved.reshape(count, -1)
-
-
-def _steps(windows: FreeWindows, p: Array, start: int, stop: int) -> tuple[Array, Array]:
-    """(R, 6, 6) derivatives of one step to the state it starts at, and (R, 6) its change, at the rows from start to stop."""
-    rows = np.arange(start, stop)
-    states, memory = windows.along(rows), windows.memories(p[None], rows)[0]
-    many = np.tile(states, (1 + N, 1, 1))
-    many[1:, :, :N] += STATE_STEP[:, None, None] * np.eye(N)[:, None, :]
-    inputs = np.tile(windows.drive.inputs[rows[:, None] + np.arange(2)], (1 + N, 1, 1))
-    jobs = len(inputs)
-    after = windows.compiled.loop.windows(
-        many.reshape(jobs, -1), np.tile(memory, (1 + N, 1)), inputs, np.broadcast_to(p, (jobs, len(p)))
-    ).reshape(1 + N, len(rows), 2, 2 * N)[:, :, 1, N:]
-    return np.moveaxis((after[1:] - after[0]) / STATE_STEP[:, None, None], 0, -1), after[0] - states[:, :N]

@@ -20,7 +20,8 @@ from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.modes import run_guess
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.terrain import TerrainEstimate
-from softsoil.estimator.verdict import Verdict, VerdictRules, decide
+from softsoil.estimator.verdict import Verdict, decide
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model

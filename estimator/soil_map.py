@@ -21,7 +21,8 @@ from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.tuning import common_error
-from softsoil.estimator.verdict import Verdict, VerdictRules, decide, initial_guesses
+from softsoil.estimator.verdict import Verdict, decide, initial_guesses
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -85,7 +86,7 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     middle = windows.rows + windows.steps // 2
     x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
     information = hessian * rules.stride / rules.length
-    common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.std))
+    common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.more))
     verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)
     return DriveSoil(recording.name, verdict, x, y, n, information, common, recording.origin)
 

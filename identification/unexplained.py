@@ -13,7 +13,8 @@ from softsoil.estimator.hard_ground import compare_hard_ground, on_hard_ground
 from softsoil.estimator.modes import run_guess
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.soil_error import soil_error
-from softsoil.estimator.verdict import CHANNEL_WORDS, OWN_MOST, VerdictRules
+from softsoil.estimator.verdict import CHANNEL_WORDS
+from softsoil.estimator.verdict_rules import OWN_MOST, VerdictRules
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model

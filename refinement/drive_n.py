@@ -54,7 +54,7 @@ class FittedDrives:
         for (n, std), (recording, model, guess) in zip(self._by_fit(), self._models(), strict=True):
             verdict = judge(recording, model, guess, (n,) if self.joint else None, tied=True, start=self.start)
             if verdict.evidence is not None and self.joint:
-                std = float(np.hypot(std, verdict.evidence.soil.std * n))
+                std = float(np.hypot(std, verdict.evidence.soil.more * n))
             elif verdict.evidence is not None:
                 n, std = float(verdict.evidence.n[0]), float(verdict.evidence.std[0])
             found.append(DriveN(n, std, verdict))

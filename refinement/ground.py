@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.estimator.evidence import percent_above
-from softsoil.estimator.verdict import VerdictRules
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.refinement.fit import Fit
 from softsoil.symbolic.soil import Soil
 from softsoil.windows.parameters import Free

@@ -16,7 +16,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.changed_vehicle import CHANGED, mass_words
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.strain import VehicleChange
-from softsoil.estimator.verdict import VerdictRules
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.recording.drive import Recording
 from softsoil.refinement.drive_change import change_of_drive
 from softsoil.refinement.fit import Fit

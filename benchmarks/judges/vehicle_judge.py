@@ -13,7 +13,8 @@ from softsoil.estimator.estimate import run_method
 from softsoil.estimator.evidence import gather
 from softsoil.estimator.horizons import START_UP, Replay
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
-from softsoil.estimator.verdict import BOUNDS, IDENTIFIED, VerdictRules, decide, initial_guesses
+from softsoil.estimator.verdict import BOUNDS, IDENTIFIED, decide, initial_guesses
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.identification.result import JUDGED_STATES
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise

@@ -10,6 +10,7 @@ import casadi as ca
 
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.parts import Parts
+from softsoil.symbolic.vehicle import Vehicle
 
 FILES = {
     "include/softsoil_horizon.h": "softsoil_horizon.h.in",
@@ -21,7 +22,7 @@ MOTION = ("x", "y", "psi", "u", "v", "omega_z")
 MOST = 4
 """Parameters that a horizon estimates at most: with them the jobs of a window fill one vector."""
 LANES = 8
-"""Jobs of a vector. One that the parameters leave free asks for the yaw inertia."""
+"""Jobs of a vector. Those that the parameters leave free ask for the yaw inertia and the axles' forces."""
 SHORTEST = 0.8
 """Share of the nominal step that a sample interval may be; shorter ones would need more memory."""
 KEPT_MORE = 4
@@ -80,7 +81,10 @@ def horizon_values(parts: Parts, numbers: HorizonNumbers, dt: float) -> dict[str
     active = [name for name in MOTION if name not in _passive(parts)]
     passive = [name for name in MOTION if name not in active]
     columns = {name: 1 + i for i, name in enumerate([*active, *names])}
-    asked = len(names) + (1 + len(active) + len(names) < LANES)
+    free = LANES - 1 - len(active) - len(names)
+    inertia, forces = min(max(free, 0), 1), min(max(free - 1, 0), 2)
+    vehicle = model.geometry if isinstance(model.geometry, Vehicle) else None
+    forces = forces if vehicle is not None else 0
     apart = -(-(7 + len(names)) // LANES) * LANES
     columns |= {name: apart + i for i, name in enumerate(passive)}
     least = SHORTEST * dt
@@ -104,9 +108,13 @@ def horizon_values(parts: Parts, numbers: HorizonNumbers, dt: float) -> dict[str
         "h_guess": _list([s.nominal for s in signals]), "h_guess_std": _list(spread),
         "h_state_column": ", ".join(str(columns[name]) for name in MOTION),
         "h_free_column": ", ".join(str(columns[name]) for name in names),
-        "h_asked": str(asked), "h_inertia_column": str(1 + len(active) + len(names)), "h_splits": str(len(numbers.splits)),
+        "h_asked": str(len(names) + inertia + forces), "h_asks_inertia": str(inertia), "h_forces": str(forces),
+        "h_to_front": number(vehicle.l_f if vehicle else 1.0), "h_to_rear": number(vehicle.l_r if vehicle else 1.0),
+        "h_gyration_2": number(vehicle.yaw_inertia / vehicle.mass if vehicle else 1.0),
+        "h_law_percent": f"{100 * rules['law_error']:g}", "h_splits": str(len(numbers.splits)),
+        "h_inertia_column": str(1 + len(active) + len(names)),
         "h_split": _list(numbers.splits), "h_least_part": str(numbers.least_part),
-        "h_active": str(1 + len(active) + asked), "h_passive": str(len(passive)),
+        "h_active": str(1 + len(active) + len(names) + inertia + forces), "h_passive": str(len(passive)),
         "h_fast_steering": "  row->blocked = row->blocked || fabs(row->u[SOFTSOIL_U_steer_rate]) > fastest;" if fast else "",
         **{f"v_{name}": number(value) for name, value in numbers.limits.items()},
         "v_unexplained": _list(numbers.unexplained),

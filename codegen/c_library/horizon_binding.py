@@ -105,8 +105,8 @@ def _structures(sizes: dict[str, int], k: int) -> tuple[type[ctypes.Structure], 
         _fields_ = [
             ("magic", natural), ("counts", natural * len(STATUSES)), ("verdict", whole), ("changes", whole), ("windows", whole),
             ("updated", whole), ("vehicle", whole), ("t", real), ("changed_at", real), ("n", real * k), ("std", real * k),
-            ("information_std", real * k), ("free_n", real * k), ("unexplained", real * 2), ("unexplained_std", real * 2),
-            ("inertia", real), ("inertia_std", real), ("parts", real * 2), ("parts_sigmas", real),
+            ("information_std", real * k), ("law_std", real * k), ("free_n", real * k), ("unexplained", real * 2),
+            ("unexplained_std", real * 2), ("inertia", real), ("inertia_std", real), ("parts", real * 2), ("parts_sigmas", real),
             ("motion", real), ("cost", real), ("options", Options),
         ]  # fmt: skip
 

@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 #define SOFTSOIL_HORIZON_N 1 /* parameters estimated */
-#define SOFTSOIL_HORIZON_ASKED 2 /* and with them, where there is room, the yaw inertia: for the verdict alone */
+#define SOFTSOIL_HORIZON_ASKED 4 /* and with them, where there is room, the yaw inertia and the axles' forces */
 #define SOFTSOIL_HORIZON_ROWS 1245 /* samples kept */
 #define SOFTSOIL_HORIZON_WINDOWS 241 /* windows that count */
 #define SOFTSOIL_HORIZON_KEPT 24 /* newest windows that may be linearised again */
@@ -86,6 +86,7 @@ typedef struct {
   double n[SOFTSOIL_HORIZON_N];           /* estimate */
   double std[SOFTSOIL_HORIZON_N];         /* its standard deviation */
   double information_std[SOFTSOIL_HORIZON_N]; /* the same by noise and model error alone, without the initial guess */
+  double law_std[SOFTSOIL_HORIZON_N];     /* the same by 1 % of an axle's lateral force; 0 where it is not asked for */
   double free_n[SOFTSOIL_HORIZON_N];      /* estimate without the initial guess */
   double unexplained[2];                  /* share of the variance of v and omega_z that the model leaves beyond noise */
   double unexplained_std[2];

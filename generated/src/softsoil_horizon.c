@@ -6,9 +6,12 @@
 
 #define K SOFTSOIL_HORIZON_N
 #define NS SOFTSOIL_HORIZON_STATES
-/* What a window is asked: the parameters and, where a job is free for it, the share by which the yaw inertia is larger. */
+/* What a window is asked: the parameters and, where jobs are free for them, the share by which the yaw inertia is larger, and the
+ * shares by which the lateral forces of the axles are: of each, or of both alike. */
 #define Q SOFTSOIL_HORIZON_ASKED
-#define ASKS_INERTIA (Q - K)
+#define ASKS_INERTIA 1
+#define FORCES 2
+#define QI (K + ASKS_INERTIA)
 #define D (NS + Q)
 #define ROWS SOFTSOIL_HORIZON_ROWS
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
@@ -21,6 +24,7 @@ typedef softsoil_horizon_window_t window_t;
 /* Numbers of the horizon, as HorizonRules of the Python class. */
 static const double stride = 0.5, window_length = 1.0, run_in = 2.5, linearised_again = 10.0;
 static const double forgetting = 60.0, longest = 120.0, common_error = 0.02;
+static const double flat_error = 0.02, law_error = 0.01; /* of any n, in common_error too; of an axle's force */
 static const double stale = 0.1, change = 4.0, least_change = 0.12;
 static const double fastest = 1.5, slowest = 0.5, settling = 0.1, smoothing = 0.25;
 static const double bridged = 2.0, held = 0.25;
@@ -30,7 +34,8 @@ static const double trimmed = 4.0;
 enum { RECENTS = 3 };
 static const int recents[RECENTS] = {4, 8, 16};
 static const double state_step[NS] = {0.0001, 0.0001, 1e-05, 0.0001, 0.0001, 1e-05};
-static const double free_step = 5e-06, inertia_step = 1e-3;
+static const double free_step = 5e-06, inertia_step = 1e-3, force_step = 1e-3;
+static const double to_front = 1.546, to_rear = 1.175, gyration_2 = 1.340752940152; /* m, m, m^2: inertia over mass */
 /* The parameters: their states, scales, bounds, and which of them are a soil's. */
 static const int at_state[K] = {SOFTSOIL_X_n};
 static const int is_soil[K] = {1};
@@ -38,14 +43,14 @@ static const double scale[K] = {0.1}, lowest[K] = {0.2}, highest[K] = {1.6};
 /* Column of each initial state's job, and of each parameter's. */
 static const int state_column[NS] = {8, 9, 10, 1, 2, 3};
 static const int free_column[K] = {4};
-enum { INERTIA_COLUMN = 5 };
-enum { ACTIVE = 6, PASSIVE = 3 };
+enum { INERTIA_COLUMN = 5, FORCE_COLUMN = INERTIA_COLUMN + ASKS_INERTIA };
+enum { ACTIVE = 8, PASSIVE = 3 };
 static const double nominal[SOFTSOIL_N_X] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5};
 static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0, 1000.0, 1000.0};
 static const double y_limit[SOFTSOIL_N_Y] = {100000000.0, 100000000.0, 100000.0, 150.0, 150.0, 50.0};
 static const int32_t y_wraps[SOFTSOIL_N_Y] = {0, 0, 1, 0, 0, 0};
 /* Limits of the verdict, as VerdictRules. */
-static const double most_std = 0.05, same = 0.1, bound = 0.02, axles = 0.13, axles_sigmas = 2.5;
+static const double most_std = 0.05, most_law_std = 0.04, same = 0.1, bound = 0.02, axles = 0.13, axles_sigmas = 2.5;
 static const double most_unexplained[2] = {0.1, 0.022}, least_motion = 0.2;
 static const double unexplained_sigmas = 2.0;
 static const double most_inertia = 0.12, inertia_sigmas = 3.0, most_inertia_std = 0.2;
@@ -507,6 +512,18 @@ typedef struct {
   double state[NS], by_state[NS][NS];
 } path_t;
 
+/* More of the lateral force of an axle, that which balances a step's changes of v and omega_z from `state`, in its job. */
+static void push_axles(const double *state, double dt, softsoil_jobs_t *x) {
+  const double faster = x[SOFTSOIL_X_v][0] - state[SOFTSOIL_X_v] + state[SOFTSOIL_X_u] * state[SOFTSOIL_X_omega_z] * dt;
+  const double turned = (x[SOFTSOIL_X_omega_z][0] - state[SOFTSOIL_X_omega_z]) * gyration_2, base = to_front + to_rear;
+  const double front = (faster * to_rear + turned) / base, rear = (faster * to_front - turned) / base;
+  for (int j = 0; j < FORCES; ++j) {
+    const double f = FORCES == 1 || j == 0 ? front : 0.0, r = FORCES == 1 || j == 1 ? rear : 0.0;
+    x[SOFTSOIL_X_v][FORCE_COLUMN + j] += force_step * (f + r);
+    x[SOFTSOIL_X_omega_z][FORCE_COLUMN + j] += force_step * (to_front * f - to_rear * r) / gyration_2;
+  }
+}
+
 /* The window's residuals and derivatives along the model; 0 where it has no usable answer. */
 static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[SOFTSOIL_CELLS], sums_t *sums, path_t *path) {
   const softsoil_horizon_options_t *o = &h->options;
@@ -531,7 +548,7 @@ static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[S
     put(x, free_column[k], w->state, n);
     for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][free_column[k]] = start[1 + k][c];
   }
-  double turning = w->state[SOFTSOIL_X_omega_z];
+  memcpy(state, w->state, sizeof state);
   for (int s = 0; s <= h->steps; ++s) {
     const softsoil_horizon_row_t *row = row_at(h, w->row + s);
     softsoil_model_measure_jobs(ACTIVE, PASSIVE, row->u, o->p, (const softsoil_jobs_t *)x, y);
@@ -550,9 +567,9 @@ static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[S
         slope[NS + k] = (y[c][free_column[k]] - at) / sigma / step[k];
         sound = sound && fabs(slope[NS + k]) < 1e12;
       }
-      if (ASKS_INERTIA) {
-        slope[D - 1] = (y[c][INERTIA_COLUMN] - at) / sigma / inertia_step;
-        sound = sound && fabs(slope[D - 1]) < 1e12;
+      for (int k = K; k < Q; ++k) {
+        slope[NS + k] = (y[c][INERTIA_COLUMN + k - K] - at) / sigma / (k < QI ? inertia_step : force_step);
+        sound = sound && fabs(slope[NS + k]) < 1e12;
       }
       if (!sound) return 0;
       const double error = at - row->y[c];
@@ -560,8 +577,9 @@ static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[S
     }
     if (s < h->steps) onwards(h, ACTIVE, PASSIVE, w->row + s, x, m);
     /* With an inertia larger by a share, the yaw rate changes less by that share. */
-    if (ASKS_INERTIA) x[SOFTSOIL_X_omega_z][INERTIA_COLUMN] -= inertia_step * (x[SOFTSOIL_X_omega_z][0] - turning);
-    turning = x[SOFTSOIL_X_omega_z][0];
+    if (ASKS_INERTIA) x[SOFTSOIL_X_omega_z][INERTIA_COLUMN] -= inertia_step * (x[SOFTSOIL_X_omega_z][0] - state[SOFTSOIL_X_omega_z]);
+    push_axles(state, o->dt, x);
+    for (int i = 0; i < NS; ++i) state[i] = x[i][0];
   }
   return 1;
 }
@@ -738,7 +756,23 @@ static int changed_within(softsoil_horizon_t *h, int recent) {
   return 1;
 }
 
-/* Standard deviations: sandwich of the scores, at least that of noise, and the error common to all windows. */
+/* Standard deviations of the parameters by errors of the axles' forces: curvature (K, K) is inverted in `inverse`. */
+static void by_law(softsoil_horizon_t *h, const double *inverse) {
+  double square[K] = {0.0};
+  for (int j = 0; j < FORCES; ++j) {
+    double crossed[K] = {0.0};
+    for (int64_t i = first_counted(h); i < h->taken; ++i)
+      for (int k = 0; k < K; ++k) crossed[k] += weight_of(h, i, 0) * window_at(h, i)->hessian[k][QI + j];
+    for (int k = 0; k < K; ++k) {
+      double moved = 0.0;
+      for (int l = 0; l < K; ++l) moved -= inverse[k * K + l] * crossed[l];
+      square[k] += is_soil[k] ? law_error * moved * law_error * moved : 0.0;
+    }
+  }
+  for (int k = 0; k < K; ++k) h->law_std[k] = isfinite(square[k]) ? sqrt(square[k]) : 1e9;
+}
+
+/* Standard deviations: sandwich of the scores, at least that of noise, and the errors common to all windows. */
 static void deviations(softsoil_horizon_t *h) {
   const int64_t from = first_counted(h);
   double inverse[K * K], scores[K * K];
@@ -748,9 +782,11 @@ static void deviations(softsoil_horizon_t *h) {
     const int good = minimise(h, from, h->taken, guess, 0, &found);
     for (int k = 0; k < K && !guess; ++k) found.hessian[k * K + k] += least_curvature;
     if (!good || !invert(K, found.hessian, inverse)) continue;
+    if (!guess) by_law(h, inverse);
     for (int k = 0; k < K; ++k) {
-      const double common = guess && is_soil[k] ? common_error * h->n[k] : 0.0;
-      const double variance = larger(sandwich(inverse, scores, k), inverse[k * K + k]) + common * common;
+      const double common = common_error * h->n[k], flat = flat_error * h->n[k], law = h->law_std[k];
+      const double shared = guess && is_soil[k] ? common * common + larger(law * law - flat * flat, 0.0) : 0.0;
+      const double variance = larger(sandwich(inverse, scores, k), inverse[k * K + k]) + shared;
       if (isfinite(variance)) (guess ? h->std : h->information_std)[k] = sqrt(larger(variance, 0.0));
       if (!guess && isfinite(found.n[k])) h->free_n[k] = between(lowest[k], found.n[k], highest[k]);
     }
@@ -786,7 +822,7 @@ static void unexplained(softsoil_horizon_t *h, int c) {
 
 /* One step of the parameters and of the yaw inertia at the estimate: by which share the windows would have it larger. */
 static void ask_inertia(softsoil_horizon_t *h) {
-  double total[Q * Q] = {0.0}, inverse[Q * Q], lean[Q] = {0.0}, step[Q] = {0.0}, square[Q * Q] = {0.0}, score[Q];
+  double total[QI * QI] = {0.0}, inverse[QI * QI], lean[QI] = {0.0}, step[QI] = {0.0}, square[QI * QI] = {0.0}, score[QI];
   h->inertia = 0.0;
   h->inertia_std = 1e9;
   if (!ASKS_INERTIA) return;
@@ -794,29 +830,29 @@ static void ask_inertia(softsoil_horizon_t *h) {
     for (int64_t i = first_counted(h); i < h->taken; ++i) {
       const window_t *w = window_at(h, i);
       const double weight = weight_of(h, i, 0);
-      for (int k = 0; k < Q; ++k) {
+      for (int k = 0; k < QI; ++k) {
         score[k] = w->gradient[k];
         for (int l = 0; l < K; ++l) score[k] += w->hessian[k][l] * (h->n[l] - w->at[l]);
-        for (int l = 0; l < Q && pass; ++l) score[k] += w->hessian[k][l] * step[l];
+        for (int l = 0; l < QI && pass; ++l) score[k] += w->hessian[k][l] * step[l];
       }
-      for (int k = 0; k < Q; ++k) {
+      for (int k = 0; k < QI; ++k) {
         lean[k] += pass ? 0.0 : weight * score[k];
-        for (int l = 0; l < Q; ++l)
-          (pass ? square : total)[k * Q + l] += weight * (pass ? score[k] * score[l] : w->hessian[k][l]);
+        for (int l = 0; l < QI; ++l)
+          (pass ? square : total)[k * QI + l] += weight * (pass ? score[k] * score[l] : w->hessian[k][l]);
       }
     }
     if (pass) break;
-    for (int k = 0; k < Q; ++k) total[k * Q + k] += least_curvature;
-    if (!invert(Q, total, inverse)) return;
-    for (int k = 0; k < Q; ++k)
-      for (int l = 0; l < Q; ++l) step[k] -= inverse[k * Q + l] * lean[l];
+    for (int k = 0; k < QI; ++k) total[k * QI + k] += least_curvature;
+    if (!invert(QI, total, inverse)) return;
+    for (int k = 0; k < QI; ++k)
+      for (int l = 0; l < QI; ++l) step[k] -= inverse[k * QI + l] * lean[l];
   }
   double spread = 0.0;
-  for (int l = 0; l < Q; ++l)
-    for (int m = 0; m < Q; ++m) spread += inverse[(Q - 1) * Q + l] * square[l * Q + m] * inverse[m * Q + Q - 1];
-  const double variance = larger(spread, inverse[Q * Q - 1]);
-  if (!isfinite(step[Q - 1]) || !isfinite(variance)) return;
-  h->inertia = step[Q - 1];
+  for (int l = 0; l < QI; ++l)
+    for (int m = 0; m < QI; ++m) spread += inverse[(QI - 1) * QI + l] * square[l * QI + m] * inverse[m * QI + QI - 1];
+  const double variance = larger(spread, inverse[QI * QI - 1]);
+  if (!isfinite(step[QI - 1]) || !isfinite(variance)) return;
+  h->inertia = step[QI - 1];
   h->inertia_std = sqrt(variance);
 }
 
@@ -857,7 +893,8 @@ int softsoil_horizon_verdict(const softsoil_horizon_t *h) {
     return SOFTSOIL_VERDICT_INCONSISTENT;
   if (h->vehicle > SOFTSOIL_VEHICLE_SAME) return SOFTSOIL_VERDICT_INCONSISTENT;
   for (int k = 0; k < K; ++k)
-    if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k])) return SOFTSOIL_VERDICT_NOT_EXCITED;
+    if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k] && h->law_std[k] <= most_law_std * h->n[k]))
+      return SOFTSOIL_VERDICT_NOT_EXCITED;
   if (h->vehicle == SOFTSOIL_VEHICLE_UNKNOWN) return SOFTSOIL_VERDICT_NOT_EXCITED;
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && (h->n[k] < lowest[k] + bound || h->n[k] > highest[k] - bound)) return SOFTSOIL_VERDICT_AT_BOUND;

@@ -14,6 +14,7 @@ from softsoil.control.c_estimator import c_library_texts, c_parts
 from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, MovingHorizon, drive_windows, exponents
+from softsoil.estimator.soil_error import soil_error
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import STATE_CHANNELS, Recording
@@ -61,7 +62,8 @@ def both(recording, model, free, c):
     for t, u, y in zip(drive.t, drive.inputs, drive.measured, strict=True):
         c.push(u, y, t)
         if c.update():
-            rows.append((*python.update(len(rows)), c.n, c.std))
+            more = np.maximum(np.square(c.head.law_std) - np.square(HorizonRules().common_error * c.n), 0.0)
+            rows.append((*python.update(len(rows)), c.n, np.sqrt(c.std**2 - more)))  # Python asks for the law's error at the end
     assert len(windows.rows) - len(rows) <= 1
     return [np.array(column) for column in zip(*rows, strict=True)], c, python
 
@@ -81,6 +83,7 @@ def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
     share, share_std = inertia_error(python.windows, python)  # linearises every window again at the end, C does not
     assert c.head.inertia == pytest.approx(share, abs=max(0.005, 2.0 * share_std))
     assert c.head.inertia_std == pytest.approx(share_std, rel=0.3)
+    assert c.head.law_std[0] == pytest.approx(soil_error(python.windows, python).law_std * python.n[0], rel=0.2)
 
 
 @pytest.mark.parametrize("flags", (SCALAR, FLAGS), ids=("scalar", "lanes"))

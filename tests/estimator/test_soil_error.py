@@ -10,10 +10,19 @@ from drives import MULTI_LOG
 from softsoil.commands.cli import app
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
 from softsoil.estimator.estimate import estimate
+from softsoil.estimator.modes import run_guess
+from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.estimator.soil_error import SoilError, soil_error
 from softsoil.estimator.soil_map import drive_soil
+from softsoil.files.package_data import PLANT_VEHICLE
+from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, PathFollower, Speed
+from softsoil.plant.sensors import Sensors
+from softsoil.plant.simulate import simulate
+from softsoil.plant.start import Start
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.effect import Correction, Effect, Layout, Signal, add_effect
 from softsoil.symbolic.soil import CLAY, load_soil
 from softsoil.symbolic.vehicle import load_vehicle
 
@@ -39,6 +48,40 @@ def test_n_moves_with_the_class_as_stated(drive):
     for name in ("phi", "k", "k_phi"):
         other = n_of(drive, CLAY.with_(**{name: 1.02 * getattr(CLAY, name)}))
         assert other.n_front[-1] / found.n_front[-1] - 1 == pytest.approx(0.2 * tenth[name], rel=0.25, abs=0.001), name
+
+
+def more_force(front, rear):
+    """The reference vehicle's model with lateral forces of the axles that are larger by these shares."""
+    names, base = ("more_front", "more_rear"), VEHICLE.wheelbase
+
+    def compute(q):
+        f = q["more_front"] * (q["force_y"] * VEHICLE.l_r + q["moment_z"]) / base
+        r = q["more_rear"] * (q["force_y"] * VEHICLE.l_f - q["moment_z"]) / base
+        return {"force_y": q["force_y"] + f + r, "moment_z": q["moment_z"] + VEHICLE.l_f * f - VEHICLE.l_r * r}
+
+    layout = Layout.of(*(Signal(name, "-", "share", 0.0, -1.0, 1.0) for name in names))
+    corrections = {"balance": Correction(compute, adds=("force_y", "moment_z"), reads=())}
+    about = {"kind": "body", "reference": "this test", "typical": dict.fromkeys(names, 0.01)}
+    effect = Effect("more_force", "larger axle forces", **about, parameters=layout, corrections=corrections)
+    return add_effect(bicycle(VEHICLE, CLAY), effect, {"more_front": front, "more_rear": rear})
+
+
+def test_n_moves_with_the_forces_of_the_axles_as_stated(drive):
+    """Forces of an axle 1 % larger than the law's move n by what the law's own windows say."""
+    found = {}
+    for front, rear in ((0.0, 0.0), (0.01, 0.0), (0.0, 0.01)):
+        windows = drive_windows(drive, more_force(front, rear), 2.0, HorizonRules())
+        run = run_guess(windows, 0.7, True, HorizonRules()).horizon
+        found[front, rear] = float(run.n[0]), soil_error(windows, run)
+    (n, said), (by_front, _), (by_rear, _) = found.values()
+    assert abs(said.forces[0]) > 0.01
+    assert by_front / n - 1.0 == pytest.approx(said.forces[0], rel=0.25, abs=0.002)
+    assert by_rear / n - 1.0 == pytest.approx(said.forces[1], rel=0.25, abs=0.002)
+    assert said.law_std == pytest.approx(np.hypot(*said.forces)) and said.more == 0.0
+
+
+def test_what_a_drive_owes_to_the_law_beyond_any_drive_is_in_the_error_bar():
+    assert SoilError({}, 0.01, (0.0, 0.03), 0.03, 0.02).more == pytest.approx(np.sqrt(0.01**2 + 0.03**2 - 0.02**2))
 
 
 def test_stated_errors_of_the_class_are_in_the_error_bar(drive):
@@ -81,3 +124,18 @@ def test_stated_errors_that_make_no_sense_are_refused(tmp_path, table, words):
     path.write_text(f"{values}\n[uncertainty]\n{table}\n", encoding="utf-8")
     with pytest.raises(ValueError, match=words):
         load_soil(path)
+
+
+@pytest.mark.study
+def test_long_curves_near_the_limit_of_grip_leave_n_to_the_law():
+    """An axle's force is worth twice as much of n there as in quick changes of direction, and n is not used."""
+    soil, plant = CLAY.with_(n=0.5), bicycle(load_vehicle(PLANT_VEHICLE), CLAY)
+    turned = np.linspace(0.0, 2 * np.pi, 400, endpoint=False)
+    eight = 20.0 * np.column_stack([np.sin(turned), 1.6 * np.sin(turned) * np.cos(turned)])
+    found = []
+    for course in (PathFollower(eight, Speed(5.0), look_ahead=3.0), Manoeuvre("multi", MultiSine(), Speed(5.0))):
+        drive = simulate(course, soil, 32.0, start=Start(u=4.0), sensors=Sensors("good"), seed=2)
+        found.append(estimate(drive, plant, 0.6, method="horizon").verdict)
+    long, quick = found
+    assert long.word == "not_excited" and "of the lateral force of the front axle" in long.reason
+    assert quick.word == "identified" and 2.0 * quick.evidence.soil.law_std < long.evidence.soil.law_std

@@ -198,6 +198,8 @@ def test_a_negative_yaw_inertia_is_not_spoken_of(inertia, said):
         ({"information_std": np.array([np.nan])}, 0.5, (), "not_excited"),
         ({"soil": SoilError({}, 0.11)}, 0.5, (), "not_excited"),
         ({"soil": SoilError({}, 0.09)}, 0.5, (), "identified"),
+        ({"soil": SoilError({}, 0.0, (0.03, 0.03), 0.042)}, 0.5, (), "not_excited"),
+        ({"soil": SoilError({}, 0.0, (0.02, 0.03), 0.036)}, 0.5, (), "identified"),
         ({"n": np.array([0.2])}, 0.2, (), "at_bound"),
         ({"by_guess": np.array([[0.5], [0.9]])}, 0.5, (), "depends_on_first_guess"),
         ({}, 0.5, (0.7,), "depends_on_first_guess"),

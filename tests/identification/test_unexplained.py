@@ -9,7 +9,7 @@ from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
 from softsoil.control.c_horizon import horizon_numbers
 from softsoil.declaration.ground import HARD_GROUND
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
-from softsoil.estimator.verdict import OWN_MARGIN, OWN_MOST, VerdictRules
+from softsoil.estimator.verdict_rules import OWN_MARGIN, OWN_MOST, VerdictRules
 from softsoil.identification.identify import identify
 from softsoil.identification.rules import RULES
 from softsoil.identification.unexplained import Unexplained, doubt, more_than_right, own_unexplained

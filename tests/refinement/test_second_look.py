@@ -8,7 +8,8 @@ import pytest
 from drives import reference_vehicle
 from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
 from softsoil.estimator.strain import VehicleChange
-from softsoil.estimator.verdict import VerdictRules, judge
+from softsoil.estimator.verdict import judge
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.files.joint_error import joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
