@@ -28,6 +28,8 @@ SOIL_SIGNALS = Layout.of(
 """Names, units, reference values (clay of Table 6) and bounds of the soil parameters."""
 CLASS_NUMBERS = ("k_phi", "k_c", "c", "phi", "k")
 """What a class of soil states beside n and may be wrong about (the paper's tables have one value of each)."""
+SOFTEST = 3e4
+"""N/m^(n+2): least k_phi + k_c/(0.1 m) of a soil; snow has 2e5, wet lean clay 1e5 (Wong). Below it a table was in kN and kPa."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +105,15 @@ def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
         keys = "; ".join(f"{s.name!r} ({s.doc}, {s.unit})" for s in missing)
         raise ValueError(f"{where}: expected key{'s' if missing[1:] else ''} {keys}, found none")
     values = {s.name: finite(table[s.name], f"{where}: key {s.name!r}") for s in SOIL_SIGNALS if s.name in table}
-    stds = number_table(table, "uncertainty", where, {key: (1e-12, 10 * abs(values[key]) + 1e-12) for key in CLASS_NUMBERS})
+    most = {key: 10 * abs(values[key]) + 1e-12 for key in CLASS_NUMBERS} | {"phi": 0.3}  # rad: one in degrees is beyond it
+    stds = number_table(table, "uncertainty", where, {key: (1e-12, most[key]) for key in CLASS_NUMBERS})
     verdict = verdict_from_table(table, where)
+    stiffness = values["k_phi"] + values["k_c"] / 0.1
+    if stiffness < SOFTEST:
+        raise ValueError(
+            f"{where}: expected k_phi + k_c/(0.1 m) of at least {SOFTEST:g} N/m^(n+2), found {stiffness:g}: no soil is so soft; "
+            "k_phi and k_c are in N, c in Pa (kN and kPa?)"
+        )
     try:
         return Soil(str(table.get("name", name)), **values, uncertainty=tuple(stds.items()), verdict=verdict)
     except ValueError as error:

@@ -114,6 +114,7 @@ def test_stated_errors_are_read_from_files_and_written_to_them(tmp_path):
     ("table", "words"),
     [
         ("phi = -0.1", "uncertainty.phi: expected"),
+        ("phi = 1.0", "uncertainty.phi: expected 1e-12 to 0.3, found 1"),
         ("n = 0.1", "uncertainty: expected keys k_phi, k_c, c, phi, k; found 'n'"),
         ("phi = true", "expected a finite number"),
     ],
@@ -123,6 +124,14 @@ def test_stated_errors_that_make_no_sense_are_refused(tmp_path, table, words):
     values = "\n".join(f"{k} = {v}" for k, v in CLAY.parameters().items())
     path.write_text(f"{values}\n[uncertainty]\n{table}\n", encoding="utf-8")
     with pytest.raises(ValueError, match=words):
+        load_soil(path)
+
+
+def test_a_soil_in_kilonewtons_is_refused(tmp_path):
+    path = tmp_path / "mine.toml"
+    in_kilo = {**CLAY.parameters(), **{name: 1e-3 * getattr(CLAY, name) for name in ("k_phi", "k_c", "c")}}
+    path.write_text("\n".join(f"{k} = {v}" for k, v in in_kilo.items()), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"mine.toml: expected .* found 824.2: no soil is so soft; .*kN and kPa"):
         load_soil(path)
 
 
