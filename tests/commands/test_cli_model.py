@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from drives import CLAY_LOG, MULTI_LOG, PROJECT, reference_vehicle
+from drives import MULTI_LOG, PROJECT, reference_vehicle
 from softsoil.commands.cli import app
 from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.recording.drive import CHANNEL_UNITS
-from softsoil.recording.read import read_drive
+from softsoil.recording.read import read_drive, write_drive
 from softsoil.symbolic.soil import CLAY
 
 runner = CliRunner()
@@ -60,8 +60,7 @@ def test_generate_writes_the_declared_model(tmp_path, refined):
 
 
 def test_log_with_other_columns_and_units_gives_the_same_estimate(tmp_path):
-    drive = read_drive(CLAY_LOG).between(0, 8)
-    table = pd.DataFrame(drive.channels)
+    table = pd.DataFrame(read_drive(MULTI_LOG).between(0.0, 12.0).channels)
     table.to_csv(tmp_path / "plain.csv", index=False)
     other = table.rename(columns={name: f"bus_{name}" for name in table.columns})
     other["bus_u"] *= 3.6
@@ -78,7 +77,8 @@ def test_log_with_other_columns_and_units_gives_the_same_estimate(tmp_path):
 
 
 def test_log_with_gaps_jitter_and_holes_is_estimated_all_the_same(tmp_path, refined):
-    table = pd.DataFrame(read_drive(CLAY_LOG).channels)
+    even = write_drive(read_drive(MULTI_LOG).between(0.0, 24.0), tmp_path / "even.csv")
+    table = pd.read_csv(even)
     rng = np.random.default_rng(7)
     table["t"] += rng.uniform(-0.003, 0.003, len(table))
     table.loc[100:299, "v"] = np.nan
@@ -87,7 +87,7 @@ def test_log_with_gaps_jitter_and_holes_is_estimated_all_the_same(tmp_path, refi
     common = ("--model", refined, "--n0", 0.7, "--noise", "table5")
     result = run("estimate", tmp_path / "rough.csv", *common, "--out", tmp_path / "o")
     assert "gap of" in result.output and "v: 200 of" in result.output
-    run("estimate", CLAY_LOG, *common, "--out", tmp_path / "s")
+    run("estimate", even, *common, "--out", tmp_path / "s")
     rough, even = (read(tmp_path / name / "estimate.json") for name in "os")
     assert rough["n_front"] == pytest.approx(even["n_front"], rel=0.1)
     assert rough["nis_inside_95"] > 0.85

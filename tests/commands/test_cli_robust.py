@@ -11,7 +11,7 @@ import pytest
 from rich.table import Table
 from typer.testing import CliRunner
 
-from drives import CLAY_LOG, PROJECT
+from drives import MULTI_LOG, PROJECT
 from softsoil.commands.cli import COMMANDS, app
 from softsoil.commands.output import OutputFolder, console, output_folder
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
@@ -42,7 +42,7 @@ def test_a_doubtful_channel_is_warned_of_once_and_is_the_first_thing_to_mend(hom
 @pytest.fixture
 def home(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    write_drive(read_drive(CLAY_LOG).between(0.0, 6.0), tmp_path / "short_clay_n0.50.csv")
+    write_drive(read_drive(MULTI_LOG).between(0.0, 9.0), tmp_path / "short_clay_n0.50.csv")
     return tmp_path
 
 
@@ -218,6 +218,7 @@ def test_a_column_map_scales_and_a_byte_order_mark_does_no_harm(tmp_path):
     assert source.factor == pytest.approx(-2 / 3.6) and source.offset == 1.0
 
 
+@pytest.mark.study
 def test_a_log_of_laps_says_where_it_runs_in_its_own_ruts(tmp_path):
     turned = np.linspace(0.0, 6 * np.pi, 1200)
     path = 9.0 * np.column_stack([np.sin(turned), 1.0 - np.cos(turned)])

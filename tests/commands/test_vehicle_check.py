@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from drives import CLAY_LOG, PROJECT, reference_vehicle
+from drives import CLAY_LOG, MULTI_LOG, PROJECT, reference_vehicle
 from softsoil.commands.cli import app
 from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.recording.read import read_drive, write_drive
@@ -19,7 +19,7 @@ def estimate(log, folder, *more):
 
 
 def test_the_vehicle_taken_by_default_is_said_first(tmp_path):
-    short = write_drive(read_drive(CLAY_LOG).between(0.0, 8.0), tmp_path / "short.csv")
+    short = write_drive(read_drive(MULTI_LOG).between(0.0, 12.0), tmp_path / "short.csv")
     result = estimate(short, tmp_path / "o")
     assert result.exit_code == 0 and result.output.splitlines()[0].startswith("vehicle: reference, since --vehicle names none")
     named = estimate(short, tmp_path / "o", "--vehicle", "reference")

@@ -288,7 +288,7 @@ def test_storm_under_sanitizers(target, tmp_path):
     if not judge.compiles(compiler):
         pytest.skip("the compiler has no sanitizers")
     program = judge.build(compiler, folder(), "driver_storm.c", tmp_path / "storm", more)
-    done = subprocess.run([str(program), "3000", "1"], capture_output=True, text=True, check=False)
+    done = subprocess.run([str(program), "1500", "1"], capture_output=True, text=True, check=False)
     assert done.returncode == 0 and "nothing broke" in done.stdout, done.stderr[-2000:]
 
 

@@ -42,7 +42,7 @@ def test_the_driveline_that_drove_is_taken(words):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("declared", [True, False])
+@pytest.mark.parametrize("declared", [pytest.param(True, marks=pytest.mark.study), False])
 def test_n_is_identified_without_wheel_speeds(declared):
     drive = without_wheels(read_drive(MULTI_LOG))
     vehicle = reference_vehicle() if declared else reference_vehicle().with_(driveline={})

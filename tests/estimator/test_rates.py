@@ -22,10 +22,9 @@ def at_rate(hertz):
 def test_a_log_of_fewer_hertz_says_the_same():
     model = bicycle(reference_vehicle(), SANDY_LOAM)
     whole = estimate(read_drive(LOAM_LOG), model, 0.8)
-    for hertz in (50.0, 40.0):
-        slow = estimate(at_rate(hertz), model, 0.8)
-        assert whole.verdict.word == slow.verdict.word == "identified"
-        assert slow.n_front[-1] == pytest.approx(whole.n_front[-1], rel=0.02)
+    slow = estimate(at_rate(50.0), model, 0.8)
+    assert whole.verdict.word == slow.verdict.word == "identified"
+    assert slow.n_front[-1] == pytest.approx(whole.n_front[-1], rel=0.02)
 
 
 def test_a_gap_in_an_input_is_left_out():

@@ -30,10 +30,14 @@ def found(both, model):
     return {method: softsoil.estimate(both[1], model, n0=0.7, method=method) for method in ("ukf", "horizon")}
 
 
+@pytest.fixture(scope="module")
+def straight(both, model):
+    return softsoil.estimate(both[0], model, n0=0.7, method="horizon")
+
+
 @pytest.mark.parametrize("method", ["ukf", "horizon"])
-def test_an_estimate_goes_on_after_reversing(both, model, method, found):
-    (whole, _, on), found = both, found[method]
-    straight = softsoil.estimate(whole, model, n0=0.7, method="horizon")
+def test_an_estimate_goes_on_after_reversing(both, straight, method, found):
+    on, found = both[2], found[method]
     assert found.verdict.word == "identified"
     assert found.n_front[-1] == pytest.approx(straight.n_front[-1], rel=0.05)
     assert found.t[-1] > on + 5.0

@@ -32,7 +32,7 @@ STATED = (("phi", 0.01), ("k_phi", 1e5))
 
 @pytest.fixture(scope="module")
 def drive():
-    return add_noise(read_drive(MULTI_LOG).between(0.0, 24.0), "good", 1)
+    return add_noise(read_drive(MULTI_LOG).between(0.0, 16.0), "good", 1)
 
 
 def n_of(drive, soil):

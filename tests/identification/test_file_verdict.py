@@ -30,7 +30,7 @@ def soil_file(tmp_path, verdict):
 
 @pytest.mark.slow
 def test_an_estimate_with_a_contradicted_vehicle_is_not_identified(tmp_path):
-    drive = read_drive(MULTI_LOG).between(0.0, 20.0)
+    drive = read_drive(MULTI_LOG).between(0.0, 12.0)
     words = {}
     for verdict in ("needs_data", "contradicts_given"):
         model = Declaration(load_vehicle(file_with(tmp_path, verdict)), CLAY).build()

@@ -97,7 +97,7 @@ def test_logs_driven_straight_on_say_so_and_ask_for_a_manoeuvre():
 
 @pytest.mark.slow
 def test_a_log_that_repeats_one_wave_says_so_and_asks_for_more_waves():
-    drives = [read_drive(log).between(0.0, 15.0) for log in (CLAY_LOG, LOAM_LOG)]
+    drives = [read_drive(log).between(0.0, 10.0) for log in (CLAY_LOG, LOAM_LOG)]
     found = identify(drives, [CLAY, load_soil("sandy_loam")], KNOWN)
     assert found.verdict == "needs_data" and "one steering wave" in found.reason
     assert "several sines" in found.asks[0]
@@ -151,7 +151,7 @@ def identified(tmp_path_factory):
     return folder, result.output
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_reference_vehicle_is_identified_from_a_scale_and_a_tape(identified):
     folder, output = identified
     found = json.loads((folder / "identify.json").read_text(encoding="utf-8"))
@@ -167,7 +167,7 @@ def test_the_reference_vehicle_is_identified_from_a_scale_and_a_tape(identified)
     assert found["asks"] and found["software"]["version"] and found["vehicle"]["name"] == "paper"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_vehicle_file_is_complete_and_says_the_state_of_each_number(identified):
     folder, _ = identified
     text = (folder / "vehicle.toml").read_text(encoding="utf-8")

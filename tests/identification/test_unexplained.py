@@ -76,7 +76,7 @@ def test_a_wrong_soil_class_is_no_number_of_the_vehicle():
     assert "unexplained beyond sensor noise" in found.reason and "soil is of another class" in found.reason
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_hard_ground_is_no_soil_to_identify_a_vehicle_on():
     vehicle = load_vehicle("reference")
     model = bicycle(vehicle, HARD_GROUND.with_(phi=np.arctan(0.6), k=0.003), "hard_ground", {})

@@ -18,6 +18,7 @@ from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 
 
+@pytest.mark.study
 def test_drives_that_are_inconsistent_are_unexplained_and_the_clock_is_named():
     log = add_noise(softsoil.read_drive(softsoil.example_logs()[0]).between(0.0, 26.0), "good", 2)
     late = shifted(log, CLOCKS["steer and the wheels"], -4)
