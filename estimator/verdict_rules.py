@@ -18,21 +18,21 @@ class VerdictRules:
     """Limits of the verdict; `python -m benchmarks.verdicts` prints how often each is right.
 
     excited: largest standard deviation of n by noise and model error alone, over n (two of them are `same`); same: largest
-    difference of the final n between initial guesses, or between the filter and the windows, over n; bound: distance from a bound of n
-    within which it is one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard deviations, from
-    which they disagree; unexplained: of yaw rate and lateral velocity, share of their motion (root mean square) that a right
-    model leaves at most; unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia, inertia_sigmas:
-    share by which the drive contradicts the declared yaw inertia, and in standard deviations, from which n is not trusted;
-    inertia_known: largest standard deviation with which it can, as a circle hardly shows an inertia; strain: of the numbers of an
-    identified vehicle, from which it has changed; load, load_sigmas: share of its mass by which it is heavier or lighter than
-    declared, and in standard deviations, from which it has; load_seen: largest standard deviation of that share with which a
-    drive shows a load that n would take up; steering, steering_sigmas: share by which road wheels turn farther or less than the
-    log says, and in standard deviations, from which they do; parts, parts_sigmas: the same of n in the earlier and the later part
-    of the drive, over n; least_motion: root mean square lateral specific force (m/s^2) below which nothing is said of the model;
-    road: coefficient of friction from which a drive that hard ground fits better than soil, by `road_sigmas` standard errors, was
-    on hard ground; of_class: largest standard deviation of n, over n, by the errors that the soil's file states of its class;
-    of_law: the same by what a right law misses of the axles' forces; late: seconds by which a low-pass may have made the yaw rate
-    late; contradicted: the declared things whose numbers their own logs contradict ("vehicle", "soil").
+    difference of the final n between initial guesses, or between the filter and the windows, over n; bound: distance from a
+    bound of n within which it is one; apart, apart_sigmas: difference of the axles' n over their mean, and in standard
+    deviations, from which they disagree; unexplained: of yaw rate and lateral velocity, share of their motion (root mean square)
+    that a right model leaves at most; unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia,
+    inertia_sigmas: share by which the drive contradicts the declared yaw inertia, and in standard deviations, from which n is
+    not trusted; inertia_known: largest standard deviation with which it can, as a circle hardly shows an inertia; strain: of the
+    numbers of an identified vehicle, from which it has changed; load, load_sigmas: share of its mass by which it is heavier or
+    lighter than declared, and in standard deviations, from which it has; load_seen: largest standard deviation of that share
+    with which a drive shows a load that n would take up; steering, steering_sigmas: share by which road wheels turn farther or
+    less than the log says, and in standard deviations, from which they do; parts, parts_sigmas: the same of n in the earlier and
+    the later part of the drive, over n; least_motion: root mean square lateral specific force (m/s^2) below which nothing is
+    said of the model; road: coefficient of friction from which a drive that hard ground fits better than soil, by `road_sigmas`
+    standard errors, was on hard ground; of_class: largest standard deviation of n, over n, by the errors that the soil's file
+    states of its class; of_law: the same by what a right law misses of the axles' forces; late: seconds by which a low-pass may
+    have made the yaw rate late; contradicted: the declared things whose numbers their own logs contradict ("vehicle", "soil").
     """
 
     excited: float = 0.05
