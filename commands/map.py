@@ -26,9 +26,9 @@ from softsoil.commands.options_model import (
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.horizons import START_UP
-from softsoil.estimator.soil_map import Cell, DriveSoil, drive_soil, fuse
 from softsoil.figures.soil_map import draw_soil_map
 from softsoil.importing.local_frame import latitude_longitude, other_frame
+from softsoil.mapping.soil_map import Cell, DriveSoil, drive_soil, fuse
 from softsoil.recording.log_names import distinct
 
 DECIMALS = 8

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.collections import PatchCollection
 from matplotlib.patches import Rectangle
 
-from softsoil.estimator.soil_map import Cell, DriveSoil
 from softsoil.figures.style import SOFT, page
+from softsoil.mapping.soil_map import Cell, DriveSoil
 
 
 def draw_soil_map(cells: Sequence[Cell], drives: Sequence[DriveSoil], size: float, path: Path) -> Path:

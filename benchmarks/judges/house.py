@@ -11,7 +11,7 @@ from types import MappingProxyType
 PROJECT = Path(__file__).resolve().parents[2]
 ORDER = (
     "files", "recording", "importing", "symbolic", "declaration", "codegen", "windows", "estimator", "plant", "control",
-    "calibration", "refinement", "identification", "cases", "mpc_demo", "figures", "commands",
+    "mapping", "calibration", "refinement", "identification", "cases", "mpc_demo", "figures", "commands",
 )  # fmt: skip
 """Rooms from the ground up: a room imports from rooms below it only."""
 NOT_BELOW: Mapping[str, Set[str]] = MappingProxyType(
@@ -23,6 +23,7 @@ NOT_BELOW: Mapping[str, Set[str]] = MappingProxyType(
         "estimator": {"files", "recording", "symbolic", "declaration", "codegen", "windows"},
         "plant": {"files", "recording", "symbolic.signals", "symbolic.soil"},
         "control": {"files", "recording", "symbolic", "declaration", "codegen", "windows", "estimator"},
+        "mapping": {"files", "recording", "importing", "symbolic", "declaration", "codegen", "windows", "estimator"},
         "refinement": {"files", "recording", "symbolic", "declaration", "codegen", "windows", "estimator"},
         "identification": {"files", "recording", "symbolic", "declaration", "codegen", "windows", "estimator", "refinement"},
         "cases": {

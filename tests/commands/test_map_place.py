@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 from drives import MULTI_LOG
 from softsoil.commands.cli import app
 from softsoil.commands.map import in_one_frame
-from softsoil.estimator.soil_map import DriveSoil
 from softsoil.estimator.verdict import Verdict
 from softsoil.importing.local_frame import latitude_longitude, other_frame
+from softsoil.mapping.soil_map import DriveSoil
 from softsoil.recording.read import read_drive, write_drive
 
 HERE, THERE = (48.1374, 11.5755), (48.1392, 11.5790)

@@ -13,8 +13,8 @@ from softsoil.estimator.estimate import estimate
 from softsoil.estimator.modes import run_guess
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.soil_error import SoilError, soil_error
-from softsoil.estimator.soil_map import drive_soil
 from softsoil.files.package_data import PLANT_VEHICLE
+from softsoil.mapping.soil_map import drive_soil
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, PathFollower, Speed
 from softsoil.plant.sensors import Sensors
 from softsoil.plant.simulate import simulate

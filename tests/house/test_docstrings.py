@@ -12,7 +12,7 @@ import pytest
 
 PROJECT = Path(__file__).resolve().parents[2]
 ROOMS = (
-    "files", "symbolic", "recording", "importing", "codegen", "windows", "estimator", "calibration", "refinement",
+    "files", "symbolic", "recording", "importing", "codegen", "windows", "estimator", "mapping", "calibration", "refinement",
     "identification", "cases", "control",
 )  # fmt: skip
 SAID_ELSEWHERE = {

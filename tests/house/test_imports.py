@@ -82,7 +82,7 @@ def _reads_truth(path: Path) -> list[int]:
 
 @pytest.mark.parametrize(
     "path",
-    [p for p in FILES if p.parent.name in ("estimator", "refinement", "identification", "calibration", "control")],
+    [p for p in FILES if p.parent.name in ("estimator", "mapping", "refinement", "identification", "calibration", "control")],
     ids=lambda path: path.stem,
 )
 def test_nothing_that_estimates_reads_the_truth(path):

@@ -1,0 +1,1 @@
+"""Maps of the soil: n along the way of drives, per cell of the ground."""
