@@ -1,114 +1,170 @@
-"""The soil along the way: the sinkage exponent per cell of the ground, fused over windows and drives by information.
-
-Each window with a free initial state is a quadratic in n (`estimator/moving_horizon.py`); its minimum and curvature belong to the
-cell where the vehicle is in its middle. A cell's n is the mean of its windows weighted by information, its standard deviation
-that of noise and scatter, with the error that is common to all windows of a model.
-"""
+"""A map of the soil from drives: which of them are laid on it, in one frame, and n of a place."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+import pandas as pd
 
 from softsoil.declaration.ground import refuse_hard_ground
-from softsoil.estimator.driveline_choice import log_driveline, with_choice
-from softsoil.estimator.estimate import judged_without_wheels
-from softsoil.estimator.evidence import gather
+from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.horizons import START_UP
-from softsoil.estimator.modes import run_horizon
-from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
-from softsoil.estimator.tuning import common_error
-from softsoil.estimator.verdict import Verdict, decide, initial_guesses
-from softsoil.estimator.verdict_rules import VerdictRules
+from softsoil.estimator.verdict import Verdict
+from softsoil.importing.local_frame import other_frame
+from softsoil.mapping.cells import Cell, fuse
+from softsoil.mapping.drive_soil import DriveSoil, drive_soil
+from softsoil.mapping.place import misplaced
 from softsoil.recording.drive import Recording
+from softsoil.recording.log_names import distinct
+from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.soil import SOIL_SIGNALS
 
-Array = NDArray[np.float64]
-
-FEWEST = 2
-"""Windows that a cell needs, so that their scatter says something."""
-ON_THE_WAY = VerdictRules(parts=np.inf)
-"""Of the verdict on a drive: soils that change along the way are what a map is for."""
+USED = ("identified", "not_excited")
+"""Verdicts of drives that a map uses: one that says too little adds what little it says."""
+OFF_THE_MAP = 0.25
+"""Cells that a position may leap by."""
+FIELD = 2e4
+"""m from the first origin within which a drive is on the same piece of ground."""
+Origin = tuple[float, float] | None
 
 
 @dataclass(frozen=True)
-class DriveSoil:
-    """What one drive says of the soil along its way.
+class SoilMap:
+    """The sinkage exponent per cell of the ground.
 
-    log; verdict: on the drive as a whole; x, y (W,): middle of each window (m); n, information (W,): minimum and curvature of its
-    quadratic in n; common: share of n that an error common to all windows of the model makes; origin: latitude and longitude
-    (deg) of x = y = 0, where the log has them.
+    size: of a cell (m); cells: known ones; origin: latitude and longitude (deg) of x = y = 0, None where that is not known;
+    drives: all that were given, `left_out` of each that is not on the map says why.
+    Example: softsoil.SoilMap(10.0, ()).at(3.0, 4.0) is None
     """
 
-    log: str
-    verdict: Verdict
-    x: Array
-    y: Array
-    n: Array
-    information: Array
-    common: float
+    size: float
+    cells: tuple[Cell, ...]
     origin: tuple[float, float] | None = None
+    drives: tuple[DriveSoil, ...] = ()
+
+    @cached_property
+    def _by_place(self) -> dict[tuple[int, int], Cell]:
+        return {(cell.column, cell.row): cell for cell in self.cells}
+
+    def at(self, x: float, y: float) -> Cell | None:
+        """The cell of a place x, y (m, in the map's frame), None where nothing is known of it."""
+        return self._by_place.get((int(np.floor(x / self.size)), int(np.floor(y / self.size))))
+
+    @property
+    def used(self) -> tuple[DriveSoil, ...]:
+        """The drives that the map is of."""
+        return tuple(one for one in self.drives if not one.left_out)
+
+    @property
+    def driven(self) -> int:
+        """Cells that the drives of the map ran through, known or not."""
+        ways = np.concatenate([one.way for one in self.used] or [np.zeros((0, 2))])
+        return len({(int(c), int(r)) for c, r in np.floor(ways[np.isfinite(ways).all(axis=1)] / self.size)})
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One cell: column, row; n, std: fused; windows: how many; drives: how many logs crossed it."""
+def map_soil(
+    logs: Sequence[Recording | pd.DataFrame | str | Path], model: Model, n0: float | None = None, *,
+    cell: float = 10.0, everything: bool = False, start: float = START_UP,
+) -> SoilMap:  # fmt: skip
+    """The soil along the way of drives over one piece of ground, per cell, from sensor channels only.
 
-    column: int
-    row: int
-    n: float
-    std: float
-    windows: int
-    drives: int
+    logs: drives, files or tables, with measured positions, in the frame of the first where they have an origin, else taken to
+    share one; model: with declared effects; n0: initial guess of n (default: the soil's); cell: size of a cell (m); everything:
+    also drives whose verdict says not to use their n; start: seconds left out at the beginning. Drives that are not on the map
+    stand in `drives`, with why. Raises ValueError where no drive is on it, for a model of hard ground, and for drives of which
+    some have an origin or are farther than FIELD from the first.
 
-
-def drive_soil(recording: Recording, model: Model, n0: float, start: float = START_UP) -> DriveSoil:
-    """The soil along one drive, from sensor channels only.
-
-    model: bicycle with declared effects; n0: initial guess of n; start: seconds left out at the beginning.
-    Raises ValueError for a drive that the model cannot use, or a model of hard ground.
+    Example:
+        >>> import softsoil
+        >>> model = softsoil.bicycle(softsoil.load_vehicle("reference"), softsoil.load_soil("clay"))
+        >>> ground = softsoil.map_soil([softsoil.read_drive(softsoil.example_logs()[0]).between(0.0, 14.0)], model)
+        >>> cell = ground.at(45.0, -5.0)
+        >>> cell.verdict, bool(abs(cell.n - 0.5) < 3.0 * cell.std)
+        ('identified', True)
     """
     refuse_hard_ground(model)
-    rules = HorizonRules()
-    choice = log_driveline(recording, model, n0, start)
-    model = model if choice is None else with_choice(model, choice)
-    windows = drive_windows(recording, model, start, rules)
-    evidence = gather(windows, initial_guesses(n0), True, rules)
-    summary = run_horizon(windows, evidence.guess, True, rules).summary
-    which = np.arange(len(windows.rows))
-    at, hessian, gradient = (np.array(part).reshape(len(which)) for part in (summary.at, summary.hessian, summary.gradient))
-    bounds = SOIL_SIGNALS["n"]
-    n = np.clip(at - gradient / np.maximum(hessian, 1e-9), bounds.lower, bounds.upper)
-    middle = windows.rows + windows.steps // 2
-    x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
-    information = hessian * rules.stride / rules.length
-    common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.more))
-    verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)
-    return DriveSoil(recording.name, verdict, x, y, n, information, common, recording.origin)
+    drives = distinct([usable(log, model.geometry, late_steering(model.geometry)) for log in logs])
+    one_frame(drives)
+    guess = float(model.p["n_f"].nominal) if n0 is None else n0
+    return laid([surveyed(drive, model, guess, start) for drive in drives], drives, cell, everything)
 
 
-def fuse(drives: Sequence[DriveSoil], size: float) -> tuple[Cell, ...]:
-    """Cells of `size` (m) that the drives cross, row by row. Raises ValueError for a size that is not positive."""
-    if not size > 0:
-        raise ValueError(f"cell size: expected a positive number of metres, found {size}")
-    members: dict[tuple[int, int], list[tuple[int, float, float]]] = {}
-    for k, drive in enumerate(drives):
-        for x, y, n, information in zip(drive.x, drive.y, drive.n, drive.information, strict=True):
-            members.setdefault((int(np.floor(y / size)), int(np.floor(x / size))), []).append((k, n, information))
-    cells = []
-    for (row, column), found in sorted(members.items()):
-        if len(found) < FEWEST:
+def surveyed(recording: Recording, model: Model, n0: float, start: float = START_UP) -> DriveSoil:
+    """As `drive_soil`, and for a drive that the model cannot use one that is left out, with the reason."""
+    try:
+        return drive_soil(recording, model, n0, start)
+    except ValueError as error:
+        nothing = np.zeros(0)
+        words = str(error).removeprefix(f"{recording.name}: ")
+        return DriveSoil(
+            recording.name, Verdict("not_excited", words), nothing, nothing, nothing, nothing, 0.0, recording.origin,
+            notes=recording.notes, left_out=words,
+        )  # fmt: skip
+
+
+def laid(found: Sequence[DriveSoil], recordings: Sequence[Recording], size: float, everything: bool = False) -> SoilMap:
+    """The map of drives in one frame.
+
+    found: of each of the recordings; size: of a cell (m); everything: also drives whose verdict says not to use their n.
+    Raises ValueError where nothing is left.
+    """
+    drives = []
+    for i, (one, recording) in enumerate(zip(found, recordings, strict=True)):
+        why = one.left_out or _same_as(recording, recordings[:i]) or misplaced(recording, OFF_THE_MAP * size)
+        if not why and not everything and one.verdict.word not in USED:
+            why = f"its verdict is {one.verdict.word}"
+        drives.append(replace(one, left_out=why))
+    used = [one for one in drives if not one.left_out]
+    if not used:
+        why = "; ".join(f"{one.log}: {one.left_out}" for one in drives)
+        raise ValueError(f"map: expected a drive that can be laid on it, found none ({why})")
+    origin = one_frame(used)
+    drives = [_moved(one, origin) for one in drives]
+    cells = fuse([one for one in drives if not one.left_out], size)
+    if not cells:
+        raise ValueError(f"map: expected two windows of a second in a cell, found none: cells of {size:g} m are too small")
+    return SoilMap(size, cells, origin, tuple(drives))
+
+
+def one_frame(drives: Sequence[Recording] | Sequence[DriveSoil]) -> Origin:
+    """The origin of the drives' frame: that of the first.
+
+    Raises ValueError where some have an origin on the globe and others none, or are farther than FIELD from the first.
+    """
+    first = drives[0].origin
+    if {one.origin is None for one in drives} == {True, False}:
+        without = next(one for one in drives if one.origin is None)
+        name = getattr(without, "log", "") or getattr(without, "name", "")
+        raise ValueError(
+            f"map: expected a latitude and longitude of the frame of every log or of none; {name} has none: import it with its "
+            "fixes"
+        )
+    for one in drives:
+        if one.origin is None or first is None or one.origin == first:
             continue
-        n, weight = (np.array([entry[i] for entry in found]) for i in (1, 2))
-        mean = float(weight @ n / weight.sum())
-        noise = 1.0 / weight.sum()
-        scatter = float(weight**2 @ (n - mean) ** 2 / weight.sum() ** 2) * len(found) / (len(found) - 1)
-        crossed = {entry[0] for entry in found}
-        common = max(drives[k].common for k in crossed)
-        std = float(np.sqrt(max(noise, scatter) + (common * mean) ** 2))
-        cells.append(Cell(column, row, mean, std, len(found), len(crossed)))
-    return tuple(cells)
+        (x,), (y,) = other_frame("map", np.zeros(1), np.zeros(1), one.origin, first)
+        if (away := float(np.hypot(x, y))) > FIELD:
+            raise ValueError(f"map: expected drives over one piece of ground, found one {away / 1e3:.0f} km from the first")
+    return first
+
+
+def _moved(drive: DriveSoil, origin: Origin) -> DriveSoil:
+    """A drive in the frame of another origin."""
+    if drive.origin is None or origin is None or drive.origin == origin or drive.left_out:
+        return drive
+    x, y = other_frame("map", drive.x, drive.y, drive.origin, origin)
+    way = np.column_stack(other_frame("map", drive.way[:, 0], drive.way[:, 1], drive.origin, origin))
+    return replace(drive, x=x, y=y, way=way, origin=origin)
+
+
+def _same_as(recording: Recording, others: Sequence[Recording]) -> str:
+    """Says so where another drive has the same rows."""
+    for other in others:
+        pairs = ((recording.channels.get(name), other.channels.get(name)) for name in ("x", "y", "u", "omega_z"))
+        if all(a is not None and b is not None and np.array_equal(a, b, equal_nan=True) for a, b in pairs):
+            return f"it has the rows of {other.name}"
+    return ""

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from softsoil.files.package_data import example_logs
     from softsoil.identification.identify import identify
     from softsoil.identification.soil_numbers import identify_soil
+    from softsoil.mapping.map_file import load_map
+    from softsoil.mapping.soil_map import SoilMap, map_soil
     from softsoil.plant.simulate import simulate
     from softsoil.recording.drive import Recording
     from softsoil.recording.read import read_drive, write_drive
@@ -47,6 +49,7 @@ __all__ = [
     "Recording",
     "Signal",
     "Soil",
+    "SoilMap",
     "Vehicle",
     "__version__",
     "add_effect",
@@ -60,8 +63,10 @@ __all__ = [
     "identify_soil",
     "late_clocks",
     "load_declaration",
+    "load_map",
     "load_soil",
     "load_vehicle",
+    "map_soil",
     "predict",
     "read_drive",
     "refine",
@@ -83,6 +88,8 @@ if not TYPE_CHECKING:
         "estimator.horizons": ("predict",),
         "estimator.late_clocks": ("late_clocks",),
         "files.package_data": ("example_logs",),
+        "mapping.map_file": ("load_map",),
+        "mapping.soil_map": ("SoilMap", "map_soil"),
         "plant.simulate": ("simulate",),
         "recording.drive": ("Recording",),
         "recording.read": ("read_drive", "write_drive"),

@@ -9,10 +9,11 @@ from typer.testing import CliRunner
 
 from drives import MULTI_LOG
 from softsoil.commands.cli import app
-from softsoil.commands.map import in_one_frame
 from softsoil.estimator.verdict import Verdict
 from softsoil.importing.local_frame import latitude_longitude, other_frame
-from softsoil.mapping.soil_map import DriveSoil
+from softsoil.mapping.drive_soil import DriveSoil
+from softsoil.mapping.soil_map import laid, one_frame
+from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive, write_drive
 
 HERE, THERE = (48.1374, 11.5755), (48.1392, 11.5790)
@@ -21,6 +22,13 @@ HERE, THERE = (48.1374, 11.5755), (48.1392, 11.5790)
 def soil(origin, x, y):
     points = np.array(x), np.array(y)
     return DriveSoil("a", Verdict("identified", ""), *points, np.full(len(x), 0.5), np.full(len(x), 9.0), 0.03, origin)
+
+
+def synthetic_log(k):
+    """A straight drive at 2 m/s, k m to the side."""
+    t = 0.02 * np.arange(400)
+    still = dict.fromkeys(("psi", "v", "omega_z"), np.zeros(400))
+    return Recording(f"log_{k}", {"t": t, "x": 2.0 * t, "y": np.full(400, float(k)), "u": np.full(400, 2.0), **still})
 
 
 def test_a_degree_of_latitude_is_111_kilometres():
@@ -33,14 +41,21 @@ def test_a_degree_of_latitude_is_111_kilometres():
 
 def test_logs_of_several_origins_come_into_the_frame_of_the_first():
     east, north = other_frame("test", np.array([3.0]), np.array([-4.0]), THERE, HERE)
-    first, second = in_one_frame([soil(HERE, [0.0], [0.0]), soil(THERE, [3.0], [-4.0])])
+    soils = [soil(HERE, [0.0, 1.0], [0.0, 1.0]), soil(THERE, [3.0, 4.0], [-4.0, -4.0])]
+    logs = [synthetic_log(k) for k in range(2)]
+    first, second = laid(soils, logs, 10.0).drives
     assert second.origin == first.origin == HERE
     assert (second.x[0], second.y[0]) == pytest.approx((east[0], north[0]), abs=1e-6)
 
 
 def test_a_log_without_a_place_is_not_mixed_with_one_that_has_it():
     with pytest.raises(ValueError, match="of every log or of none; a has none"):
-        in_one_frame([soil(HERE, [0.0], [0.0]), soil(None, [3.0], [4.0])])
+        one_frame([soil(HERE, [0.0], [0.0]), soil(None, [3.0], [4.0])])
+
+
+def test_drives_of_two_fields_are_no_map():
+    with pytest.raises(ValueError, match="over one piece of ground, found one 111 km from the first"):
+        one_frame([soil(HERE, [0.0], [0.0]), soil((HERE[0] + 1.0, HERE[1]), [3.0], [4.0])])
 
 
 @pytest.mark.slow

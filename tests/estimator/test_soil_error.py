@@ -14,7 +14,7 @@ from softsoil.estimator.modes import run_guess
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.soil_error import SoilError, soil_error
 from softsoil.files.package_data import PLANT_VEHICLE
-from softsoil.mapping.soil_map import drive_soil
+from softsoil.mapping.drive_soil import drive_soil
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, PathFollower, Speed
 from softsoil.plant.sensors import Sensors
 from softsoil.plant.simulate import simulate

@@ -17,7 +17,7 @@ from softsoil.estimator.soil_error import SoilError
 from softsoil.estimator.strain import VehicleChange
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
 from softsoil.estimator.verdict import WORDS, Verdict, decide, judge
-from softsoil.mapping.soil_map import ON_THE_WAY
+from softsoil.mapping.drive_soil import ON_THE_WAY
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
 from softsoil.recording.drive import WHEEL_CHANNELS

@@ -1,4 +1,7 @@
-"""Soil maps: cells fused by information, and the soil of a drive of the model itself."""
+"""Soil maps: cells fused by information and by what drives disagree, and the soil of a drive of the model itself."""
+
+import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,22 +9,44 @@ import pytest
 from drives import clay_bicycle, clay_drive
 from softsoil.estimator.tuning import ABSENT_WHEELS_ERROR
 from softsoil.estimator.verdict import Verdict
-from softsoil.mapping.soil_map import DriveSoil, drive_soil, fuse
+from softsoil.mapping.cells import fuse
+from softsoil.mapping.drive_soil import DriveSoil, drive_soil
+from softsoil.mapping.map_file import as_json, load_map
+from softsoil.mapping.place import largest_leap, misplaced, way_of
+from softsoil.mapping.soil_map import SoilMap, laid, map_soil, surveyed
 from softsoil.recording.derive import mark
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
+from softsoil.symbolic.soil import CLAY
 
 
-def drive(n, information, x=(1.0, 2.0), common=0.03):
+def drive(n, information, x=(1.0, 2.0), common=0.03, name="a"):
     count = len(x)
     n, information = np.full(count, n), np.full(count, information)
-    return DriveSoil("a", Verdict("identified", ""), np.array(x), np.zeros(count), n, information, common)
+    return DriveSoil(name, Verdict("identified", ""), np.array(x), np.zeros(count), n, information, common)
 
 
-def test_drives_are_fused_by_information():
-    (cell,) = fuse([drive(0.5, 300.0), drive(0.8, 100.0)], 5.0)
-    assert cell.n == pytest.approx(0.575) and (cell.windows, cell.drives) == (4, 2)
-    assert cell.std > np.sqrt(1 / 800)
+@pytest.fixture(scope="module")
+def log():
+    return add_noise(clay_drive(25.0), "good", 2)
+
+
+@pytest.fixture(scope="module")
+def surveys(log):
+    return surveyed(log, clay_bicycle(), 0.7, 1.0)
+
+
+def test_drives_that_agree_are_fused_by_information():
+    (cell,) = fuse([drive(0.50, 300.0), drive(0.54, 100.0)], 5.0)
+    assert cell.n == pytest.approx(0.51) and (cell.windows, cell.drives) == (4, 2)
+    assert cell.std == pytest.approx(np.hypot(np.sqrt(1 / 800), 0.03 * 0.51)) and cell.verdict == "identified"
+
+
+def test_drives_that_contradict_each_other_are_no_confident_number():
+    """One is surer than the other, which was all that counted."""
+    (cell,) = fuse([drive(0.45, 800.0), drive(0.85, 40.0)], 5.0)
+    assert cell.verdict == "inconsistent" and 0.5 < cell.n < 0.8
+    assert cell.n - 2 * cell.std < 0.45 and cell.n + 2 * cell.std > 0.85
 
 
 def test_the_error_common_to_all_drives_stays_however_many_there_are():
@@ -29,18 +54,33 @@ def test_the_error_common_to_all_drives_stays_however_many_there_are():
     assert one.std == pytest.approx(0.03 * 0.5, rel=1e-4) and many.std == pytest.approx(0.04 * 0.5, rel=1e-4)
 
 
+def test_ground_that_differs_within_a_large_cell_makes_it_uncertain():
+    x = np.arange(1.0, 100.0, 2.0)
+    both = replace(drive(0.5, 2000.0, x), n=np.where(x < 50.0, 0.45, 0.60))
+    (cell,) = fuse([both], 100.0)
+    assert cell.verdict == "inconsistent" and cell.std > 0.07
+    assert {c.verdict for c in fuse([both], 10.0)} == {"identified"}
+
+
+@pytest.mark.parametrize(
+    ("n", "information", "word"), [(1.59, 1e4, "at_bound"), (0.5, 1e4, "identified"), (0.5, 50.0, "not_excited")]
+)
+def test_every_cell_has_a_verdict(n, information, word):
+    assert [c.verdict for c in fuse([drive(n, information)], 5.0)] == [word]
+
+
 def test_cells_are_told_by_place_and_need_two_windows():
     cells = fuse([drive(0.5, 100.0, (1.0, 2.0, 6.0, 7.0, 11.0))], 5.0)
     assert [(c.column, c.windows) for c in cells] == [(0, 2), (1, 2)]
 
 
-def test_a_cell_needs_a_size():
+@pytest.mark.parametrize("size", [0.0, np.nan, np.inf])
+def test_a_cell_needs_a_size(size):
     with pytest.raises(ValueError, match="expected a positive number of metres"):
-        fuse([drive(0.5, 100.0)], 0.0)
+        fuse([drive(0.5, 100.0)], size)
 
 
-def test_without_wheel_speeds_the_driveline_is_the_logs_and_the_error_wider():
-    log = add_noise(clay_drive(25.0), "good", 2)
+def test_without_wheel_speeds_the_driveline_is_the_logs_and_the_error_wider(log):
     measured = drive_soil(log, clay_bicycle(), 0.7, 1.0)
     derived = drive_soil(mark(log, "derived", *WHEEL_CHANNELS), clay_bicycle(), 0.7, 1.0)
     flat, with_absent = (one.common**2 - one.verdict.evidence.soil.more**2 for one in (measured, derived))
@@ -48,10 +88,66 @@ def test_without_wheel_speeds_the_driveline_is_the_logs_and_the_error_wider():
     assert "wheel speeds from the balance of forces" in derived.verdict.reason or not derived.verdict.usable
 
 
-def test_the_soil_of_a_drive_is_that_of_its_model():
-    soil = drive_soil(add_noise(clay_drive(25.0), "good", 2), clay_bicycle(), 0.7, 1.0)
-    assert soil.verdict.word == "identified"
-    cells = fuse([soil], 15.0)
-    assert len(cells) > 3
-    assert np.mean([abs(c.n - 0.5) / c.std for c in cells]) < 2.0
-    assert np.mean([c.n for c in cells]) == pytest.approx(0.5, abs=0.05)
+def test_the_soil_of_a_drive_is_that_of_its_model(log, surveys):
+    ground = laid([surveys], [log], 15.0)
+    assert surveys.verdict.word == "identified" and len(ground.cells) > 3
+    assert np.mean([abs(c.n - 0.5) / c.std for c in ground.cells]) < 2.0
+    assert np.mean([c.n for c in ground.cells]) == pytest.approx(0.5, abs=0.05)
+    assert len(ground.cells) <= ground.driven < len(ground.cells) + 6
+    cell = ground.cells[0]
+    assert ground.at(15.0 * cell.column + 1.0, 15.0 * cell.row + 14.0) == cell and ground.at(-1e3, 0.0) is None
+
+
+def test_a_drive_without_measured_positions_is_on_no_map(log, surveys):
+    nowhere = mark(log, "derived", "x", "y")
+    ground = laid([surveys, surveys], [log, replace(nowhere, name="nowhere")], 15.0)
+    assert [one.left_out for one in ground.drives][1] != ""
+    assert misplaced(nowhere, 2.5) == "its position is not measured"
+    with pytest.raises(ValueError, match=r"expected a drive that can be laid on it, found none .*position is not measured"):
+        laid([surveys], [nowhere], 15.0)
+
+
+def test_a_leap_of_the_receiver_leaves_a_drive_out(log, surveys):
+    """12 m to the side, half-way: what follows is at another place. One sample that is off, or a drift, is no leap."""
+    late = log.t > log.t[0] + 12.0
+    y = log["y"] + np.where(late, 12.0, 0.0)
+    size, at = largest_leap(log.with_channels(y=y))
+    assert size == pytest.approx(12.0, abs=0.5) and at == pytest.approx(log.t[0] + 12.0, abs=0.3)
+    ground = laid([surveys, surveys], [log, replace(log.with_channels(y=y), name="leaps")], 10.0)
+    assert "leaps by 1" in ground.drives[1].left_out and not ground.drives[0].left_out
+    spike = log["y"].copy()
+    spike[800] += 12.0
+    drift = log["y"] + 12.0 * (log.t - log.t[0]) / np.ptp(log.t)
+    assert misplaced(log.with_channels(y=spike), 2.5) == misplaced(log.with_channels(y=drift), 2.5) == ""
+
+
+def test_the_same_log_twice_is_no_more_evidence(log, surveys):
+    once, twice = laid([surveys], [log], 15.0), laid([surveys] * 2, [log, replace(log, name="copy")], 15.0)
+    assert once.cells == twice.cells and twice.drives[1].left_out == f"it has the rows of {log.name}"
+
+
+def test_a_log_that_is_too_short_does_not_lose_the_others(log):
+    short = replace(log.between(0.0, 2.0), name="short")
+    ground = map_soil([log, short], clay_bicycle(), 0.7, start=1.0)
+    assert len(ground.used) == 1 and "expected at least" in ground.drives[1].left_out
+    with pytest.raises(ValueError, match=r"cells of 0\.1 m are too small"):
+        map_soil([log], clay_bicycle(), 0.7, start=1.0, cell=0.1)
+
+
+def test_a_way_is_points_within_a_metre_of_each_other(log):
+    way = way_of(log, 100)
+    steps = np.hypot(*np.diff(way, axis=0).T)
+    assert np.isfinite(way).all() and 0.4 < np.median(steps) < 1.2
+    holed = log.with_channels(x=np.where((log.t > 10.0) & (log.t < 14.0), np.nan, log["x"]))
+    assert np.isnan(way_of(holed, 100)).any()
+
+
+def test_a_map_is_read_as_it_was_written(log, surveys, tmp_path):
+    ground = laid([surveys], [log], 15.0)
+    path = tmp_path / "map.json"
+    path.write_text(json.dumps(as_json(ground, CLAY, "turn_slip")), encoding="utf-8")
+    back = load_map(path)
+    assert back == SoilMap(15.0, ground.cells) and back.driven == 0
+    path.write_text("{}", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"map.json: expected a file of softsoil map, found another"):
+        load_map(path)

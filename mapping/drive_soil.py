@@ -1,0 +1,79 @@
+"""The soil along the way of one drive: each window with a free initial state is a quadratic in n
+(`estimator/moving_horizon.py`); its minimum and curvature belong to the place where the vehicle is in its middle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.declaration.ground import refuse_hard_ground
+from softsoil.estimator.driveline_choice import log_driveline, with_choice
+from softsoil.estimator.estimate import judged_without_wheels
+from softsoil.estimator.evidence import gather
+from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.modes import run_horizon
+from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
+from softsoil.estimator.tuning import common_error
+from softsoil.estimator.verdict import Verdict, decide, initial_guesses
+from softsoil.estimator.verdict_rules import VerdictRules
+from softsoil.mapping.place import way_of
+from softsoil.recording.drive import Recording
+from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import SOIL_SIGNALS
+
+Array = NDArray[np.float64]
+
+ON_THE_WAY = VerdictRules(parts=np.inf)
+"""Of the verdict on a drive: soils that change along the way are what a map is for."""
+
+
+@dataclass(frozen=True)
+class DriveSoil:
+    """What one drive says of the soil along its way.
+
+    log; verdict: on the drive as a whole; x, y (W,): middle of each window (m); n, information (W,): minimum and curvature of its
+    quadratic in n; common: share of n that an error common to all windows of the model makes; origin: latitude and longitude
+    (deg) of x = y = 0, where the log has them; way (R, 2): positions that it drove through (m), NaN between stretches;
+    notes: on the log; left_out: why it is not on the map, empty where it is.
+    """
+
+    log: str
+    verdict: Verdict
+    x: Array
+    y: Array
+    n: Array
+    information: Array
+    common: float
+    origin: tuple[float, float] | None = None
+    way: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    notes: tuple[str, ...] = ()
+    left_out: str = ""
+
+
+def drive_soil(recording: Recording, model: Model, n0: float, start: float = START_UP) -> DriveSoil:
+    """The soil along one drive, from sensor channels only.
+
+    model: bicycle with declared effects; n0: initial guess of n; start: seconds left out at the beginning.
+    Raises ValueError for a drive that the model cannot use, or a model of hard ground.
+    """
+    refuse_hard_ground(model)
+    rules = HorizonRules()
+    choice = log_driveline(recording, model, n0, start)
+    model = model if choice is None else with_choice(model, choice)
+    windows = drive_windows(recording, model, start, rules)
+    evidence = gather(windows, initial_guesses(n0), True, rules)
+    summary = run_horizon(windows, evidence.guess, True, rules).summary
+    which = np.arange(len(windows.rows))
+    at, hessian, gradient = (np.array(part).reshape(len(which)) for part in (summary.at, summary.hessian, summary.gradient))
+    bounds = SOIL_SIGNALS["n"]
+    n = np.clip(at - gradient / np.maximum(hessian, 1e-9), bounds.lower, bounds.upper)
+    middle = windows.rows + windows.steps // 2
+    x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
+    information = hessian * rules.stride / rules.length
+    common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.more))
+    verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)
+    way = way_of(recording, int(windows.rows[0]))
+    return DriveSoil(recording.name, verdict, x, y, n, information, common, recording.origin, way, recording.notes)

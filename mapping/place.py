@@ -1,0 +1,67 @@
+"""Whether the positions of a drive say where it was: measured, and without a leap of the receiver's."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsoil.recording.drive import Recording
+from softsoil.recording.states import known_states
+
+Array = NDArray[np.float64]
+
+BESIDE = 0.5
+"""s on either side of a row over which positions are compared."""
+STRIDE = 1.0
+"""m between the points of a way, at most."""
+LEAST = 1.0
+"""m: smaller leaps are what the front axle moves sideways in BESIDE of a sharp turn."""
+
+
+def misplaced(recording: Recording, most: float) -> str:
+    """Why a drive cannot be laid on a map, in words; empty where it can.
+
+    recording: with derived channels marked; most: leap of the position that does not matter (m).
+    """
+    if any(recording.state.get(name, "measured") != "measured" for name in ("x", "y")):
+        return "its position is not measured"
+    leap, at = largest_leap(recording)
+    return f"its position leaps by {leap:.1f} m at {at:.1f} s" if leap > max(most, LEAST) else ""
+
+
+def largest_leap(recording: Recording) -> tuple[float, float]:
+    """Size (m) and time (s) of the largest step of the position that stays and that the vehicle did not drive.
+
+    Positions less the way by speed and heading: their medians over BESIDE before and after a row.
+    """
+    x, y, psi, u, v, _ = known_states(recording).T
+    dt, half = recording.dt, max(round(BESIDE / recording.dt), 3)
+    east, north = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
+    steps = np.nan_to_num(np.column_stack([east, north])) * dt
+    left = np.column_stack([x, y]) - np.cumsum(steps, axis=0)
+    if len(left) < 4 * half:
+        return 0.0, float(recording.t[0])
+    windows = np.lib.stride_tricks.sliding_window_view(left, half, axis=0)
+    known = np.isfinite(windows[:, 0]).any(axis=1)
+    middle = np.full((len(windows), 2), np.nan)
+    middle[known] = np.nanmedian(windows[known], axis=2)
+    leaps = np.hypot(*(middle[half:] - middle[:-half]).T)
+    if not np.isfinite(leaps).any():
+        return 0.0, float(recording.t[0])
+    row = int(np.nanargmax(leaps))
+    return float(leaps[row]), float(recording.t[row + half])
+
+
+def way_of(recording: Recording, first: int) -> Array:
+    """(R, 2) positions (m), at most STRIDE from each other, from the row `first` on; NaN in between where the position is not
+    known for longer than that."""
+    x, y = (known_states(recording)[first:, i] for i in (0, 1))
+    points = np.column_stack([x, y])
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) == 0:
+        return np.zeros((0, 2))
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    kept = points[np.unique((along // STRIDE).astype(int), return_index=True)[1]]
+    far = np.flatnonzero(np.hypot(*np.diff(kept, axis=0).T) > 3.0 * STRIDE)
+    return np.insert(kept, far + 1, np.nan, axis=0)
