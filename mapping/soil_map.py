@@ -94,7 +94,10 @@ def map_soil(
 
 
 def surveyed(recording: Recording, model: Model, n0: float, start: float = START_UP) -> DriveSoil:
-    """As `drive_soil`, and for a drive that the model cannot use one that is left out, with the reason."""
+    """As `drive_soil`, and for a drive that the model cannot use one that is left out, with the reason.
+
+    recording: `usable`; model, n0, start: as of `drive_soil`.
+    """
     try:
         return drive_soil(recording, model, n0, start)
     except ValueError as error:
@@ -106,14 +109,14 @@ def surveyed(recording: Recording, model: Model, n0: float, start: float = START
         )  # fmt: skip
 
 
-def laid(found: Sequence[DriveSoil], recordings: Sequence[Recording], size: float, everything: bool = False) -> SoilMap:
+def laid(surveys: Sequence[DriveSoil], recordings: Sequence[Recording], size: float, everything: bool = False) -> SoilMap:
     """The map of drives in one frame.
 
-    found: of each of the recordings; size: of a cell (m); everything: also drives whose verdict says not to use their n.
+    surveys: of each of the recordings; size: of a cell (m); everything: also drives whose verdict says not to use their n.
     Raises ValueError where nothing is left.
     """
     drives = []
-    for i, (one, recording) in enumerate(zip(found, recordings, strict=True)):
+    for i, (one, recording) in enumerate(zip(surveys, recordings, strict=True)):
         why = one.left_out or _same_as(recording, recordings[:i]) or misplaced(recording, OFF_THE_MAP * size)
         if not why and not everything and one.verdict.word not in USED:
             why = f"its verdict is {one.verdict.word}"
