@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from typing import Annotated
@@ -26,7 +27,7 @@ from softsoil.estimator.horizons import START_UP
 from softsoil.figures.labels import plain
 from softsoil.figures.soil_map import draw_soil_map
 from softsoil.mapping.cells import Cell
-from softsoil.mapping.drive_soil import DriveSoil
+from softsoil.mapping.drive_soil import DriveSoil, unusable
 from softsoil.mapping.map_file import as_json
 from softsoil.mapping.soil_map import laid, one_frame, surveyed
 from softsoil.recording.log_names import distinct
@@ -58,9 +59,19 @@ def map_soil(
     folder = output_folder(out, "map")
     say_vehicle(vehicle, model)
     declared = declaration(vehicle, soil, law, model)
-    drives = distinct([open_drive(log, columns, vehicle=vehicle, model=model)[1] for log in logs])
-    for drive in drives:
-        refuse_another(drive, declared.vehicle)
+    drives, refused = [], []
+    for log in logs:
+        try:
+            drive = open_drive(log, columns, vehicle=vehicle, model=model)[1]
+            refuse_another(drive, declared.vehicle)
+            drives.append(drive)
+        except ValueError as error:
+            if not (log.is_file() and logs[1:]):
+                raise
+            refused.append(unusable(log.stem, str(error)))
+    drives = distinct(drives)
+    if not drives:
+        raise ValueError("; ".join(one.left_out for one in refused))
     one_frame(drives)
     built, n0 = declared.build(), float(declared.soil.n)
     with progress(f"{len(drives)} drive{'s' if drives[1:] else ''}"):
@@ -70,11 +81,13 @@ def map_soil(
             tasks = (delayed(_one)(drive, declared, n0, skip) for drive in drives)
             found = list(Parallel(n_jobs=workers)(tasks))
     ground = laid(found, drives, cell, everything)
+    ground = replace(ground, drives=(*ground.drives, *refused))
     for one in ground.drives:
-        why = f"left out, {one.left_out}; " if one.left_out else ""
-        console.print(f"{one.log}: {why}{plain(one.verdict.word)}: {one.verdict.reason}", highlight=False)
+        why = f"left out, {one.left_out}; " if one.left_out and one.left_out != one.verdict.reason else ""
+        word = "left out" if one.left_out == one.verdict.reason else plain(one.verdict.word)
+        console.print(f"{one.log}: {why}{word}: {one.verdict.reason}", highlight=False)
     console.print(
-        f"{len(ground.cells)} of {ground.driven} driven cells of {cell:g} m from {len(ground.used)} of {len(found)} "
+        f"{len(ground.cells)} of {ground.driven} driven cells of {cell:g} m from {len(ground.used)} of {len(logs)} "
         f"drives{_range(ground.cells)}", highlight=False,
     )  # fmt: skip
     if ground.origin is not None:

@@ -53,6 +53,14 @@ class DriveSoil:
     left_out: str = ""
 
 
+def unusable(log: str, why: str, origin: tuple[float, float] | None = None, notes: tuple[str, ...] = ()) -> DriveSoil:
+    """A log that cannot be on a map, and why; origin, notes: as of `DriveSoil`."""
+    nothing = np.zeros(0)
+    words = why.removeprefix(f"{log}: ")
+    verdict = Verdict("not_excited", words)
+    return DriveSoil(log, verdict, nothing, nothing, nothing, nothing, 0.0, origin, notes=notes, left_out=words)
+
+
 def drive_soil(recording: Recording, model: Model, n0: float, start: float = START_UP) -> DriveSoil:
     """The soil along one drive, from sensor channels only.
 

@@ -13,10 +13,9 @@ import pandas as pd
 from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.horizons import START_UP
-from softsoil.estimator.verdict import Verdict
 from softsoil.importing.local_frame import other_frame
 from softsoil.mapping.cells import Cell, fuse
-from softsoil.mapping.drive_soil import DriveSoil, drive_soil
+from softsoil.mapping.drive_soil import DriveSoil, drive_soil, unusable
 from softsoil.mapping.place import misplaced
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import distinct
@@ -101,12 +100,7 @@ def surveyed(recording: Recording, model: Model, n0: float, start: float = START
     try:
         return drive_soil(recording, model, n0, start)
     except ValueError as error:
-        nothing = np.zeros(0)
-        words = str(error).removeprefix(f"{recording.name}: ")
-        return DriveSoil(
-            recording.name, Verdict("not_excited", words), nothing, nothing, nothing, nothing, 0.0, recording.origin,
-            notes=recording.notes, left_out=words,
-        )  # fmt: skip
+        return unusable(recording.name, str(error), recording.origin, recording.notes)
 
 
 def laid(surveys: Sequence[DriveSoil], recordings: Sequence[Recording], size: float, everything: bool = False) -> SoilMap:

@@ -83,7 +83,8 @@ def shooting_drive(
         inputs[:, spins] = smoothed(inputs[:, spins], log.dt, smoothing or SMOOTHING)
     first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
     if len(log) - first < 3.0 / log.dt:
-        raise ValueError(f"{log.name}: expected at least 3 s of drive after the start-up, found {log.t[-1] - log.t[first]:.3g} s")
+        held = max(log.t[-1] - log.t[0] - start, 0.0)
+        raise ValueError(f"{log.name}: expected at least 3 s of drive after the start-up, found {held:.3g} s")
     length = smoothing or (SMOOTHING if live else lengths(log))
     smooth = smoothed(known_states(log), log.dt, length)
     usable = usable_rows(log)

@@ -71,3 +71,20 @@ def test_the_map_is_in_longitude_and_latitude(tmp_path):
     assert y * 111.2e3 == pytest.approx(10.0, rel=5e-3)
     assert x * 111.3e3 * np.cos(np.deg2rad(HERE[0])) == pytest.approx(10.0, rel=1e-2)
     assert np.abs(corners - np.array(HERE[::-1])).max() < 0.005
+
+
+@pytest.mark.slow
+def test_one_log_that_cannot_be_used_does_not_lose_the_map(tmp_path):
+    log = write_drive(read_drive(MULTI_LOG).between(0.0, 12.0), tmp_path / "good.parquet")
+    short = write_drive(read_drive(MULTI_LOG).between(0.0, 1.0), tmp_path / "short.parquet")
+    (tmp_path / "bad.csv").write_text("a,b\n1,2\n", encoding="utf-8")
+    arguments = ["map", str(log), str(short), str(tmp_path / "bad.csv"), "--soil", "clay", "--out", str(tmp_path / "map")]
+    done = CliRunner().invoke(app, arguments)
+    said = " ".join(done.output.split())
+    assert done.exit_code == 0 and "from 1 of 3 drives" in said and "short: left out: expected at least" in said, said
+    content = json.loads((tmp_path / "map" / "map.json").read_text(encoding="utf-8"))
+    assert [log["used"] for log in content["logs"]] == [True, False, False]
+    assert all(log["left_out"] for log in content["logs"][1:])
+    more = [str(tmp_path / "none.csv"), "--soil", "clay", "--out", str(tmp_path / "o")]
+    missing = CliRunner().invoke(app, ["map", str(log), *more])
+    assert missing.exit_code == 2 and "none.csv" in missing.output and not (tmp_path / "o").exists()
