@@ -87,7 +87,10 @@ def refused(controller: CController, name: str, *arguments) -> str:
 
 @pytest.mark.parametrize(
     ("name", "hessian"),
-    (("plain", "exact"), ("plain", "gauss_newton"), ("hard_ground", "exact"), ("clay", "exact"), ("sand", "gauss_newton")),
+    [
+        ("plain", "exact"), ("plain", "gauss_newton"), ("clay", "exact"),
+        *(pytest.param(*one, marks=pytest.mark.study) for one in (("hard_ground", "exact"), ("sand", "gauss_newton"))),
+    ],
 )
 def test_the_plan_is_pythons_along_a_drive_among_obstacles(name, hessian):
     """Plain C99 with the constants as written against vectors with all digits, histories and obstacles included.
@@ -285,7 +288,7 @@ def test_before_what_it_cannot_pass_it_brakes_and_goes_on_when_clear():
     assert halts[walls - 1 :] == [True] * SETTINGS.clear_steps + [False] * 5
 
 
-@pytest.mark.parametrize("target", ("storm", "fuzz"))
+@pytest.mark.parametrize("target", [pytest.param("storm", marks=pytest.mark.study), "fuzz"])
 def test_storm_under_sanitizers(target, tmp_path):
     """Everything that can go wrong, from chance and from bytes; `benchmarks/clibrary_trust.py controller` runs longer."""
     if shutil.which("gcc") is None:

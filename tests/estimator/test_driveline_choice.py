@@ -41,8 +41,8 @@ def test_the_driveline_that_drove_is_taken(words):
     assert choice.n[words] == pytest.approx(0.7, rel=0.15)  # front wheels alone dig, of all drivelines the least certain
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("declared", [pytest.param(True, marks=pytest.mark.study), False])
+@pytest.mark.study
+@pytest.mark.parametrize("declared", [True, False])
 def test_n_is_identified_without_wheel_speeds(declared):
     drive = without_wheels(read_drive(MULTI_LOG))
     vehicle = reference_vehicle() if declared else reference_vehicle().with_(driveline={})

@@ -26,18 +26,20 @@ def both():
 
 
 @pytest.fixture(scope="module")
-def found(both, model):
-    return {method: softsoil.estimate(both[1], model, n0=0.7, method=method) for method in ("ukf", "horizon")}
-
-
-@pytest.fixture(scope="module")
 def straight(both, model):
     return softsoil.estimate(both[0], model, n0=0.7, method="horizon")
 
 
-@pytest.mark.parametrize("method", ["ukf", "horizon"])
-def test_an_estimate_goes_on_after_reversing(both, straight, method, found):
-    on, found = both[2], found[method]
+@pytest.fixture(scope="module")
+def found(both, model):
+    return softsoil.estimate(both[1], model, n0=0.7)
+
+
+@pytest.mark.parametrize("method", ["ukf", pytest.param("horizon", marks=pytest.mark.study)])
+def test_an_estimate_goes_on_after_reversing(both, model, straight, found, method):
+    on = both[2]
+    if method == "horizon":
+        found = softsoil.estimate(both[1], model, n0=0.7, method=method)
     assert found.verdict.word == "identified"
     assert found.n_front[-1] == pytest.approx(straight.n_front[-1], rel=0.05)
     assert found.t[-1] > on + 5.0
@@ -55,7 +57,7 @@ def test_no_window_runs_across_it(both, model):
 
 
 def test_an_inconsistent_drive_that_stands_in_its_middle_has_no_late_clock(both, model, found):
-    doubted = replace(found["ukf"], verdict=replace(found["ukf"].verdict, word="inconsistent"))
+    doubted = replace(found, verdict=replace(found.verdict, word="inconsistent"))
     whole = both[0]
     log, _ = with_reversing(whole, 0.5 * (whole.t[-1] - whole.t[0]), back=16.0)
     assert softsoil.late_clocks(log, model, doubted) == ()

@@ -120,7 +120,7 @@ def test_a_wrong_yaw_inertia_is_inconsistent_and_no_windows_correct_the_filter(n
     assert found.by_filter is None and found.n_front[-1] != found.verdict.evidence.n[0]
 
 
-@pytest.mark.parametrize("friction", [0.5, 0.7])
+@pytest.mark.parametrize("friction", [pytest.param(0.5, marks=pytest.mark.study), 0.7])
 def test_a_drive_on_a_road_is_no_soil(friction):
     road = Soil("road", k_phi=1e9, k_c=0.0, n=0.5, c=0.0, phi=float(np.arctan(friction)), k=0.0015)
     drive = synthetic_drive(nominal_bicycle(reference_vehicle(), road, "hard_ground"), reference_vehicle().radius, seconds=25.0)

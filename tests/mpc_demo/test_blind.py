@@ -60,6 +60,7 @@ def traced(tmp_path_factory):
 
 
 @pytest.mark.slow
+@pytest.mark.study
 def test_effect_of_the_plant_is_found_and_nothing_is_invented(traced):
     cases, results, _ = traced
     assert [result["right"] for result in results] == [True, True], results
@@ -68,6 +69,7 @@ def test_effect_of_the_plant_is_found_and_nothing_is_invented(traced):
     assert totals(cases, results)["all"] == {"drives": 2, "right": 2}
 
 
+@pytest.mark.study
 def test_a_second_run_takes_what_is_there(traced, monkeypatch):
     cases, results, folder = traced
     monkeypatch.setattr("softsoil.mpc_demo.blind_test.drive_case", pytest.fail)
@@ -82,6 +84,7 @@ def test_tracing_gets_no_truth():
     assert not any(name.startswith("true_") for name in recording.channels)
 
 
+@pytest.mark.study
 def test_wrong_names_and_sizes_do_not_score(traced):
     """The score can fail: the same finding against another truth."""
     from softsoil.refinement.result import Refinement, TracedEffect
