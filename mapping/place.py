@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 
 BESIDE = 0.5
 """s on either side of a row over which positions are compared."""
+PARTS = 5
+"""Steps in BESIDE at which that is looked at."""
 STRIDE = 1.0
 """m between the points of a way, at most."""
 LEAST = 1.0
@@ -35,21 +37,22 @@ def largest_leap(recording: Recording) -> tuple[float, float]:
     Positions less the way by speed and heading: their medians over BESIDE before and after a row.
     """
     x, y, psi, u, v, _ = known_states(recording).T
-    dt, half = recording.dt, max(round(BESIDE / recording.dt), 3)
+    step = max(round(BESIDE / recording.dt / PARTS), 1)
+    dt, half = recording.dt, PARTS * step
     east, north = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
     steps = np.nan_to_num(np.column_stack([east, north])) * dt
     left = np.column_stack([x, y]) - np.cumsum(steps, axis=0)
     if len(left) < 4 * half:
         return 0.0, float(recording.t[0])
-    windows = np.lib.stride_tricks.sliding_window_view(left, half, axis=0)
+    windows = np.lib.stride_tricks.sliding_window_view(left, half, axis=0)[::step]
     known = np.isfinite(windows[:, 0]).any(axis=1)
     middle = np.full((len(windows), 2), np.nan)
     middle[known] = np.nanmedian(windows[known], axis=2)
-    leaps = np.hypot(*(middle[half:] - middle[:-half]).T)
+    leaps = np.hypot(*(middle[PARTS:] - middle[:-PARTS]).T)
     if not np.isfinite(leaps).any():
         return 0.0, float(recording.t[0])
     row = int(np.nanargmax(leaps))
-    return float(leaps[row]), float(recording.t[row + half])
+    return float(leaps[row]), float(recording.t[row * step + half])
 
 
 def way_of(recording: Recording, first: int) -> Array:
