@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.recording.drive import Recording
+from softsoil.recording.evidence import filled
 from softsoil.recording.states import known_states
 
 Array = NDArray[np.float64]
@@ -36,12 +37,12 @@ def largest_leap(recording: Recording) -> tuple[float, float]:
 
     Positions less the way by speed and heading: their medians over BESIDE before and after a row.
     """
-    x, y, psi, u, v, _ = known_states(recording).T
+    states = known_states(recording)
+    (x, y), (psi, u, v) = states.T[:2], (filled(states[:, i]) for i in (2, 3, 4))
     step = max(round(BESIDE / recording.dt / PARTS), 1)
     dt, half = recording.dt, PARTS * step
     east, north = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
-    steps = np.nan_to_num(np.column_stack([east, north])) * dt
-    left = np.column_stack([x, y]) - np.cumsum(steps, axis=0)
+    left = np.column_stack([x, y]) - np.cumsum(np.column_stack([east, north]) * dt, axis=0)
     if len(left) < 4 * half:
         return 0.0, float(recording.t[0])
     windows = np.lib.stride_tricks.sliding_window_view(left, half, axis=0)[::step]

@@ -117,6 +117,9 @@ def test_a_leap_of_the_receiver_leaves_a_drive_out(log, surveys):
     assert "leaps by 1" in ground.drives[1].left_out and not ground.drives[0].left_out
     spike = log["y"].copy()
     spike[800] += 12.0
+    gap = (log.t > log.t[0] + 8.0) & (log.t < log.t[0] + 10.0)
+    without_speed = log.with_channels(u=np.where(gap, np.nan, log["u"]))
+    assert misplaced(without_speed, 2.5) == ""
     drift = log["y"] + 12.0 * (log.t - log.t[0]) / np.ptp(log.t)
     assert misplaced(log.with_channels(y=spike), 2.5) == misplaced(log.with_channels(y=drift), 2.5) == ""
 
