@@ -276,7 +276,8 @@ def test_the_same_commands_on_arm(tmp_path):
     np.testing.assert_allclose(there, here, atol=1e-7)
 
 
-@pytest.mark.parametrize("target", [pytest.param("storm", marks=pytest.mark.study), "fuzz"])
+@pytest.mark.study
+@pytest.mark.parametrize("target", ("storm", "fuzz"))
 def test_storm_under_sanitizers(target, tmp_path):
     """Everything that can go wrong, from chance and from bytes; `benchmarks/clibrary_trust.py driver` runs longer."""
     more: tuple[str, ...] = ()

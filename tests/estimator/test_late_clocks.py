@@ -19,6 +19,7 @@ def model(**numbers):
     return softsoil.bicycle(softsoil.load_vehicle("reference").with_(**numbers), softsoil.load_soil("clay"))
 
 
+@pytest.mark.study
 def test_a_clock_that_is_off_is_named_with_its_side_and_its_n(log):
     what, late = "steer and the wheels", 4
     drive = shifted(log, CLOCKS[what], -late)

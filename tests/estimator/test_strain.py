@@ -41,7 +41,8 @@ def test_a_load_strains_its_numbers(loaded):
     assert change.load == pytest.approx(LOAD["payload"]["payload_mass"] / vehicle().mass, abs=3.0 * change.load_std)
 
 
-@pytest.mark.parametrize("effects", [pytest.param({}, marks=pytest.mark.study), LOAD], ids=["empty", "loaded"])
+@pytest.mark.study
+@pytest.mark.parametrize("effects", [{}, LOAD], ids=["empty", "loaded"])
 def test_a_load_shows_without_wheel_speeds(effects):
     verdict = estimate(drive(effects, "good", wheels=False), bicycle(vehicle(), CLAY), method="horizon").verdict
     change, mass = verdict.evidence.change, effects.get("payload", {}).get("payload_mass", 0.0)

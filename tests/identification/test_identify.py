@@ -95,7 +95,7 @@ def test_logs_driven_straight_on_say_so_and_ask_for_a_manoeuvre():
     assert found.asks
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_log_that_repeats_one_wave_says_so_and_asks_for_more_waves():
     drives = [read_drive(log).between(0.0, 10.0) for log in (CLAY_LOG, LOAM_LOG)]
     found = identify(drives, [CLAY, load_soil("sandy_loam")], KNOWN)

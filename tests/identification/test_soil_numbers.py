@@ -30,7 +30,7 @@ def drive_on(soil, seed, seconds=24.0):
     return add_noise(made, "good", seed)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_friction_and_shear_modulus_are_recovered_and_n_with_them():
     error = JointError(("yaw_inertia", "track"), (20.0, 0.01), ((), (0.3,)))
     vehicle = VEHICLE.with_(joint_error=error, n_error=0.02)
@@ -56,7 +56,7 @@ def test_a_soil_far_from_its_class_contradicts_it():
     assert found.verdict == "contradicts_given" and "phi" in found.reason
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_drives_of_one_steering_wave_say_nothing_of_the_soil():
     t = 0.012 * np.arange(1501)
     wave = bicycle(VEHICLE, GROUND)

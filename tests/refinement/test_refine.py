@@ -320,6 +320,7 @@ def test_wheel_speeds_tell_a_locked_differential_from_an_open_one(declared):
     assert locked_axles(rear_locked, vehicle) == ("rear",) and not all_open(rear_locked, vehicle)
 
 
+@pytest.mark.study
 def test_what_the_wheel_speeds_exclude_is_not_tried():
     log = read_drive(MULTI_LOG).between(0.0, 14.0)
     found = refine([log], Declaration(reference_vehicle(), CLAY), workers=1, candidates=["locked_differential", "bank"])
