@@ -23,6 +23,7 @@ from softsoil.commands.options_model import (
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.commands.vehicle_check import refuse_another
+from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.estimator.horizons import START_UP
 from softsoil.figures.labels import plain
 from softsoil.figures.soil_map import draw_soil_map
@@ -59,6 +60,8 @@ def map_soil(
     folder = output_folder(out, "map")
     say_vehicle(vehicle, model)
     declared = declaration(vehicle, soil, law, model)
+    built, n0 = declared.build(), float(declared.soil.n)
+    refuse_hard_ground(built)
     drives, refused = [], []
     for log in logs:
         try:
@@ -73,7 +76,6 @@ def map_soil(
     if not drives:
         raise ValueError("; ".join(one.left_out for one in refused))
     one_frame(drives)
-    built, n0 = declared.build(), float(declared.soil.n)
     with progress(f"{len(drives)} drive{'s' if drives[1:] else ''}"):
         if workers == 1:
             found = [surveyed(drive, built, n0, skip) for drive in drives]
@@ -83,9 +85,9 @@ def map_soil(
     ground = laid(found, drives, cell, everything)
     ground = replace(ground, drives=(*ground.drives, *refused))
     for one in ground.drives:
-        why = f"left out, {one.left_out}; " if one.left_out and one.left_out != one.verdict.reason else ""
-        word = "left out" if one.left_out == one.verdict.reason else plain(one.verdict.word)
-        console.print(f"{one.log}: {why}{word}: {one.verdict.reason}", highlight=False)
+        said = [f"left out: {one.left_out}"] if one.left_out else []
+        said += [] if one.verdict is None else [f"{plain(one.verdict.word)}: {one.verdict.reason}"]
+        console.print(f"{one.log}: {'; '.join(said)}", highlight=False)
     console.print(
         f"{len(ground.cells)} of {ground.driven} driven cells of {cell:g} m from {len(ground.used)} of {len(logs)} "
         f"drives{_range(ground.cells)}", highlight=False,

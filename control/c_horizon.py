@@ -25,7 +25,8 @@ from softsoil.windows.window_fit import HUBER, RIDGE
 
 SENTENCES = {
     "identified": "the windows determine n, and the model leaves no more than a right one does",
-    "not_excited": "the windows do not determine n, or whether a load makes it wrong: steer more, at several speeds, longer",
+    "not_excited": "the windows do not determine n, or a small error of the forces, or a load, may make it wrong: steer more, to "
+    "and fro, at several speeds, longer",
     "depends_on_first_guess": "n depends on its initial guess: drive on",
     "at_bound": "n is at a bound of its range: check soil and vehicle",
     "axles_disagree": "front and rear axle disagree on n",

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 U, V, YAW = (STATE_CHANNELS.index(name) for name in ("u", "v", "omega_z"))
 LAW_ERROR = 0.01
-"""Share of an axle's lateral force by which a right law misses it over a whole drive."""
+"""Share of an axle's lateral force by which a right law is taken to miss it over a whole drive."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class SoilError:
 
     tenth: parameter -> change of n at the front axle, as a share, where it is a tenth larger than declared; std: standard
     deviation of n, as a share, by the errors that the soil's file states of its parameters; 0 where it states none; forces:
-    change of n, as a share, where the lateral force of the front, of the rear axle is 1 % larger than the law's; law_std:
-    standard deviation of n, as a share, by errors of LAW_ERROR of both; flat: of any n, whatever the drive
-    (`HorizonRules.common_error`).
+    change of n at the front axle, as a share, where the lateral force of the front, of the rear axle is 1 % larger than the
+    law's; law_std: standard deviation of n, as a share, by errors of LAW_ERROR of both, of the axle where it is larger; flat:
+    of any n, whatever the drive (`HorizonRules.common_error`).
     """
 
     tenth: dict[str, float]
@@ -71,11 +71,12 @@ def soil_error(windows: FreeWindows, horizon: MovingHorizon) -> SoilError:
     reduced = reduce_windows(Linear(linear.residual[sound], linear.by_state[sound], by_free))
     hessian = np.einsum("w,wkl->kl", horizon.weight(last)[which][sound], np.nan_to_num(reduced.hessian))
     curvature = hessian[:count, :count] + LEAST_CURVATURE * np.eye(count)
-    moved = -np.linalg.solve(curvature, hessian[:count, count:])[0] / max(float(horizon.n[0]), 1e-9)
+    shares = -np.linalg.solve(curvature, hessian[:count, count:]) / np.maximum(horizon.n, 1e-9)[:, None]
+    moved = shares[0]
     by_tenth = {name: float(0.1 * values[name] * one) for name, one in zip(values, moved, strict=False)}
     stated = [layout[name].spread * one for name, one in zip(values, moved, strict=False) if np.isfinite(layout[name].spread)]
     front, rear = (float(LAW_ERROR * one) for one in moved[len(values) :])
-    std, law = float(np.linalg.norm(stated)) if stated else 0.0, float(np.hypot(front, rear))
+    std, law = float(np.linalg.norm(stated)) if stated else 0.0, float(LAW_ERROR * np.hypot(*shares[:, -2:].T).max())
     return SoilError(by_tenth, std, (front, rear), law, horizon.rules.common_error)
 
 

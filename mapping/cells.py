@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.mapping.drive_soil import DriveSoil
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
@@ -28,8 +29,6 @@ KNOWN = 0.10
 """Largest standard deviation of a cell's n, over n, with which it is identified."""
 DIFFERENT, SURE = 0.10, 0.99
 """Standard deviation between drives or pieces of ground, over n, from which they contradict each other, and how surely."""
-BOUND = 0.02
-"""Distance of n from a bound of its range within which it is one."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +99,9 @@ def _together(means: Array) -> tuple[float, float, float, bool]:
 
 
 def _word(n: float, std: float, differ: bool) -> str:
-    bounds = SOIL_SIGNALS["n"]
+    bounds, near = SOIL_SIGNALS["n"], VerdictRules().bound
     if differ:
         return "inconsistent"
-    if n < bounds.lower + BOUND or n > bounds.upper - BOUND:
+    if n < bounds.lower + near or n > bounds.upper - near:
         return "at_bound"
     return "identified" if std <= KNOWN * n else "not_excited"

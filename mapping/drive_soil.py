@@ -34,14 +34,14 @@ ON_THE_WAY = VerdictRules(parts=np.inf)
 class DriveSoil:
     """What one drive says of the soil along its way.
 
-    log; verdict: on the drive as a whole; x, y (W,): middle of each window (m); n, information (W,): minimum and curvature of its
-    quadratic in n; common: share of n that an error common to all windows of the model makes; origin: latitude and longitude
-    (deg) of x = y = 0, where the log has them; way (R, 2): positions that it drove through (m), NaN between stretches;
-    notes: on the log; left_out: why it is not on the map, empty where it is.
+    log; verdict: on the drive as a whole, None where it could not be estimated; x, y (W,): middle of each window (m); n,
+    information (W,): minimum and curvature of its quadratic in n; common: share of n that an error common to all windows of the
+    model makes; origin: latitude and longitude (deg) of x = y = 0, where the log has them; way (R, 2): positions that it drove
+    through (m), NaN between stretches; notes: on the log; left_out: why it is not on the map, empty where it is.
     """
 
     log: str
-    verdict: Verdict
+    verdict: Verdict | None
     x: Array
     y: Array
     n: Array
@@ -57,8 +57,7 @@ def unusable(log: str, why: str, origin: tuple[float, float] | None = None, note
     """A log that cannot be on a map, and why; origin, notes: as of `DriveSoil`."""
     nothing = np.zeros(0)
     words = why.removeprefix(f"{log}: ")
-    verdict = Verdict("not_excited", words)
-    return DriveSoil(log, verdict, nothing, nothing, nothing, nothing, 0.0, origin, notes=notes, left_out=words)
+    return DriveSoil(log, None, nothing, nothing, nothing, nothing, 0.0, origin, notes=notes, left_out=words)
 
 
 def drive_soil(recording: Recording, model: Model, n0: float, start: float = START_UP) -> DriveSoil:

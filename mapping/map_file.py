@@ -34,8 +34,9 @@ def as_json(ground: SoilMap, soil: Soil, law: str) -> dict[str, Any]:
         features.append({"type": "Feature", "geometry": geometry, "properties": asdict(c)})
     logs = [
         {
-            "log": one.log, "verdict": one.verdict.word, "reason": one.verdict.reason, "used": not one.left_out,
-            "left_out": one.left_out or None, "common": one.common, "notes": list(one.notes),
+            "log": one.log, "verdict": one.verdict and one.verdict.word, "reason": one.verdict and one.verdict.reason,
+            "used": not one.left_out, "left_out": one.left_out or None, "notes": list(one.notes),
+            "common": None if one.left_out else one.common,
         }
         for one in ground.drives
     ]  # fmt: skip

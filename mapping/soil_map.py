@@ -112,7 +112,7 @@ def laid(surveys: Sequence[DriveSoil], recordings: Sequence[Recording], size: fl
     drives = []
     for i, (one, recording) in enumerate(zip(surveys, recordings, strict=True)):
         why = one.left_out or _same_as(recording, recordings[:i]) or misplaced(recording, OFF_THE_MAP * size)
-        if not why and not everything and one.verdict.word not in USED:
+        if not why and not everything and one.verdict is not None and one.verdict.word not in USED:
             why = f"its verdict is {one.verdict.word}"
         drives.append(replace(one, left_out=why))
     used = [one for one in drives if not one.left_out]

@@ -26,7 +26,7 @@ enum softsoil_horizon_parameter {SOFTSOIL_HORIZON_n};
 /* Whether the estimate may be used: any but SOFTSOIL_VERDICT_IDENTIFIED means: do not. */
 enum softsoil_verdict {
   SOFTSOIL_VERDICT_IDENTIFIED, /* the windows determine n, and the model leaves no more than a right one does */
-  SOFTSOIL_VERDICT_NOT_EXCITED, /* the windows do not determine n, or whether a load makes it wrong: steer more, at several speeds, longer */
+  SOFTSOIL_VERDICT_NOT_EXCITED, /* the windows do not determine n, or a small error of the forces, or a load, may make it wrong: steer more, to and fro, at several speeds, longer */
   SOFTSOIL_VERDICT_DEPENDS_ON_FIRST_GUESS, /* n depends on its initial guess: drive on */
   SOFTSOIL_VERDICT_AT_BOUND, /* n is at a bound of its range: check soil and vehicle */
   SOFTSOIL_VERDICT_AXLES_DISAGREE, /* front and rear axle disagree on n */

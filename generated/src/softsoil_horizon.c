@@ -65,7 +65,7 @@ const char *softsoil_verdict_text(int verdict) {
     case SOFTSOIL_VERDICT_IDENTIFIED:
       return "the windows determine n, and the model leaves no more than a right one does";
     case SOFTSOIL_VERDICT_NOT_EXCITED:
-      return "the windows do not determine n, or whether a load makes it wrong: steer more, at several speeds, longer";
+      return "the windows do not determine n, or a small error of the forces, or a load, may make it wrong: steer more, to and fro, at several speeds, longer";
     case SOFTSOIL_VERDICT_DEPENDS_ON_FIRST_GUESS:
       return "n depends on its initial guess: drive on";
     case SOFTSOIL_VERDICT_AT_BOUND:

@@ -84,7 +84,9 @@ def test_one_log_that_cannot_be_used_does_not_lose_the_map(tmp_path):
     assert done.exit_code == 0 and "from 1 of 3 drives" in said and "short: left out: expected at least" in said, said
     content = json.loads((tmp_path / "map" / "map.json").read_text(encoding="utf-8"))
     assert [log["used"] for log in content["logs"]] == [True, False, False]
-    assert all(log["left_out"] for log in content["logs"][1:])
+    assert all(log["left_out"] and log["verdict"] is None and log["common"] is None for log in content["logs"][1:])
+    hard = CliRunner().invoke(app, ["map", str(log), "--soil", "clay", "--law", "hard_ground", "--out", str(tmp_path / "h")])
+    assert hard.exit_code == 2 and "laid on it" not in hard.output, hard.output
     more = [str(tmp_path / "none.csv"), "--soil", "clay", "--out", str(tmp_path / "o")]
     missing = CliRunner().invoke(app, ["map", str(log), *more])
     assert missing.exit_code == 2 and "none.csv" in missing.output and not (tmp_path / "o").exists()
