@@ -29,8 +29,9 @@ from softsoil.figures.labels import plain
 from softsoil.figures.soil_map import draw_soil_map
 from softsoil.mapping.cells import Cell
 from softsoil.mapping.drive_soil import DriveSoil, unusable
+from softsoil.mapping.frame import frame_of, placed
 from softsoil.mapping.map_file import as_json
-from softsoil.mapping.soil_map import laid, one_frame, surveyed
+from softsoil.mapping.soil_map import laid, surveyed
 from softsoil.recording.log_names import distinct
 
 
@@ -46,6 +47,11 @@ def map_soil(
     ] = False,
     columns: ColumnsOption = None,
     skip: SkipOption = START_UP,
+    origin: Annotated[
+        tuple[float, float] | None,
+        typer.Option("--origin", metavar="LAT LON", help="Latitude and longitude (deg) of the map's x = y = 0, as of a map that "
+                     "this one is to share its cells with; default: the first log's.", show_default=False),
+    ] = None,
     workers: Annotated[int, typer.Option("--workers", help="Processes (-1: one per core).")] = 1,
     out: OutOption = None,
 ) -> None:
@@ -75,14 +81,15 @@ def map_soil(
     drives = distinct(drives)
     if not drives:
         raise ValueError("; ".join(one.left_out for one in refused))
-    one_frame(drives)
+    frame = frame_of(drives, origin)
+    whys = placed(drives, frame, cell)
     with progress(f"{len(drives)} drive{'s' if drives[1:] else ''}"):
         if workers == 1:
-            found = [surveyed(drive, built, n0, skip) for drive in drives]
+            found = [surveyed(*each, built, n0, skip) for each in zip(drives, whys, strict=True)]
         else:
-            tasks = (delayed(_one)(drive, declared, n0, skip) for drive in drives)
+            tasks = (delayed(_one)(*each, declared, n0, skip) for each in zip(drives, whys, strict=True))
             found = list(Parallel(n_jobs=workers)(tasks))
-    ground = laid(found, drives, cell, everything)
+    ground = laid(found, frame, cell, everything)
     ground = replace(ground, drives=(*ground.drives, *refused))
     for one in ground.drives:
         said = [f"left out: {one.left_out}"] if one.left_out else []
@@ -111,5 +118,5 @@ def _range(cells: tuple[Cell, ...]) -> str:
     return f": {said}; n {min(n):.2f} to {max(n):.2f}, ± {share:.0f} % in the median identified cell"
 
 
-def _one(drive, declared, n0: float, skip: float) -> DriveSoil:
-    return surveyed(drive, declared.build(), n0, skip)
+def _one(drive, why: str, declared, n0: float, skip: float) -> DriveSoil:
+    return surveyed(drive, why, declared.build(), n0, skip)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import Verdict, decide, initial_guesses
 from softsoil.estimator.verdict_rules import VerdictRules
+from softsoil.importing.local_frame import other_frame
 from softsoil.mapping.place import way_of
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
@@ -51,6 +52,14 @@ class DriveSoil:
     way: Array = field(default_factory=lambda: np.zeros((0, 2)))
     notes: tuple[str, ...] = ()
     left_out: str = ""
+
+    def moved(self, origin: tuple[float, float] | None) -> DriveSoil:
+        """The drive in the frame of another origin, latitude and longitude (deg); as it is where either has none."""
+        if self.origin is None or origin is None or self.origin == origin:
+            return self
+        x, y = other_frame("map", self.x, self.y, self.origin, origin)
+        way = np.column_stack(other_frame("map", self.way[:, 0], self.way[:, 1], self.origin, origin))
+        return replace(self, x=x, y=y, way=way, origin=origin)
 
 
 def unusable(log: str, why: str, origin: tuple[float, float] | None = None, notes: tuple[str, ...] = ()) -> DriveSoil:

@@ -13,10 +13,9 @@ import pandas as pd
 from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.horizons import START_UP
-from softsoil.importing.local_frame import other_frame
 from softsoil.mapping.cells import Cell, fuse
 from softsoil.mapping.drive_soil import DriveSoil, drive_soil, unusable
-from softsoil.mapping.place import misplaced
+from softsoil.mapping.frame import Origin, frame_of, placed
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import distinct
 from softsoil.recording.usable import usable
@@ -24,11 +23,6 @@ from softsoil.symbolic.model import Model
 
 USED = ("identified", "not_excited")
 """Verdicts of drives that a map uses: one that says too little adds what little it says."""
-OFF_THE_MAP = 0.25
-"""Cells that a position may leap by."""
-FIELD = 2e4
-"""m from the first origin within which a drive is on the same piece of ground."""
-Origin = tuple[float, float] | None
 
 
 @dataclass(frozen=True)
@@ -67,15 +61,15 @@ class SoilMap:
 
 def map_soil(
     logs: Sequence[Recording | pd.DataFrame | str | Path], model: Model, n0: float | None = None, *,
-    cell: float = 10.0, everything: bool = False, start: float = START_UP,
+    cell: float = 10.0, everything: bool = False, start: float = START_UP, origin: Origin = None,
 ) -> SoilMap:  # fmt: skip
     """The soil along the way of drives over one piece of ground, per cell, from sensor channels only.
 
-    logs: drives, files or tables, with measured positions, in the frame of the first where they have an origin, else taken to
-    share one; model: with declared effects; n0: initial guess of n (default: the soil's); cell: size of a cell (m); everything:
-    also drives whose verdict says not to use their n; start: seconds left out at the beginning. Drives that are not on the map
-    stand in `drives`, with why. Raises ValueError where no drive is on it, for a model of hard ground, and for drives of which
-    some have an origin or are farther than FIELD from the first.
+    logs: drives, files or tables, with measured positions; model: with declared effects; n0: initial guess of n (default: the
+    soil's); cell: size of a cell (m); everything: also drives whose verdict says not to use their n; start: seconds left out at
+    the beginning; origin: latitude and longitude (deg) of the map's frame, default that of the first log that has one. Where none
+    has one, logs are taken to share one frame. Drives that are not on the map stand in `drives`, with why. Raises ValueError
+    where no drive is on it, for a model of hard ground, and for an origin to logs that have none.
 
     Example:
         >>> import softsoil
@@ -87,81 +81,42 @@ def map_soil(
     """
     refuse_hard_ground(model)
     drives = distinct([usable(log, model.geometry, late_steering(model.geometry)) for log in logs])
-    one_frame(drives)
+    frame = frame_of(drives, origin)
     guess = float(model.p["n_f"].nominal) if n0 is None else n0
-    return laid([surveyed(drive, model, guess, start) for drive in drives], drives, cell, everything)
+    reasons = placed(drives, frame, cell)
+    return laid([surveyed(*each, model, guess, start) for each in zip(drives, reasons, strict=True)], frame, cell, everything)
 
 
-def surveyed(recording: Recording, model: Model, n0: float, start: float = START_UP) -> DriveSoil:
-    """As `drive_soil`, and for a drive that the model cannot use one that is left out, with the reason.
+def surveyed(recording: Recording, why: str, model: Model, n0: float, start: float = START_UP) -> DriveSoil:
+    """As `drive_soil`, and one that is left out, with the reason, for a drive that is not to be on a map (why: as of `placed`) or
+    that the model cannot use.
 
     recording: `usable`; model, n0, start: as of `drive_soil`.
     """
-    try:
-        return drive_soil(recording, model, n0, start)
-    except ValueError as error:
-        return unusable(recording.name, str(error), recording.origin, recording.notes)
+    if not why:
+        try:
+            return drive_soil(recording, model, n0, start)
+        except ValueError as error:
+            why = str(error)
+    return unusable(recording.name, why, recording.origin, recording.notes)
 
 
-def laid(surveys: Sequence[DriveSoil], recordings: Sequence[Recording], size: float, everything: bool = False) -> SoilMap:
+def laid(surveys: Sequence[DriveSoil], frame: Origin, size: float, everything: bool = False) -> SoilMap:
     """The map of drives in one frame.
 
-    surveys: of each of the recordings; size: of a cell (m); everything: also drives whose verdict says not to use their n.
-    Raises ValueError where nothing is left.
+    surveys: `surveyed` drives; frame: as of `frame_of`; size: of a cell (m); everything: also drives whose verdict says not to
+    use their n. Raises ValueError where nothing is left.
     """
     drives = []
-    for i, (one, recording) in enumerate(zip(surveys, recordings, strict=True)):
-        why = one.left_out or _same_as(recording, recordings[:i]) or misplaced(recording, OFF_THE_MAP * size)
+    for one in surveys:
+        why = one.left_out
         if not why and not everything and one.verdict is not None and one.verdict.word not in USED:
             why = f"its verdict is {one.verdict.word}"
-        drives.append(replace(one, left_out=why))
+        drives.append(replace(one, left_out=why) if why else one.moved(frame))
     used = [one for one in drives if not one.left_out]
     if not used:
         why = "; ".join(f"{one.log}: {one.left_out}" for one in drives)
         raise ValueError(f"map: expected a drive that can be laid on it, found none ({why})")
-    origin = one_frame(used)
-    drives = [_moved(one, origin) for one in drives]
-    cells = fuse([one for one in drives if not one.left_out], size)
-    if not cells:
+    if not (cells := fuse(used, size)):
         raise ValueError(f"map: expected two windows of a second in a cell, found none: cells of {size:g} m are too small")
-    return SoilMap(size, cells, origin, tuple(drives))
-
-
-def one_frame(drives: Sequence[Recording] | Sequence[DriveSoil]) -> Origin:
-    """The origin of the drives' frame: that of the first.
-
-    Raises ValueError where some have an origin on the globe and others none, or are farther than FIELD from the first.
-    """
-    first = drives[0].origin
-    if {one.origin is None for one in drives} == {True, False}:
-        without = next(one for one in drives if one.origin is None)
-        name = getattr(without, "log", "") or getattr(without, "name", "")
-        raise ValueError(
-            f"map: expected a latitude and longitude of the frame of every log or of none; {name} has none: import it with its "
-            "fixes"
-        )
-    for one in drives:
-        if one.origin is None or first is None or one.origin == first:
-            continue
-        (x,), (y,) = other_frame("map", np.zeros(1), np.zeros(1), one.origin, first)
-        if (away := float(np.hypot(x, y))) > FIELD:
-            raise ValueError(f"map: expected drives over one piece of ground, found one {away / 1e3:.0f} km from the first")
-    return first
-
-
-def _moved(drive: DriveSoil, origin: Origin) -> DriveSoil:
-    """A drive in the frame of another origin."""
-    if drive.origin is None or origin is None or drive.origin == origin or drive.left_out:
-        return drive
-    x, y = other_frame("map", drive.x, drive.y, drive.origin, origin)
-    way = np.column_stack(other_frame("map", drive.way[:, 0], drive.way[:, 1], drive.origin, origin))
-    return replace(drive, x=x, y=y, way=way, origin=origin)
-
-
-def _same_as(recording: Recording, others: Sequence[Recording]) -> str:
-    """Says so where another drive has the same rows."""
-    for other in others:
-        pairs = ((recording.channels.get(name), other.channels.get(name)) for name in ("x", "y", "u", "omega_z"))
-        if all(a is not None and b is not None and np.array_equal(a, b, equal_nan=True) for a, b in pairs):
-            return f"it has the rows of {other.name}"
-    return ""
+    return SoilMap(size, cells, frame, tuple(drives))

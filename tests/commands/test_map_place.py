@@ -12,7 +12,8 @@ from softsoil.commands.cli import app
 from softsoil.estimator.verdict import Verdict
 from softsoil.importing.local_frame import latitude_longitude, other_frame
 from softsoil.mapping.drive_soil import DriveSoil
-from softsoil.mapping.soil_map import laid, one_frame
+from softsoil.mapping.frame import frame_of, placed
+from softsoil.mapping.soil_map import laid
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive, write_drive
 
@@ -42,30 +43,39 @@ def test_a_degree_of_latitude_is_111_kilometres():
 def test_logs_of_several_origins_come_into_the_frame_of_the_first():
     east, north = other_frame("test", np.array([3.0]), np.array([-4.0]), THERE, HERE)
     soils = [soil(HERE, [0.0, 1.0], [0.0, 1.0]), soil(THERE, [3.0, 4.0], [-4.0, -4.0])]
-    logs = [synthetic_log(k) for k in range(2)]
-    first, second = laid(soils, logs, 10.0).drives
+    first, second = laid(soils, HERE, 10.0).drives
     assert second.origin == first.origin == HERE
     assert (second.x[0], second.y[0]) == pytest.approx((east[0], north[0]), abs=1e-6)
 
 
-def test_a_log_without_a_place_is_not_mixed_with_one_that_has_it():
-    with pytest.raises(ValueError, match="of every log or of none; a has none"):
-        one_frame([soil(HERE, [0.0], [0.0]), soil(None, [3.0], [4.0])])
+def test_maps_of_one_origin_share_their_cells_whichever_log_is_first():
+    soils = [soil(HERE, [0.0, 1.0], [0.0, 1.0]), soil(THERE, [3.0, 4.0], [-4.0, -4.0])]
+    one, other = laid(soils, HERE, 10.0), laid(soils[::-1], HERE, 10.0)
+    assert [(c.column, c.row) for c in one.cells] == [(c.column, c.row) for c in other.cells]
+    logs = [replace(synthetic_log(0), origin=THERE), synthetic_log(1)]
+    assert frame_of(logs) == THERE and frame_of(logs, HERE) == HERE and frame_of(logs[1:]) is None
+    with pytest.raises(ValueError, match="an import made of fixes for a map with an origin, found none"):
+        frame_of(logs[1:], HERE)
+    with pytest.raises(ValueError, match="expected an origin of latitude and longitude in degrees, found 111, 48"):
+        frame_of(logs, (111.0, 48.0))
 
 
-def test_drives_of_two_fields_are_no_map():
-    with pytest.raises(ValueError, match="over one piece of ground, found one 111 km from the first"):
-        one_frame([soil(HERE, [0.0], [0.0]), soil((HERE[0] + 1.0, HERE[1]), [3.0], [4.0])])
+def test_a_log_without_a_place_or_of_another_field_does_not_lose_the_map():
+    logs = [replace(synthetic_log(k), origin=place) for k, place in enumerate((HERE, None, (HERE[0] + 1.0, HERE[1])))]
+    first, nowhere, far = placed(logs, HERE, 10.0)
+    assert first == "" and "its place on the globe is not known" in nowhere and "111 km from the map's origin" in far
+    assert placed([replace(log, origin=None) for log in logs], None, 10.0) == ["", "", ""]
 
 
 @pytest.mark.slow
 def test_the_map_is_in_longitude_and_latitude(tmp_path):
     log = write_drive(replace(read_drive(MULTI_LOG).between(0.0, 15.0), origin=HERE), tmp_path / "log.parquet")
     assert read_drive(log).origin == HERE
-    done = CliRunner().invoke(app, ["map", str(log), "--soil", "clay", "--all", "--out", str(tmp_path / "map")])
+    arguments = ["--soil", "clay", "--all", "--origin", "48.1370", "11.5750", "--out", str(tmp_path / "map")]
+    done = CliRunner().invoke(app, ["map", str(log), *arguments])
     assert done.exit_code == 0, done.output
     content = json.loads((tmp_path / "map" / "map.json").read_text(encoding="utf-8"))
-    assert content["origin"] == list(HERE) and content["frame"].startswith("WGS 84")
+    assert content["origin"] == [48.1370, 11.5750] and content["frame"].startswith("WGS 84")
     corners = np.array([cell["geometry"]["coordinates"][0] for cell in content["features"]])
     x, y = (np.ptp(corners[0, :, i]) for i in (0, 1))
     assert y * 111.2e3 == pytest.approx(10.0, rel=5e-3)

@@ -9,8 +9,10 @@ import pytest
 from drives import clay_bicycle, clay_drive
 from softsoil.estimator.tuning import ABSENT_WHEELS_ERROR
 from softsoil.estimator.verdict import Verdict
+from softsoil.mapping import soil_map
 from softsoil.mapping.cells import fuse
 from softsoil.mapping.drive_soil import DriveSoil, drive_soil
+from softsoil.mapping.frame import placed
 from softsoil.mapping.map_file import as_json, load_map
 from softsoil.mapping.place import largest_leap, misplaced, way_of
 from softsoil.mapping.soil_map import SoilMap, laid, map_soil, surveyed
@@ -33,7 +35,7 @@ def log():
 
 @pytest.fixture(scope="module")
 def surveys(log):
-    return surveyed(log, clay_bicycle(), 0.7, 1.0)
+    return surveyed(log, "", clay_bicycle(), 0.7, 1.0)
 
 
 def test_drives_that_agree_are_fused_by_information():
@@ -89,7 +91,7 @@ def test_without_wheel_speeds_the_driveline_is_the_logs_and_the_error_wider(log)
 
 
 def test_the_soil_of_a_drive_is_that_of_its_model(log, surveys):
-    ground = laid([surveys], [log], 15.0)
+    ground = laid([surveys], None, 15.0)
     assert surveys.verdict.word == "identified" and len(ground.cells) > 3
     assert np.mean([abs(c.n - 0.5) / c.std for c in ground.cells]) < 2.0
     assert np.mean([c.n for c in ground.cells]) == pytest.approx(0.5, abs=0.05)
@@ -100,21 +102,28 @@ def test_the_soil_of_a_drive_is_that_of_its_model(log, surveys):
 
 def test_a_drive_without_measured_positions_is_on_no_map(log, surveys):
     nowhere = mark(log, "derived", "x", "y")
-    ground = laid([surveys, surveys], [log, replace(nowhere, name="nowhere")], 15.0)
-    assert [one.left_out for one in ground.drives][1] != ""
     assert misplaced(nowhere, 2.5) == "its position is not measured"
     with pytest.raises(ValueError, match=r"expected a drive that can be laid on it, found none .*position is not measured"):
-        laid([surveys], [nowhere], 15.0)
+        map_soil([nowhere], clay_bicycle())
 
 
-def test_a_leap_of_the_receiver_leaves_a_drive_out(log, surveys):
+def test_a_drive_that_is_not_laid_on_the_map_is_not_estimated(log, monkeypatch):
+    """Its reason is known before: a minute of the machine's for nothing."""
+    asked = []
+    monkeypatch.setattr(soil_map, "drive_soil", lambda recording, *_: asked.append(recording.name) or drive(0.5, 100.0))
+    ground = map_soil([log, replace(log, name="copy"), replace(mark(log, "derived", "x"), name="nowhere")], clay_bicycle())
+    assert asked == [log.name] and [bool(one.left_out) for one in ground.drives] == [False, True, True]
+    assert ground.drives[1].verdict is None
+
+
+def test_a_leap_of_the_receiver_leaves_a_drive_out(log):
     """12 m to the side, half-way: what follows is at another place. One sample that is off, or a drift, is no leap."""
     late = log.t > log.t[0] + 12.0
     y = log["y"] + np.where(late, 12.0, 0.0)
     size, at = largest_leap(log.with_channels(y=y))
     assert size == pytest.approx(12.0, abs=0.5) and at == pytest.approx(log.t[0] + 12.0, abs=0.3)
-    ground = laid([surveys, surveys], [log, replace(log.with_channels(y=y), name="leaps")], 10.0)
-    assert "leaps by 1" in ground.drives[1].left_out and not ground.drives[0].left_out
+    whys = placed([log, replace(log.with_channels(y=y), name="leaps")], None, 10.0)
+    assert "leaps by 1" in whys[1] and not whys[0]
     spike = log["y"].copy()
     spike[800] += 12.0
     gap = (log.t > log.t[0] + 8.0) & (log.t < log.t[0] + 10.0)
@@ -125,7 +134,7 @@ def test_a_leap_of_the_receiver_leaves_a_drive_out(log, surveys):
 
 
 def test_the_same_log_twice_is_no_more_evidence(log, surveys):
-    once, twice = laid([surveys], [log], 15.0), laid([surveys] * 2, [log, replace(log, name="copy")], 15.0)
+    once, twice = laid([surveys], None, 15.0), laid([surveys] * 2, [log, replace(log, name="copy")], 15.0)
     assert once.cells == twice.cells and twice.drives[1].left_out == f"it has the rows of {log.name}"
 
 
@@ -146,7 +155,7 @@ def test_a_way_is_points_within_a_metre_of_each_other(log):
 
 
 def test_a_map_is_read_as_it_was_written(log, surveys, tmp_path):
-    ground = laid([surveys], [log], 15.0)
+    ground = laid([surveys], None, 15.0)
     path = tmp_path / "map.json"
     path.write_text(json.dumps(as_json(ground, CLAY, "turn_slip")), encoding="utf-8")
     back = load_map(path)

@@ -1,0 +1,59 @@
+"""The frame of a soil map, and which drives can be laid in it: asked before any of them is estimated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from softsoil.importing.local_frame import LARGEST_LATITUDE, LARGEST_LONGITUDE, other_frame
+from softsoil.mapping.place import misplaced
+from softsoil.recording.drive import Recording
+
+OFF_THE_MAP = 0.25
+"""Cells that a position may leap by."""
+FIELD = 2e4
+"""m from the map's origin within which a drive is on the same piece of ground."""
+Origin = tuple[float, float] | None
+
+
+def frame_of(recordings: Sequence[Recording], origin: Origin = None) -> Origin:
+    """Latitude and longitude (deg) of the map's x = y = 0: the origin asked for, else that of the first recording that has one;
+    None where none has. Raises ValueError for an origin on no globe, and for one where no recording has its own."""
+    known = next((one.origin for one in recordings if one.origin is not None), None)
+    if origin is None:
+        return known
+    if not (abs(origin[0]) <= LARGEST_LATITUDE and abs(origin[1]) <= LARGEST_LONGITUDE):
+        raise ValueError(f"map: expected an origin of latitude and longitude in degrees, found {origin[0]:g}, {origin[1]:g}")
+    if known is None:
+        raise ValueError("map: expected logs that an import made of fixes for a map with an origin, found none")
+    return origin
+
+
+def placed(recordings: Sequence[Recording], frame: Origin, size: float) -> list[str]:
+    """Why each of the recordings cannot be laid on a map of cells of `size` (m), in words; empty where it can.
+
+    recordings: `usable`; frame: as of `frame_of`.
+    """
+    return [_elsewhere(one, frame) or _same_as(one, recordings[:i]) or misplaced(one, OFF_THE_MAP * size)
+            for i, one in enumerate(recordings)]  # fmt: skip
+
+
+def _elsewhere(recording: Recording, frame: Origin) -> str:
+    """Says so where the map's frame is on the globe and the drive is not, or is far from it."""
+    if frame is None or recording.origin == frame:
+        return ""
+    if recording.origin is None:
+        return "its place on the globe is not known, as that of other logs is: import it with its fixes"
+    (x,), (y,) = other_frame("map", np.zeros(1), np.zeros(1), recording.origin, frame)
+    away = float(np.hypot(x, y))
+    return f"it is on another piece of ground, {away / 1e3:.0f} km from the map's origin" if away > FIELD else ""
+
+
+def _same_as(recording: Recording, others: Sequence[Recording]) -> str:
+    """Says so where another drive has the same rows."""
+    for other in others:
+        pairs = ((recording.channels.get(name), other.channels.get(name)) for name in ("x", "y", "u", "omega_z"))
+        if all(a is not None and b is not None and np.array_equal(a, b, equal_nan=True) for a, b in pairs):
+            return f"it has the rows of {other.name}"
+    return ""
