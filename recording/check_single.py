@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from softsoil.recording.check_words import LIMITS, Check
 from softsoil.recording.drive import WHEEL_CHANNELS, Array
@@ -32,7 +31,7 @@ def single_checks(m: Motion) -> list[Check]:
             continue
         active = moving if name in ("x", "y") else moving & turning
         if name == "steer":
-            active = moving & _turning(m, (("omega_z", 0.15),))
+            active = moving & _turned_without(m, values)
         if name == "u":  # without positions, nothing says that the speed must have changed
             active &= bool(np.isfinite(m.channel("x")).any() or np.isfinite(m.channel("omega_fl")).any())
         longest, share = _frozen(values, good, active, dt)
@@ -58,17 +57,31 @@ def single_checks(m: Motion) -> list[Check]:
     return checks
 
 
-def _turning(m: Motion, least: Sequence[tuple[str, float]] = (("steer", 0.03), ("omega_z", 0.05))) -> Array:
-    """(N,) whether one of the channels changes by its least spread in the second of a sample."""
+def _turning(m: Motion) -> Array:
+    """(N,) whether the mean over a window of steering angle or yaw rate changes in the second of a sample."""
     reach = max(round(1.0 / m.log.dt), 3)
     out = np.zeros(len(m.log), dtype=bool)
-    for name, needed in least:
-        values = np.nan_to_num(m.channel(name))
+    for name, needed in (("steer", 0.03), ("omega_z", 0.05)):
+        values = uniform_filter1d(np.nan_to_num(m.channel(name)), m.size)
         rows = len(values) // reach
         if rows < 1:
             continue
         spread = np.ptp(values[: rows * reach].reshape(rows, reach), axis=1) > needed
         out[: rows * reach] |= np.repeat(spread, reach)
+    return out
+
+
+def _turned_without(m: Motion, steer: Array) -> Array:
+    """(N,) False where the angle (N,) stays and so does the curvature that is driven, after its answer to a step; else True."""
+    settled = max(round(1.0 / m.log.dt), 3)
+    u = np.repeat(np.nan_to_num(m.speed), m.size)
+    yaw = uniform_filter1d(np.nan_to_num(m.channel("omega_z")), m.size)[: len(u)]
+    out = np.ones(len(steer), dtype=bool)
+    edges = np.flatnonzero(np.diff((np.diff(steer[: len(u)]) == 0.0).astype(int), prepend=0, append=0)).reshape(-1, 2)
+    for start, stop in edges[np.diff(edges, axis=1)[:, 0] > settled + 2 * m.size]:
+        inside = slice(start + settled, stop - m.size)
+        turn = np.median(u[inside]) * yaw[inside] / np.maximum(u[inside], LEAST_SPEED)
+        out[start : stop + 1] = np.ptp(turn) > max(0.15, 0.5 * abs(float(np.median(turn))))
     return out
 
 

@@ -1,0 +1,47 @@
+"""Sensors that stop: a value that stays while the motion says that it cannot have."""
+
+import numpy as np
+import pytest
+
+from drives import MULTI_LOG
+from softsoil.recording.check_single import single_checks
+from softsoil.recording.evidence import Motion
+from softsoil.recording.read import read_drive
+
+
+@pytest.fixture(scope="module")
+def log():
+    return read_drive(MULTI_LOG).between(0.0, 20.0)
+
+
+def frozen(recording):
+    return {check.channel: check.beyond_doubt for check in single_checks(Motion.of(recording)) if check.name.startswith("frozen")}
+
+
+def held(values, t, start, end):
+    out = values.copy()
+    inside = (t >= start) & (t < end)
+    out[inside] = out[int(np.argmax(inside))]
+    return out
+
+
+@pytest.mark.parametrize("name", ["steer", "omega_z", "v", "omega_fl", "a_y_imu"])
+def test_a_sensor_that_stops_in_a_slalom_is_said(name, log):
+    if name not in log:
+        pytest.skip(f"the log has no {name}")
+    assert frozen(log) == {}
+    stops = log.with_channels(**{name: held(log[name], log.t, log.t[0] + 6.0, log.t[0] + 11.0)})
+    assert frozen(stops) == {name: False}
+    for_good = log.with_channels(**{name: held(log[name], log.t, log.t[0] + 4.0, log.t[-1] + 1.0)})
+    assert frozen(for_good) == {name: True}
+
+
+def test_a_steering_angle_that_is_held_between_steps_is_not_frozen(log):
+    """A simulator's angle is exactly the same for seconds, and a gyro's noise is no turning."""
+    t = log.t - log.t[0]
+    steps = 0.2 * (np.floor(t / 2.5) % 3 - 1.0)
+    behind = np.zeros_like(steps)
+    for i in range(1, len(t)):
+        behind[i] = behind[i - 1] + (t[i] - t[i - 1]) / 0.15 * (3.0 * steps[i] - behind[i - 1])
+    noise = 0.04 * np.random.default_rng(2).standard_normal(len(t))
+    assert frozen(log.with_channels(steer=steps, omega_z=behind + noise)) == {}
