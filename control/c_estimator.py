@@ -17,6 +17,7 @@ from softsoil.codegen.c_library.steering import HEADER, steering_header
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_horizon import horizon_numbers
 from softsoil.control.c_vehicle import vehicle_numbers
+from softsoil.declaration.handed import check_declaration
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.drift import DriftRules, likely_classes
 from softsoil.estimator.promote import promote_parameters
@@ -140,6 +141,7 @@ def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi
         >>> "softsoil.h" in names
         True
     """
+    check_declaration("generate", declaration)
     paths = write_library(folder, c_library_texts(declaration, dt, fmi))
     if fmi:
         from softsoil.codegen.c_library.pack_fmu import pack_fmus

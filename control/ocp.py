@@ -17,6 +17,7 @@ from typing import Any
 
 import casadi as ca
 
+from softsoil.declaration.handed import check_model
 from softsoil.symbolic.model import Model, Quantities
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.smooth import smooth_norm
@@ -114,6 +115,7 @@ class Ocp:
     """
 
     def __init__(self, model: Model, vehicle: Vehicle, settings: OcpSettings | None = None) -> None:
+        check_model("Ocp", model)
         self.model, self.vehicle, self.settings = model, vehicle, settings or OcpSettings()
         low, high = self.settings.speed
         acceleration = self.settings.a_x

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from softsoil.declaration.ground import sinks
+from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.driveline_choice import Choice, log_driveline, with_choice
 from softsoil.estimator.horizons import START_UP
@@ -65,6 +66,7 @@ def estimate(
     """
     if method not in METHODS:
         raise ValueError(f"method: expected one of {', '.join(METHODS)}; found {method!r}")
+    check_model("estimate", model)
     drive = usable(log, model.geometry, late_steering(model.geometry))
     another = beyond_doubt(drive, model.geometry) if model.geometry is not None else ""
     if another:

@@ -17,6 +17,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.predictor import Predictor, substeps_for
+from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.recording.clock import on_even_clock
@@ -94,6 +95,7 @@ def predict(
         >>> right < wrong
         True
     """
+    check_model("predict", model)
     p = model.p.nominal
     if n is not None:
         n_f, n_r = n if isinstance(n, tuple) else (n, n)

@@ -14,6 +14,7 @@ from types import MappingProxyType
 import numpy as np
 import pandas as pd
 
+from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.evidence import gather
 from softsoil.estimator.horizons import START_UP
@@ -78,6 +79,7 @@ def late_clocks(
         >>> found.verdict.word, softsoil.late_clocks(drive, model, found)[0].what
         ('inconsistent', 'steer')
     """
+    check_model("late_clocks", model)
     if found.verdict is None:
         return ()
     recording = usable(log, model.geometry, late_steering(model.geometry))

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from softsoil.declaration.ground import refuse_hard_ground
+from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.horizons import START_UP
 from softsoil.mapping.cells import Cell, fuse
@@ -79,6 +80,7 @@ def map_soil(
         >>> cell.verdict, bool(abs(cell.n - 0.5) < 3.0 * cell.std)
         ('identified', True)
     """
+    check_model("map_soil", model)
     refuse_hard_ground(model)
     drives = distinct([usable(log, model.geometry, late_steering(model.geometry)) for log in logs])
     frame = frame_of(drives, origin)

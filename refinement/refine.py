@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from softsoil.declaration.ground import idle
+from softsoil.declaration.handed import check_declaration
 from softsoil.declaration.late_steering import late_steering
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared
@@ -72,6 +73,7 @@ def refine(
         >>> found.verdict in ("effect", "contradicts_given", "none", "unexplained")
         True
     """
+    check_declaration("refine", declaration)
     began = time.perf_counter()
     soils = tuple(soils or [declaration.soil] * len(logs))
     if len(soils) != len(logs):

@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.declaration.handed import check_declaration
 from softsoil.declaration.late_steering import late_steering
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.consistency import whiteness_p
@@ -84,6 +85,7 @@ def residual(
         >>> full.axles["rear"]["rms"] < paper.axles["rear"]["rms"]
         True
     """
+    check_declaration("residual", declaration)
     signal = SOIL_SIGNALS["n"]
     if n is not None and not signal.lower <= n <= signal.upper:
         raise ValueError(f"n: expected a sinkage exponent in [{signal.lower:g}, {signal.upper:g}], found {n:g}")
