@@ -43,17 +43,8 @@ def single_checks(m: Motion) -> list[Check]:
             stuck = _saturated(values[good], moving[good])
             if stuck > LIMITS.saturated:
                 found = f"{100 * stuck:.1f} % of the samples at an extreme"
-                checks.append(
-                    Check(
-                        f"saturated_{name}",
-                        name,
-                        False,
-                        found,
-                        "no clipped extremes",
-                        f"a wider range of the sensor for {name}",
-                        stuck > LIMITS.clipped,
-                    )
-                )
+                cure = f"a wider range of the sensor for {name}"
+                checks.append(Check(f"saturated_{name}", name, False, found, "no clipped extremes", cure, stuck > LIMITS.clipped))
     return checks
 
 
@@ -114,18 +105,8 @@ def excitation_checks(m: Motion) -> list[Check]:
     """Whether the vehicle drives, and whether it steers."""
     speed = float(np.nanmax(np.abs(m.speed), initial=0.0)) if np.isfinite(m.speed).any() else 0.0
     if speed < LEAST_SPEED:
-        found = f"at most {speed:.3g} m/s"
-        return [
-            Check(
-                "drives",
-                "u",
-                False,
-                found,
-                f"a vehicle that moves (more than {LEAST_SPEED:g} m/s)",
-                "a log of a drive",
-                True,
-            )
-        ]
+        expected = f"a vehicle that moves (more than {LEAST_SPEED:g} m/s)"
+        return [Check("drives", "u", False, f"at most {speed:.3g} m/s", expected, "a log of a drive", True)]
     backwards = float(np.mean(m.speed[np.isfinite(m.speed)] < -0.2))
     if backwards > 0.5:
         found = f"reversing in {100 * backwards:.0f} % of the log"

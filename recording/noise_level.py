@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,19 +87,28 @@ def _motion(values: Array, stride: int) -> float:
 def _matched(levels: Array) -> tuple[float, float, float] | None:
     """Standard deviation of a sample, how many samples count as one, and by how many the low-pass is late, by `levels` (L,) at
     strides of 1, 2, 4 ... samples; None for what may be a motion."""
-    strides: Array = np.exp2(np.arange(len(levels), dtype=np.float64))
-    found: list[tuple[float, float, float, float, bool]] = []
+    seen, correlated, late, sure = _low_passes(len(levels))
+    apart = np.log(levels / seen)
+    best = int(np.argmin(np.var(apart, axis=1)))
+    return (float(np.exp(apart[best, -1])), float(correlated[best]), float(late[best])) if sure[best] else None
+
+
+@lru_cache
+def _low_passes(count: int) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Third differences of what K low-passes leave of noise of deviation 1, (K, count) at strides of 1, 2, 4 ... samples; how
+    many samples count as one, how many each is late, and whether its noise does not look like a motion, each (K,)."""
+    strides: Array = np.exp2(np.arange(count, dtype=np.float64))
+    rows: list[tuple[Array, float, float, bool]] = []
     for shape, most in zip((_once, _twice), SHORT, strict=True):
         for length in np.geomspace(0.2, most * strides[-1], 40).tolist():
             kept = math.exp(-1.0 / length)
             rho = [shape(kept, order * strides) for order in (1, 2, 3)]
             seen = np.sqrt((20.0 - 30.0 * rho[0] + 12.0 * rho[1] - 2.0 * rho[2]) / 20.0)
-            apart = np.log(levels / seen)
             correlated = 1.0 + 2.0 * float(shape(kept, np.arange(1.0, 40.0 * strides[-1])).sum())
             late = kept / (1.0 - kept) if shape is _once else 0.0
-            found.append((float(np.var(apart)), float(np.exp(apart[-1])), correlated, late, length < 0.99 * most * strides[-1]))
-    _, std, correlated, late, sure = min(found)
-    return (std, correlated, late) if sure else None
+            rows.append((seen, correlated, late, length < 0.99 * most * strides[-1]))
+    table = [np.array(column) for column in zip(*rows, strict=True)]
+    return table[0], table[1], table[2], table[3]
 
 
 def _once(kept: float, k: Array) -> Array:

@@ -1,5 +1,7 @@
 """Clean drives of every kind raise no doubt: gentle, fast, repeated, with and without sensor noise."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,12 @@ from softsoil.symbolic.soil import SOILS
 COURSES = {"lane change": double_lane_change, "slalom": slalom}
 
 
+@lru_cache
+def clean(manoeuvre, speed, soil):
+    driver = PathFollower(COURSES[manoeuvre]().points) if manoeuvre in COURSES else manoeuvre
+    return simulate(driver, SOILS[soil], 20.0, start=Start(u=speed), seed=1)
+
+
 @pytest.mark.parametrize("noise", [None, "good", "table5"])
 @pytest.mark.parametrize("soil", ["clay", "sandy_loam"])
 @pytest.mark.parametrize(
@@ -24,8 +32,7 @@ COURSES = {"lane change": double_lane_change, "slalom": slalom}
      ("slalom", 2.5)],
 )  # fmt: skip
 def test_no_channel_is_doubted(manoeuvre, speed, soil, noise):
-    driver = PathFollower(COURSES[manoeuvre]().points) if manoeuvre in COURSES else manoeuvre
-    drive = simulate(driver, SOILS[soil], 20.0, start=Start(u=speed), seed=1)
+    drive = clean(manoeuvre, speed, soil)
     recording = drive if noise is None else add_noise(drive, noise, 3)
     doubted = [check.sentence() for check in check_channels(recording, reference_vehicle()) if not check.passed]
     assert not doubted
