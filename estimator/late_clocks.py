@@ -73,7 +73,7 @@ def late_clocks(
     Example:
         >>> import numpy, softsoil
         >>> model = softsoil.bicycle(softsoil.load_vehicle("reference"), softsoil.load_soil("clay"))
-        >>> drive = softsoil.read_drive(softsoil.example_logs()[0]).between(0.0, 14.0)
+        >>> drive = softsoil.read_drive(softsoil.example_logs()[0]).between(0.0, 10.0)
         >>> drive = drive.with_channels(steer=numpy.roll(drive["steer"], 4))
         >>> found = softsoil.estimate(drive, model)
         >>> found.verdict.word, softsoil.late_clocks(drive, model, found)[0].what

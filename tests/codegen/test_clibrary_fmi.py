@@ -18,7 +18,7 @@ SAME = 1e-9
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["plain", "tracks"])
+@pytest.mark.parametrize("name", ["plain", pytest.param("tracks", marks=pytest.mark.study)])
 def test_unit_runs_in_fmpy(name, tmp_path):
     """Inputs that change at every step, against softsoil_step."""
     model = tmp_path / "model.toml"

@@ -104,6 +104,7 @@ def driven(driver) -> np.ndarray:
     return np.array(rows)
 
 
+@pytest.mark.study
 def test_a_strangers_vehicle_drives_the_same_path_by_python_and_by_c():
     """Filter, histories, solves and following of plans, from a first state that is measured: position to 1e-6 m."""
     one, other = driven(in_python()), driven(started())

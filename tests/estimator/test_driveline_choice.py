@@ -18,6 +18,9 @@ from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 from softsoil.symbolic.vehicle import load_vehicle
 
+OFTEN = ("all wheels driven, centre open", "rear wheels driven")
+"""What a study looks at."""
+
 
 def without_wheels(drive: Recording) -> Recording:
     """The drive without its wheel speeds, with the noise of good sensors."""
@@ -26,7 +29,9 @@ def without_wheels(drive: Recording) -> Recording:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", list(DRIVELINES))
+@pytest.mark.parametrize(
+    "words", [pytest.param(words, marks=pytest.mark.study) if words in OFTEN else words for words in DRIVELINES]
+)
 def test_the_driveline_that_drove_is_taken(words):
     numbers, machine = DRIVELINES[words], load_plant_vehicle()
     driven = replace(machine, machine=machine.machine._replace(front_drive=numbers["front_drive"]))

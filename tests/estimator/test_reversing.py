@@ -20,7 +20,7 @@ def model():
 @pytest.fixture(scope="module")
 def both():
     """A drive, the same with reversing in its middle, and the time at which that goes on."""
-    whole = softsoil.read_drive(softsoil.example_logs()[0])
+    whole = softsoil.read_drive(softsoil.example_logs()[0]).between(0.0, 30.0)
     log, on = with_reversing(whole, 0.5 * (whole.t[-1] - whole.t[0]))
     return whole, log, on
 

@@ -267,7 +267,7 @@ def test_a_share_above_its_limit_is_printed_as_one():
 
 def test_a_filter_that_stays_where_the_windows_are_confirms_them():
     """One that has not yet left its initial guess is no evidence against them; one that leaves their n is."""
-    drive, model = read_drive(MULTI_LOG).between(0.0, 20.0), bicycle(reference_vehicle(), CLAY)
+    drive, model = read_drive(MULTI_LOG).between(0.0, 13.0), bicycle(reference_vehicle(), CLAY)
 
     windows = float(judge(drive, model, 0.7, None, tied=True, start=2.0).evidence.n[0])
 

@@ -49,6 +49,7 @@ def test_friction_and_shear_modulus_are_recovered_and_n_with_them():
     assert not found.unexplained[0].beyond(1.0)
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_a_soil_far_from_its_class_contradicts_it():
     near = CLAY.with_(uncertainty=(("phi", 0.002), ("k", 0.003)))

@@ -81,7 +81,11 @@ def test_the_notes_say_which_channels(noisy, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["x, y, u, v held at 10 Hz", "x, y, u, v at 10 Hz, lines between", "steer held at 20 Hz"])
+@pytest.mark.parametrize(
+    "name",
+    ["x, y, u, v at 10 Hz, lines between",
+     *(pytest.param(name, marks=pytest.mark.study) for name in ("x, y, u, v held at 10 Hz", "steer held at 20 Hz"))],
+)  # fmt: skip
 def test_n_is_identified_from_such_logs(noisy, name, tmp_path):
     found = estimate(log(noisy, name, tmp_path), bicycle(VEHICLE, CLAY), 0.7, method="horizon")
     assert found.verdict.word == "identified" and abs(found.n_front[-1] / 0.5 - 1.0) < 0.06

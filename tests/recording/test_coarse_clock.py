@@ -48,8 +48,8 @@ def test_a_block_has_the_median_of_its_numbers_across_a_turn_of_the_heading():
 
 
 def test_commands_run_on_the_coarse_clock_and_believe_the_rate_no_more():
-    log, model = read_drive(MULTI_LOG).between(0.0, 25.0), bicycle(reference_vehicle(), CLAY)
-    again = fast(1000.0, 25.0)
+    log, model = read_drive(MULTI_LOG).between(0.0, 15.0), bicycle(reference_vehicle(), CLAY)
+    again = fast(1000.0, 15.0)
     assert usable(again, reference_vehicle()).dt == usable(mark_checked(again), reference_vehicle()).dt == pytest.approx(0.012)
     slow, quick = estimate(log, model, 0.7), estimate(again, model, 0.7)
     assert quick.verdict.word == slow.verdict.word == "identified"

@@ -82,6 +82,7 @@ def test_offset_that_was_added_is_found_with_its_size(found):
     assert found.after["2.5"]["omega_z"] < 0.2 * found.before["2.5"]["omega_z"]
 
 
+@pytest.mark.study
 def test_more_of_a_declared_effect_is_named_with_all_there_is_of_it():
     """A vehicle that pulls by 22 N m as declared, on a drive with 500 N m: what is named is all of it."""
     pulling = Declaration(reference_vehicle().with_(effects={"yaw_moment": {"yaw_moment": 22.0}}), CLAY)
@@ -232,6 +233,7 @@ def test_much_beyond_noise_that_is_too_little_to_be_named_is_missing_all_the_sam
     assert hidden_by_noise(replace(nothing, accepted=(candidate,)), one) == ()
 
 
+@pytest.mark.study
 def test_a_change_too_small_for_its_gain_is_named_by_its_certainty(declared):
     change = {"n_change": 0.055, "change_x": 55.0, "change_y": 0.0, "change_heading": 0.2}
     known = Declaration(declared.vehicle.with_(uncertainty={"yaw_inertia": 1.0, "radius": 1e-5}), CLAY)

@@ -56,6 +56,7 @@ def test_a_bank_is_named_without_v(banked, declared):
     assert found.effects[0].parameters["bank"][0] == pytest.approx(BANK, rel=0.05)
 
 
+@pytest.mark.study
 @pytest.mark.filterwarnings("ignore:.*bias")
 def test_a_bank_without_a_heading_is_not_named_and_nothing_else_in_its_place(banked, declared):
     found = refine([without(banked, "x", "y", "psi")], declared, workers=1, candidates=CANDIDATES)

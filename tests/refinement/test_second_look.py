@@ -59,6 +59,7 @@ def clean():
     return traced(0.0, vehicle())
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_a_load_that_noise_hides_is_named_by_free_starts(without, tmp_path):
     assert not without.effects, "without a joint error the tracing alone decides"
@@ -75,6 +76,7 @@ def test_a_load_that_noise_hides_is_named_by_free_starts(without, tmp_path):
     assert load_declaration(file).vehicle.joint_error == ERROR
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_a_load_that_the_tracing_names_is_sized_by_free_starts():
     masses = []

@@ -32,6 +32,7 @@ def test_a_force_that_a_model_lacks_is_left_whatever_the_noise(noise):
     assert found.left and np.isfinite(found.share["front"])
 
 
+@pytest.mark.study
 def test_a_pose_slower_than_the_log_judges_axle_forces_as_well():
     """Every third row, as an odometer beside an inertial sensor; a steering 0.06 rad off is left, the right one is not."""
     vehicle = reference_vehicle()

@@ -137,6 +137,7 @@ def test_no_window_runs_across_a_steering_faster_than_its_actuator(compiled):
     assert all(row > step or row + mine.steps < step for row in mine.rows)
 
 
+@pytest.mark.study
 def test_between_windows_histories_run_along_the_motion_and_not_along_noise():
     """Steps of the steering leave gaps between windows; what the rear wheels run in there was made by the vehicle's motion."""
     t = STEP * np.arange(round(20.0 / STEP) + 1)
