@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import casadi as ca
@@ -27,6 +28,7 @@ def idle(model: Model, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in names if not ca.depends_on(every, p[model.p.index(name)]))
 
 
+@lru_cache(maxsize=16)
 def sinks(model: Model) -> bool:
     """Whether the motion depends on the sinkage exponent n: with a soil's force law, not on hard ground."""
     return len(idle(model, ("n_f", "n_r"))) < 2

@@ -11,11 +11,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.codegen.predictor import substeps_for
+from softsoil.declaration.driveline import with_driveline
 from softsoil.estimator.late_change import later_soil
 from softsoil.estimator.summary import LEAST_CURVATURE, Summary
 from softsoil.estimator.tuning import common_error
@@ -23,8 +25,8 @@ from softsoil.recording.drive import Recording
 from softsoil.recording.states import sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
-from softsoil.windows.absent_wheels import with_log_wheels
-from softsoil.windows.free_windows import FreeWindows, WindowModel
+from softsoil.windows.absent_wheels import absent_wheels
+from softsoil.windows.free_windows import FreeWindows, window_model
 from softsoil.windows.own_numbers import stated_error, with_load, with_own_numbers, with_steering_scale
 from softsoil.windows.parameters import Free
 from softsoil.windows.shooting import shooting_drive
@@ -139,10 +141,16 @@ def drive_windows(recording: Recording, model: Model, start: float, rules: Horiz
     of its numbers, these are parameters of their model, and so are a load and the steering's scale."""
     drive = shooting_drive(recording, model, start, live=True)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
+    compiled = window_model(_with_numbers(model, absent_wheels([recording])), drive.dt, substeps_for(drive.dt))
+    return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in, rules.slowest)
+
+
+@lru_cache(maxsize=8)
+def _with_numbers(model: Model, absent: tuple[str, ...]) -> Model:
+    """The model with the numbers of `drive_windows` as parameters, and wheels that are `absent` from a log."""
     known = stated_error(model.geometry)
     model = with_steering_scale(with_load(with_own_numbers(model, known.names))) if known else model
-    compiled = WindowModel(with_log_wheels(model, [recording]), drive.dt, substeps_for(drive.dt))
-    return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in, rules.slowest)
+    return with_driveline(model, absent)
 
 
 def exponents(tied: bool) -> tuple[Free, ...]:

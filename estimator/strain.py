@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from softsoil.estimator.moving_horizon import MovingHorizon
 from softsoil.estimator.tuning import Tuning
 from softsoil.windows.free_starts import JointPrior, joint_prior, steps_of
-from softsoil.windows.free_windows import FreeWindows, Linear, WindowModel
+from softsoil.windows.free_windows import FreeWindows, Linear, window_model
 from softsoil.windows.own_numbers import load_of, stated_error, steering_scale_of
 from softsoil.windows.parameters import Free
 from softsoil.windows.strain import last_step, marginal, strain
@@ -85,7 +85,7 @@ def _normal_equations(windows: FreeWindows, horizon: MovingHorizon, free: Sequen
     In the steps in which the numbers were identified: longer ones ask for a vehicle 2 % of its mass lighter.
     """
     model, dt = windows.compiled.model, windows.drive.dt
-    windows = windows.by(WindowModel(model, dt, steps_of(dt)))
+    windows = windows.by(window_model(model, dt, steps_of(dt)))
     last = len(windows.rows) - 1
     which = np.arange(horizon.since, last + 1)
     x0, p = np.array(horizon.summary.states)[which], horizon.parameters(horizon.n)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -58,6 +59,12 @@ class WindowModel:
         self.loop = StepLoop(ca.Function("window_step", [x, m, u, p], ca.cse([*after, ca.vertcat(y, x[:N])])))
         self.histories, self.start = history_loop(model, dt, beside), start_memory(model)
         self.extra = model.x.nominal[N:]
+
+
+@lru_cache(maxsize=8)
+def window_model(model: Model, dt: float, substeps: int = 1) -> WindowModel:
+    """The `WindowModel` of these, built once: it takes as long as the windows of a drive."""
+    return WindowModel(model, dt, substeps)
 
 
 @dataclass(frozen=True)
