@@ -101,7 +101,7 @@ def test_the_same_numbers_with_four_parameters(tmp_path):
     """n and three parameters of effects, each with its own prior."""
     more = tuple(declared("tracks").build().p.names[-3:])
     write_library(tmp_path, c_library_texts(declared("tracks"), promote=more))
-    c, states = CHorizon(CLibrary(tmp_path)), c_parts(declared("tracks"), more).model.x
+    c, states = CHorizon(CLibrary(tmp_path, SCALAR)), c_parts(declared("tracks"), more).model.x
     assert c.names == ["n", *more]
     free = [*exponents(True)]
     for k, name in enumerate(more, start=1):

@@ -402,7 +402,7 @@ def test_cmake_takes_it_as_a_subdirectory_and_as_a_package(tmp_path):
     (tmp_path / "found" / "CMakeLists.txt").write_text(
         f"{head}find_package(softsoil REQUIRED)\n{link}", encoding="utf-8"
     )
-    quick = "-DCMAKE_C_FLAGS_RELEASE=-O0"
+    quick = "-DCMAKE_BUILD_TYPE=Debug"
 
     def run(*command: str) -> None:
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -410,6 +410,8 @@ def test_cmake_takes_it_as_a_subdirectory_and_as_a_package(tmp_path):
 
     run("cmake", "-B", "own", "-S", str(folder()), f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'installed'}", quick)
     run("cmake", "--build", "own", "-j2")
+    flags = (tmp_path / "own" / "CMakeFiles" / "softsoil.dir" / "flags.make").read_text(encoding="utf-8")
+    assert "-fno-math-errno" in flags and "-O3" not in flags, "a build type is the user's"
     run("cmake", "--install", "own")
     run("cmake", "-B", "one", "-S", "found", f"-DCMAKE_PREFIX_PATH={tmp_path / 'installed'}")
     run("cmake", "--build", "one")
