@@ -53,7 +53,7 @@ def fitted_map(plan: ImportMap, series: Mapping[str, Series]) -> SteeringFit | N
 
 def _values(mapped: Mapped, series: Mapping[str, Series]) -> tuple[np.ndarray, np.ndarray]:
     one = series[mapped.source]
-    values = mapped.si(mapped.samples(one), 1.0)
+    values = mapped.si(mapped.samples(one), 1.0) + mapped.offset
     good = np.isfinite(values)
     return one.t[good] - mapped.late, values[good]
 

@@ -30,7 +30,7 @@ def opened(path: Path) -> Iterator[Any]:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise ValueError(
-            f"{path}: expected the library rosbags for bags, found none: pip install softsoil[logs]"
+            f"{path}: expected the library rosbags for bags, found none: pip install '.[logs]' in the project's folder"
         ) from None
     try:
         with AnyReader([_file(path)], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:

@@ -51,9 +51,10 @@ FRAMES = ("z-up", "z-down")
 class Mapped:
     """One channel's origin.
 
-    source; fields: one, or several of which the channel is the mean; scale: to SI, with sign; offset (SI); table: (input,
-    road-wheel angle) pairs or None; over_radius: m/s to be divided by the wheel's radius; compass: heading clockwise from north;
-    rate: whether the channel is the fields' rate of change; late: seconds by which its samples' times are late (negative: early).
+    source; fields: one, or several of which the channel is the mean; scale: to SI, with sign; offset (SI): added last, in the
+    vehicle's frame; table: (input, road-wheel angle) pairs or None; over_radius: m/s to be divided by the wheel's radius; compass:
+    heading clockwise from north; rate: whether the channel is the fields' rate of change; late: seconds by which its samples'
+    times are late (negative: early).
     """
 
     source: str
@@ -82,13 +83,12 @@ class Mapped:
         return sum(unwrapped(series.values[name])[1] for name in self.fields) if self.rate else 0
 
     def si(self, values: Array, radius: float) -> Array:
-        """values (N,) of `samples`, in SI units of the channel; radius: of the wheels (m)."""
+        """values (N,) of `samples` without `offset`, in SI units of the channel; radius: of the wheels (m)."""
         out = values * self.scale
         if self.table is not None:
             out = np.interp(out, *np.array(self.table, dtype=float).T)
         if self.over_radius:
             out = out / radius
-        out = out + self.offset
         return math.pi / 2 - out if self.compass else out
 
 

@@ -16,7 +16,7 @@ def _pymap3d(where: str) -> ModuleType:
         import pymap3d
     except ImportError:
         raise ValueError(
-            f"{where}: expected the library pymap3d for fixes, found none: pip install softsoil[logs]"
+            f"{where}: expected the library pymap3d for fixes, found none: pip install '.[logs]' in the project's folder"
         ) from None
     return pymap3d
 

@@ -22,6 +22,7 @@ from softsoil.recording.geometry import Geometry
 from softsoil.recording.outliers import left_out, outliers
 
 LEAST = ("u", "omega_z", "steer")
+ACCELERATIONS = ("a_x_imu", "a_y_imu")
 FASTEST = 100.0
 """Hz: clock of a drive whose yaw rate comes faster, unless the map says another."""
 SLOWEST = 1.0
@@ -195,9 +196,12 @@ def _all_from(mean: Array, channels: Mapping[str, Array], geometry: Geometry) ->
 def _mounted(channels: dict[str, Array], plan: ImportMap, geometry: Geometry) -> dict[str, Array]:
     """Channels in the project's frame: (x, y) of the front axle, velocities and accelerations of the centre of gravity."""
     out = dict(channels)
+    offset = {name: plan.channels[name].offset for name in out if name in plan.channels}
     for name in ("y", "psi", "v", "omega_z", "a_y_imu"):
         if name in plan.channels and (m := plan.mount_of(name)) and m.frame == "z-down":
             out[name] = -out[name]
+    for name in offset.keys() - set(ACCELERATIONS):
+        out[name] = out[name] + offset[name]
     if m := plan.mount_of("omega_z"):
         out["omega_z"] = out["omega_z"] / (np.cos(m.pitch) * np.cos(m.roll))
     reach = len(out["t"])
@@ -211,6 +215,8 @@ def _mounted(channels: dict[str, Array], plan: ImportMap, geometry: Geometry) ->
             out["v"] = aside - m.x * omega
         out["u"] = out["u"] + m.y * omega
     _mount_accelerations(out, plan, omega)
+    for name in offset.keys() & set(ACCELERATIONS):  # what they read beside the motion, as the checks say it
+        out[name] = out[name] + offset[name]
     if {"x", "y"} <= set(out):
         place = _place(plan.channels["x"].source, plan.mount_of("x"), geometry)
         if place is not None and "psi" in out:
@@ -228,7 +234,7 @@ def _turned(ahead: Array, aside: Array, yaw: float) -> tuple[Array, Array]:
 
 def _mount_accelerations(out: dict[str, Array], plan: ImportMap, omega: Array) -> None:
     """Specific force at the centre of gravity: gravity in a tilted sensor off, turned, moved by its lever arm."""
-    if not {"a_x_imu", "a_y_imu"} <= set(plan.channels):
+    if not set(ACCELERATIONS) <= set(plan.channels):
         return
     m = plan.mount_of("a_x_imu")
     if m is None:

@@ -111,3 +111,31 @@ def test_turns_per_minute_are_known_wherever_a_name_says_so():
     for channel, name in (("omega_fl", "rpm_fl"), ("omega_fr", "wheel_rpm_front_right"), ("omega_rl", "rl_rpm")):
         assert drafted[channel] == {"source": f"can.csv:{name}", "unit": "rpm"}
     assert drafted["omega_rr"] == "can.csv:omega_rr"
+
+
+def turned(clean, offsets):
+    """A gyro with z down, a compass and an accelerometer that looks backwards, each with a bias, and `offsets` in their map."""
+    values = {
+        **{name: clean[name] for name in ("u", "steer")}, "gyro": -clean["omega_z"] + 0.03,
+        "compass": np.pi / 2 - clean["psi"] + 0.08, "back": -clean["a_x_imu"] + 0.3, "right": -clean["a_y_imu"] + 0.4,
+    }  # fmt: skip
+    sources = {name: Series(f"{name}.csv", clean.t, {name: value}) for name, value in values.items() if name != "right"}
+    sources["back"] = Series("back.csv", clean.t, {"back": values["back"], "right": values["right"]})
+    from_ = {"u": "u.csv:u", "steer": "steer.csv:steer", "omega_z": "gyro.csv:gyro", "psi": "compass.csv:compass",
+             "a_x_imu": "back.csv:back", "a_y_imu": "back.csv:right"}  # fmt: skip
+    channels = {name: {"source": source, "offset": offsets.get(name, 0.0)} for name, source in from_.items()}
+    channels["psi"]["compass"] = True
+    mount = {"gyro.csv": {"frame": "z-down"}, "back.csv": {"yaw": np.pi}}
+    plan = map_from_table({"channels": channels, "mount": mount}, "map")
+    return merge("log", plan, {one.name: one for one in sources.values()}, reference_vehicle()).recording
+
+
+def test_the_offset_that_a_check_says_takes_the_bias_away_however_the_sensor_is_turned(clean):
+    """It counted before the turn, and what was added to the map doubled the bias."""
+    names = ("omega_z", "psi", "a_x_imu", "a_y_imu")
+    biased = turned(clean, {})
+    cures = {name: -float(np.mean(np.unwrap(biased[name]) - np.unwrap(clean[name]))) for name in names}
+    assert [abs(cure) for cure in cures.values()] == pytest.approx([0.03, 0.08, 0.3, 0.4], abs=1e-6)
+    cured = turned(clean, cures)
+    for name in names:
+        assert np.allclose(np.unwrap(cured[name]), np.unwrap(clean[name]), atol=1e-6), name
