@@ -52,7 +52,7 @@ class Mapped:
     """One channel's origin.
 
     source; fields: one, or several of which the channel is the mean; scale: to SI, with sign; offset (SI): added last, in the
-    vehicle's frame; table: (input, road-wheel angle) pairs or None; over_radius: m/s to be divided by the wheel's radius; compass:
+    vehicle's frame; table: (input, road-wheel angle) pairs or None; over_radius: m/s, divided by the wheel's radius; compass:
     heading clockwise from north; rate: whether the channel is the fields' rate of change; late: seconds by which its samples'
     times are late (negative: early).
     """

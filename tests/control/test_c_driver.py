@@ -262,6 +262,7 @@ def folder():
     return path
 
 
+@pytest.mark.study
 def test_plain_c99_and_vectors_drive_alike(tmp_path):
     """200 ticks in closed loop with the library's own model: whatever the processor has."""
     plain = judge.numbers(["gcc", "-O1", "-DSOFTSOIL_SCALAR"], folder(), "driver_arm.c", tmp_path / "plain")

@@ -19,6 +19,7 @@ def at_rate(hertz):
     return Recording(log.name, channels)
 
 
+@pytest.mark.study
 def test_a_log_of_fewer_hertz_says_the_same():
     model = bicycle(reference_vehicle(), SANDY_LOAM)
     whole = estimate(read_drive(LOAM_LOG).between(0.0, 20.0), model, 0.8)

@@ -84,6 +84,7 @@ def test_what_a_drive_owes_to_the_law_beyond_any_drive_is_in_the_error_bar():
     assert SoilError({}, 0.01, (0.0, 0.03), 0.03, 0.02).more == pytest.approx(np.sqrt(0.01**2 + 0.03**2 - 0.02**2))
 
 
+@pytest.mark.study
 def test_stated_errors_of_the_class_are_in_the_error_bar(drive):
     plain, stated = n_of(drive, CLAY), n_of(drive, CLAY.with_(uncertainty=STATED))
     tenth = plain.verdict.evidence.soil.tenth

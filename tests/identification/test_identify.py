@@ -66,6 +66,7 @@ def test_numbers_are_recovered_from_drives_of_the_model_itself():
     assert std["yaw_inertia"] < 0.05 * 2300.0
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_the_rear_axle_is_found_where_it_is_left_to_the_logs():
     drives = [drive_of(TRUE, "lock", 0.5, 1), drive_of(TRUE, "multi", 0.65, 2)]

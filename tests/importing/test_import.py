@@ -111,6 +111,7 @@ def test_n_of_a_messy_bag_is_that_of_the_clean_log(clean, tmp_path):
     assert n_of(found.drive) == pytest.approx(n_of(clean), rel=0.01)
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_sensor_noise_on_the_clocks_moves_n_within_one_percent(bag, messy):
     """Against the same bag with the true offset: noise moves n by itself, on one clock too, by 1 to 3 %."""

@@ -109,6 +109,7 @@ def _said(found, capsys):
     return capsys.readouterr().out
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_an_inertia_declared_too_small_is_no_payload_either(clean):
     wrong = Declaration(plain_vehicle(yaw_inertia=0.65 * plain_vehicle().yaw_inertia), CLAY)

@@ -37,6 +37,7 @@ def fitted(recordings, declared=DECLARED):
     return bench, fit_base(bench)
 
 
+@pytest.mark.study
 def test_noise_at_recorded_starts_biases_n_and_free_starts_do_not(noisy):
     bench, last = fitted(noisy)
     recorded = np.array([last.named()[free.name][0] for free in bench.ground])
