@@ -25,6 +25,7 @@ from softsoil.commands.output import console, output_folder, progress, say_writt
 from softsoil.commands.vehicle_check import refuse_another
 from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.estimator.horizons import START_UP
+from softsoil.estimator.moving_horizon import HorizonRules
 from softsoil.figures.labels import plain
 from softsoil.figures.soil_map import draw_soil_map
 from softsoil.mapping.cells import Cell
@@ -33,6 +34,9 @@ from softsoil.mapping.frame import frame_of, placed
 from softsoil.mapping.map_file import as_json
 from softsoil.mapping.soil_map import laid, surveyed
 from softsoil.recording.log_names import distinct
+
+SPOKEN_OF = 0.01
+"""Share of a drive from which what keeps windows from it is said."""
 
 
 def map_soil(
@@ -93,7 +97,7 @@ def map_soil(
     ground = replace(ground, drives=(*ground.drives, *refused))
     for one in ground.drives:
         said = [f"left out: {one.left_out}"] if one.left_out else []
-        said += [] if one.verdict is None else [f"{plain(one.verdict.word)}: {one.verdict.reason}"]
+        said += [] if one.verdict is None else [f"{plain(one.verdict.word)}: {one.verdict.reason}", _covered(one)]
         console.print(f"{one.log}: {'; '.join(said)}", highlight=False)
     console.print(
         f"{len(ground.cells)} of {ground.driven} driven cells of {cell:g} m from {len(ground.used)} of {len(logs)} "
@@ -105,6 +109,17 @@ def map_soil(
     content = as_json(ground, declared.soil, declared.law)
     paths = [write_result(folder / "map.json", content, about_vehicle(vehicle, model)), draw_soil_map(ground, folder / "map.png")]
     say_written(paths)
+
+
+def _covered(drive: DriveSoil) -> str:
+    """In how much of a drive windows run, and why in no more of it."""
+    rules = HorizonRules()
+    words = {
+        "steering": f"the steering is faster than {rules.fastest:g} rad/s", "speed": f"it is slower than {rules.slowest:g} m/s",
+        "inputs": "inputs are missing or it runs in its own ruts",
+    }  # fmt: skip
+    why = [words[name] for name, share in drive.blocked.items() if share > SPOKEN_OF]
+    return f"windows in {100 * drive.covered:.0f} % of it" + (f", none where {', or where '.join(why)}" if why else "")
 
 
 def _range(cells: tuple[Cell, ...]) -> str:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,6 +25,7 @@ from softsoil.mapping.place import way_of
 from softsoil.recording.drive import Recording
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.windows.free_windows import blocked_rows
 
 Array = NDArray[np.float64]
 
@@ -35,10 +37,11 @@ ON_THE_WAY = VerdictRules(parts=np.inf)
 class DriveSoil:
     """What one drive says of the soil along its way.
 
-    log; verdict: on the drive as a whole, None where it could not be estimated; x, y (W,): middle of each window (m); n,
+    log; verdict: on the drive as a whole, None where it was not estimated; x, y (W,): middle of each window (m); n,
     information (W,): minimum and curvature of its quadratic in n; common: share of n that an error common to all windows of the
     model makes; origin: latitude and longitude (deg) of x = y = 0, where the log has them; way (R, 2): positions that it drove
-    through (m), NaN between stretches; notes: on the log; left_out: why it is not on the map, empty where it is.
+    through (m), NaN between stretches; covered: share of the drive in which windows run; blocked: shares across which none may,
+    by the reason (`blocked_rows`); notes: on the log; left_out: why it is not on the map, empty where it is.
     """
 
     log: str
@@ -50,6 +53,8 @@ class DriveSoil:
     common: float
     origin: tuple[float, float] | None = None
     way: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    covered: float = 0.0
+    blocked: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     left_out: str = ""
 
@@ -92,4 +97,8 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.more))
     verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)
     way = way_of(recording, int(windows.rows[0]))
-    return DriveSoil(recording.name, verdict, x, y, n, information, common, recording.origin, way, recording.notes)
+    drive = windows.drive
+    no_windows = blocked_rows(windows.compiled.model, drive, rules.fastest, rules.slowest)
+    blocked = {why: float(rows[drive.first :].mean()) for why, rows in no_windows.items()}
+    where = recording.origin, way, windows.covered, blocked
+    return DriveSoil(recording.name, verdict, x, y, n, information, common, *where, recording.notes)

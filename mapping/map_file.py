@@ -35,6 +35,7 @@ def as_json(ground: SoilMap, soil: Soil, law: str) -> dict[str, Any]:
     logs = [
         {
             "log": one.log, "verdict": one.verdict and one.verdict.word, "reason": one.verdict and one.verdict.reason,
+            "covered": one.covered, "blocked": dict(one.blocked),
             "used": not one.left_out, "left_out": one.left_out or None, "notes": list(one.notes),
             "common": None if one.left_out else one.common,
         }

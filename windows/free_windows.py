@@ -119,6 +119,7 @@ class FreeWindows:
         self._gaps = {int(to): int(end) for end, to in gaps if 0 < to - end <= round(BRIDGED / drive.dt)}
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded, self._inputs = drive.measured[take], drive.inputs[take]
+        self.covered = len(np.unique(take)) / (len(drive.t) - drive.first)
         self._latest: tuple[tuple[bytes, ...], tuple[Array, Array]] | None = None
         self.reset()
 
@@ -280,19 +281,27 @@ class FreeWindows:
         return out.reshape(many, count, self.steps + 1, 2 * N)
 
 
+def blocked_rows(model: Model, drive: Drive, fastest: float, slowest: float | None) -> dict[str, NDArray[np.bool_]]:
+    """(N,) rows across which no window runs, by the reason.
+
+    "steering": faster than `fastest` (rad/s); "speed": measured, below `slowest` (m/s), or, where that is None, not driven
+    forwards; "inputs": unknown, or of wheels in the drive's own ruts.
+    """
+    slow = ~drive.driven if slowest is None else drive.measured[:, STATE_CHANNELS.index("u")] < slowest
+    steers = "steer_rate" in model.external.names
+    rate = drive.inputs[:, model.external.index("steer_rate")] if steers else np.zeros(len(slow))
+    return {"steering": np.abs(rate) > fastest, "speed": slow, "inputs": ~drive.usable}
+
+
 def _rows(
     model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float | None, seen: float
 ) -> NDArray[np.int_]:
     """First rows of windows of so many steps, `apart` rows apart.
 
-    None runs across unknown inputs, a steering that is faster than `fastest`, a measured speed below `slowest`, or, where that is
-    None, rows that are not driven; none has a smaller share than `seen` of the measured rows that most have, as across a gap.
+    None runs across `blocked_rows`; none has a smaller share than `seen` of the measured rows that most have, as across a gap.
     """
-    blocked = ~drive.driven if slowest is None else drive.measured[:, STATE_CHANNELS.index("u")] < slowest
-    blocked |= ~drive.usable
-    if "steer_rate" in model.external.names:
-        blocked |= np.abs(drive.inputs[:, model.external.index("steer_rate")]) > fastest
     after = round(SETTLING / drive.dt)
+    blocked = np.any(list(blocked_rows(model, drive, fastest, slowest).values()), axis=0)
     blocked = np.convolve(blocked, np.ones(2 * after + 1), mode="same") > 0
     found, measured = window_starts(drive.first, blocked, steps, apart), np.isfinite(drive.measured).any(axis=1)
     counts = np.concatenate([[0], np.cumsum(measured)])

@@ -1,12 +1,14 @@
 """Soil maps: cells fused by information and by what drives disagree, and the soil of a drive of the model itself."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from drives import clay_bicycle, clay_drive
+from softsoil.commands.map import _covered
 from softsoil.estimator.tuning import ABSENT_WHEELS_ERROR
 from softsoil.estimator.verdict import Verdict
 from softsoil.mapping import soil_map
@@ -96,6 +98,7 @@ def test_the_soil_of_a_drive_is_that_of_its_model(log, surveys):
     assert np.mean([abs(c.n - 0.5) / c.std for c in ground.cells]) < 2.0
     assert np.mean([c.n for c in ground.cells]) == pytest.approx(0.5, abs=0.05)
     assert len(ground.cells) <= ground.driven < len(ground.cells) + 6
+    assert surveys.covered > 0.9 and surveys.blocked["speed"] == 0.0
     cell = ground.cells[0]
     assert ground.at(15.0 * cell.column + 1.0, 15.0 * cell.row + 14.0) == cell and ground.at(-1e3, 0.0) is None
 
@@ -162,3 +165,12 @@ def test_a_map_is_read_as_it_was_written(log, surveys, tmp_path):
     path.write_text("{}", encoding="utf-8")
     with pytest.raises(ValueError, match=r"map.json: expected a file of softsoil map, found another"):
         load_map(path)
+
+
+def test_what_keeps_windows_from_a_drive_is_said(log):
+    """Half of a drive whose steering kicks: no window, and the reason."""
+    t = log.t - log.t[0]
+    kicked = log.with_channels(steer=log["steer"] + np.where(t > 12.0, 0.2 * np.sign(np.sin(12.0 * t)), 0.0))
+    one = drive_soil(kicked, clay_bicycle(), 0.7, 1.0)
+    assert 0.3 < one.covered < 0.6 and one.blocked["steering"] > 0.05 and one.blocked["inputs"] == one.blocked["speed"] == 0.0
+    assert re.fullmatch(r"windows in [3-5]\d % of it, none where the steering is faster than 1.5 rad/s", _covered(one))
