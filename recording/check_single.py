@@ -12,6 +12,8 @@ from softsoil.recording.evidence import Motion
 WATCHED = ("x", "y", "psi", "u", "v", "omega_z", "a_x_imu", "a_y_imu", "steer", *WHEEL_CHANNELS)
 LEAST_SPEED = 0.5
 """m/s: a drive that never exceeds this stands."""
+BOTH_WAYS = 0.075
+"""rad/s to either side, in a tenth of a time, that no vehicle turns by with an angle that stays where it is."""
 LEAST_STEERING = 0.015
 """rad: spread of the steering angle below which a drive is straight."""
 
@@ -63,16 +65,15 @@ def _turning(m: Motion) -> Array:
 
 
 def _turned_without(m: Motion, steer: Array) -> Array:
-    """(N,) False where the angle (N,) stays and so does the curvature that is driven, after its answer to a step; else True."""
+    """(N,) False where the angle (N,) stays and the vehicle does not turn both ways, after its answer to a step; else True."""
     settled = max(round(1.0 / m.log.dt), 3)
     u = np.repeat(np.nan_to_num(m.speed), m.size)
-    yaw = uniform_filter1d(np.nan_to_num(m.channel("omega_z")), m.size)[: len(u)]
+    yaw = uniform_filter1d(np.nan_to_num(m.channel("omega_z")), m.size)[: len(u)] * (u > LEAST_SPEED)
     out = np.ones(len(steer), dtype=bool)
     edges = np.flatnonzero(np.diff((np.diff(steer[: len(u)]) == 0.0).astype(int), prepend=0, append=0)).reshape(-1, 2)
     for start, stop in edges[np.diff(edges, axis=1)[:, 0] > settled + 2 * m.size]:
-        inside = slice(start + settled, stop - m.size)
-        turn = np.median(u[inside]) * yaw[inside] / np.maximum(u[inside], LEAST_SPEED)
-        out[start : stop + 1] = np.ptp(turn) > max(0.15, 0.5 * abs(float(np.median(turn))))
+        right, left = np.quantile(yaw[start + settled : stop - m.size], (0.1, 0.9))
+        out[start : stop + 1] = right < -BOTH_WAYS and left > BOTH_WAYS
     return out
 
 

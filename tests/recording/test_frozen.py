@@ -45,3 +45,11 @@ def test_a_steering_angle_that_is_held_between_steps_is_not_frozen(log):
         behind[i] = behind[i - 1] + (t[i] - t[i - 1]) / 0.15 * (3.0 * steps[i] - behind[i - 1])
     noise = 0.04 * np.random.default_rng(2).standard_normal(len(t))
     assert frozen(log.with_channels(steer=steps, omega_z=behind + noise)) == {}
+
+
+def test_a_steering_that_is_held_while_the_speed_changes_is_not_frozen(log):
+    """A curve driven faster and slower: yaw rate and curvature change with it, at one angle."""
+    t = log.t - log.t[0]
+    u = 6.0 + 3.5 * np.sin(0.6 * t)
+    curve = log.with_channels(u=u, steer=np.full(len(t), 0.2), omega_z=0.08 * u / (1.0 + 0.02 * u**2))
+    assert frozen(curve) == {}
