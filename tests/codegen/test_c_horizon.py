@@ -86,7 +86,9 @@ def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
     assert c.head.law_std[0] == pytest.approx(soil_error(python.windows, python).law_std * python.n[0], rel=0.2)
 
 
-@pytest.mark.parametrize("flags", (SCALAR, FLAGS), ids=("scalar", "lanes"))
+@pytest.mark.parametrize(
+    "flags", (pytest.param(SCALAR, id="scalar", marks=pytest.mark.study), pytest.param(FLAGS, id="lanes"))
+)
 def test_the_same_numbers_with_one_n_for_each_axle(flags):
     recording = add_noise(read_drive(example_logs()[0]), "table5", 2)
     c = CHorizon(library("plain", flags))
@@ -96,6 +98,7 @@ def test_the_same_numbers_with_one_n_for_each_axle(flags):
     assert np.abs(std - c_std).max() < 2e-6
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_the_same_numbers_with_four_parameters(tmp_path):
     """n and three parameters of effects, each with its own prior."""

@@ -30,7 +30,7 @@ NARROWER = [(*FLAGS, "-mno-avx512f"), ("-O2",)] if platform.machine() in ("x86_6
 VARIANTS = {"vectors": FLAGS, "scalar": SCALAR, **{" ".join(flags[-1:]): flags for flags in NARROWER}}
 """The widest vectors of this machine, none, and what lies between."""
 BUILDS = [
-    pytest.param(name, flags, id=f"{name}-{words}", marks=[pytest.mark.study] if flags in NARROWER and name != NAMES[0] else [])
+    pytest.param(name, flags, id=f"{name}-{words}", marks=[pytest.mark.study] if flags in NARROWER else [])
     for name in NAMES for words, flags in VARIANTS.items()
 ]  # fmt: skip
 

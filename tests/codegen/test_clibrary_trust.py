@@ -233,7 +233,7 @@ def test_wrong_soil_class_is_said_within_five_seconds():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["plain", pytest.param("tracks", marks=pytest.mark.study), IDENTIFIED])
+@pytest.mark.parametrize("name", [*(pytest.param(name, marks=pytest.mark.study) for name in ("plain", "tracks")), IDENTIFIED])
 def test_storm_under_sanitizers(name, tmp_path):
     """A few thousand steps of everything that can go wrong; `benchmarks/clibrary_trust.py storm` runs ten million."""
     if shutil.which("gcc") is None:

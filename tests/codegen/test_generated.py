@@ -55,8 +55,14 @@ def run(*command, **more):
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize(
+    ("name", "compiler"),
+    [
+        pytest.param(name, compiler, id=f"{name}-{' '.join(compiler)}",
+                     marks=[pytest.mark.study] if "-O1" in compiler and name != "tracks" else [])
+        for name in EVERY for compiler in COMPILERS
+    ],
+)  # fmt: skip
 def test_compilers_have_nothing_to_say(name, compiler, tmp_path):
     if shutil.which(compiler[0]) is None:
         pytest.skip(f"{compiler[0]} is not installed")

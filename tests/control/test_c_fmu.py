@@ -17,7 +17,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.symbolic.soil import CLAY
 
 fmpy = pytest.importorskip("fmpy")
-pytestmark = [pytest.mark.compiler, pytest.mark.slow]
+pytestmark = [pytest.mark.compiler, pytest.mark.study]
 SAME = 1e-9
 TICK = DriverSettings().tick
 OBSTACLE = [30.0, 1.5, 1.0, 0.0, 0.0]

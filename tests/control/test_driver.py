@@ -291,6 +291,7 @@ def test_without_a_measured_speed_brakes_hold_the_estimate():
     assert commands[-1].halt and min(speeds) > -0.05 and abs(speeds[-1]) < 0.05 and commands[-1].stopped
 
 
+@pytest.mark.study
 def test_a_small_robot_keeps_its_speed_round_a_circle():
     """Its wheelbase is a fifth of the radius: plans that keep the heading to the course drive a fifth too fast."""
     robot = reference_vehicle().with_(

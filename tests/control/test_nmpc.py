@@ -136,6 +136,7 @@ def plain_ocp() -> Ocp:
     return Ocp(tanh_bicycle(reference_vehicle()), reference_vehicle(), OcpSettings(obstacles=0))
 
 
+@pytest.mark.study
 def test_closed_loop_cost_is_that_of_the_converged_solutions_and_of_ipopt():
     steps, costs = 70, {}
     for name, solver in (

@@ -58,6 +58,7 @@ def test_noisy_sensors_show_a_load_where_the_numbers_hardly_move():
     assert change.strain < 3.5 and change.load > 2.5 * change.load_std
 
 
+@pytest.mark.study
 def test_what_was_identified_with_a_load_is_lighter_without():
     found = estimate(drive({}, "good"), bicycle(vehicle().with_(effects=LOAD), CLAY), method="horizon")
     assert found.verdict.word == "inconsistent" and "lighter than declared" in found.verdict.reason

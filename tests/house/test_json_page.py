@@ -48,7 +48,7 @@ def test_a_residual_is_described(short, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("subject", ["filter", pytest.param("c_library", marks=pytest.mark.study)])
+@pytest.mark.parametrize("subject", [pytest.param(name, marks=pytest.mark.study) for name in ("filter", "c_library")])
 def test_the_speed_figures_are_described(subject, tmp_path):
     content = written(tmp_path, "bench.json", "bench", "--only", subject)
     assert undescribed("bench.json", content) == []

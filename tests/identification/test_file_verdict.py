@@ -83,6 +83,7 @@ def test_commands_warn_of_a_soil_that_is_not_to_be_used(tmp_path):
         assert ("soil field: softsoil soil said 'needs_data'" in run.output + run.stderr) is said
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_what_answers_a_contradicted_file_is_another_identification_not_a_tracing(tmp_path):
     """refine looks for what a right vehicle lacks: of a wrong file it would name effects."""

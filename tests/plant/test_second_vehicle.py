@@ -45,6 +45,7 @@ def test_mass_and_place_are_those_of_the_bodies(machine):
     assert vehicle.radius == pytest.approx(machine.machine.radius[0]) and vehicle.max_steer <= machine.max_steer
 
 
+@pytest.mark.study
 def test_the_axles_push_and_the_load_moves_as_on_the_plant(drive):
     """Lateral force of each axle at the plant's own motion within 4 %, and what is left of it; the load's move within 12 %."""
     model = bicycle(load_vehicle("heavy"), SOIL)

@@ -115,9 +115,8 @@ def test_a_filtered_yaw_rate_is_warned_of(clean, noisy):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["v through a low-pass of 0.05 s", pytest.param("u, v, omega_z smoothed both ways", marks=pytest.mark.study)]
-)
+@pytest.mark.study
+@pytest.mark.parametrize("name", ["v through a low-pass of 0.05 s", "u, v, omega_z smoothed both ways"])
 def test_n_is_identified_from_filtered_channels(clean, name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")

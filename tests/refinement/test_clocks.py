@@ -30,6 +30,7 @@ def test_drives_that_are_inconsistent_are_unexplained_and_the_clock_is_named():
     assert "s late would explain it: with late = 0.0" in clock
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("explains", [True, False])
 def test_a_clock_that_explains_what_an_effect_does_not_takes_its_name_back(explains, monkeypatch):
     """An offset of the steering that leaves n inconsistent, as the verdicts are made to say, with a clock and without one."""

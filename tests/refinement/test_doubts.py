@@ -125,6 +125,7 @@ def test_a_payload_that_is_there_is_no_wrong_inertia():
     assert found.effects[0].parameters["payload_mass"][0] == pytest.approx(350.0, rel=0.2)
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_drives_on_two_soils_share_an_effect_and_keep_their_own_soil_and_n():
     offset = {"steering_offset": {"steering_offset": 0.03}}

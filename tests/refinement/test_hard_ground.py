@@ -104,6 +104,7 @@ def test_drives_of_one_class_share_friction_and_others_have_their_own(declared):
     assert both.declaration.soil.name == "dry" and both.verdict == "none"
 
 
+@pytest.mark.study
 def test_the_command_says_friction_and_no_n(offset_drive, tmp_path):
     log = tmp_path / "drive.csv"
     write_drive(offset_drive, log)

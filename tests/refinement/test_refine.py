@@ -177,6 +177,7 @@ def test_a_drive_that_ends_standing_and_reversing_is_refined_where_it_goes_forwa
     assert any("the vehicle reverses for 2.39 s" in note for note in stopped.notes)
 
 
+@pytest.mark.study
 def test_horizons_longer_than_what_is_driven_at_a_stretch_are_left_out(offset_drive, declared):
     u = offset_drive["u"].copy()
     rows = np.arange(len(u)) % round(6.0 / offset_drive.dt) < round(0.3 / offset_drive.dt)

@@ -163,6 +163,7 @@ def test_another_vehicle_than_the_file_states_strains_its_numbers(clean):
         assert look.strained is strained and look.selection is clean.selection
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_one_drive_is_judged_as_estimate_judges_it(without, clean):
     """Several by their joint fit, which has limits of its own."""
