@@ -131,7 +131,8 @@ def generate(declaration: Declaration, folder: str | Path, dt: float = STEP, fmi
     """Write a declared model and its terrain filter as a C library; returns the paths of its files.
 
     declaration: vehicle with its effects, soil and force law; folder: made if need be; dt: nominal step (s);
-    fmi: also an FMI 3.0 co-simulation unit. Raises ValueError for a step that is not in (0, 0.1] s.
+    fmi: also an FMI 3.0 co-simulation unit. Raises ValueError for a step that is not in (0, 0.1] s, TypeError for
+    what is no declaration.
 
     Example:
         >>> import softsoil, tempfile

@@ -104,7 +104,7 @@ class Ocp:
     """The pieces of the problem.
 
     model: bicycle with its effects; vehicle: the same as the model's (limits, wheel geometry); settings.
-    z, w, r, s: layouts of states, inputs, stage parameters and shared parameters.
+    z, w, r, s: layouts of states, inputs, stage parameters and shared parameters. Raises TypeError for what is no model.
 
     Example:
         >>> import softsoil

@@ -52,7 +52,7 @@ def estimate(
     correct: whether the windows correct the filter's n at the end of an identified drive, as the horizon does while driving;
     else n is the filter's own, as in the paper. With a law of hard ground there is no n: NaN, and the verdict "no_soil".
     Raises ValueError for an initial guess outside the bounds of n, an unknown method, a log without the channels, or
-    channels that contradict each other or the vehicle's geometry beyond doubt.
+    channels that contradict each other or the vehicle's geometry beyond doubt, TypeError for what is no model.
 
     Example:
         >>> import softsoil

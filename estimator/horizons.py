@@ -85,7 +85,7 @@ def predict(
 
     log: a drive or its file; model: with its declared effects; n: sinkage exponent, or (front, rear), default the soil's;
     horizon (s); start: seconds left out at the beginning. `mse` of the result has the mean squared error of each state.
-    Raises ValueError for inputs that the log cannot give.
+    Raises ValueError for inputs that the log cannot give, TypeError for what is no model.
 
     Example:
         >>> import softsoil

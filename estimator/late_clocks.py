@@ -67,8 +67,8 @@ def late_clocks(
     """The clocks that, set right, turn an inconsistent estimate of a log into an identified one: the one that costs least first.
 
     log, model, start: as of `estimate`; found: its result. None for any other verdict, or a file that its own logs contradict.
-    Evidence, not proof: what else may be wrong is in the verdict's reason. It takes a few times as long as
-    the estimate.
+    Evidence, not proof: what else may be wrong is in the verdict's reason. It takes about as long as the estimate. Raises as
+    `estimate`.
 
     Example:
         >>> import numpy, softsoil

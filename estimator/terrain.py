@@ -125,6 +125,7 @@ def estimate_terrain(
     for k in range(len(log) - 1):
         began = time.perf_counter()
         own.predict(inputs[k], bool(known[k]), bool(fresh[k]))
+        own.t = float(log.t[k + 1])
         if (k + 1) % every == 0 and seen_rows[k + 1]:
             seen = own.update(measured[k + 1])
             step_us.append((time.perf_counter() - began) * 1e6)

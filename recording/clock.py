@@ -63,7 +63,7 @@ def on_fine_clock(recording: Recording) -> Recording:
         return recording
     times = 2 * int(np.ceil(dt / FINE_STEP / 2 - 1e-9))
     t = recording.t
-    clock = t[0] + dt / times * np.arange(times * (len(t) - 1) + 1)
+    clock = np.interp(np.arange(times * (len(t) - 1) + 1) / times, np.arange(len(t)), t)  # dt is rounded: a product would drift
     channels = {"t": clock}
     for name, values in recording.channels.items():
         if name in STATE_CHANNELS:

@@ -101,7 +101,7 @@ class Recording:
         """Mean interval of the samples, s, the shortest number within SAME_RATE: logs of one rate share compiled models."""
         steps = np.diff(self.t)
         every = float(np.median(steps))
-        for _ in range(2):  # the median of jittered steps is off by half a percent, which miscounts those of a long gap
+        for _ in range(2):  # the median of jittered steps is a little off, which miscounts those of a long gap
             every = float(steps.sum() / np.rint(steps / every).sum())
         rounded = (float(f"{every:.{digits}g}") for digits in range(1, 6))
         return next((short for short in rounded if abs(short - every) <= SAME_RATE * every), every)

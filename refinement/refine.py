@@ -64,7 +64,8 @@ def refine(
     of each, default the declared one for all; start: seconds left out at the beginning of each; candidates: names of
     the effects that are tried, default all that are not declared, without those that a measurement excludes or that do nothing
     with the force law; workers: effects tried at once; windowing: how drives are cut.
-    Raises ValueError for drives that cannot be used, or another number of soils than of drives.
+    Raises ValueError for drives that cannot be used, or another number of soils than of drives, TypeError for what is no
+    declaration.
 
     Example:
         >>> import softsoil

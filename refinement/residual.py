@@ -74,7 +74,8 @@ def residual(
 
     log: a drive, file or table, checked and completed as by `estimate`; n: sinkage exponent of both axles, default the soil's;
     start: seconds left out at the beginning.
-    Raises ValueError for an n outside its bounds, or a log with no whole window after the start-up.
+    Raises ValueError for an n outside its bounds, or a log with no whole window after the start-up, TypeError for what is no
+    declaration.
 
     Example:
         >>> import softsoil

@@ -8,6 +8,7 @@ import pytest
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.recording.clock import on_fine_clock
+from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
@@ -27,6 +28,16 @@ def test_states_stand_at_their_own_samples_only():
     assert times % 2 == 0 and fine.dt <= 0.0126
     assert np.array_equal(fine["v"][::times], log["v"]) and np.isfinite(fine["v"]).sum() == len(log)
     assert np.isfinite(fine["steer"]).all() and np.allclose(fine["steer"][::times], log["steer"], atol=1e-12)
+
+
+def test_inputs_stay_beside_their_states_in_a_long_log_of_no_round_interval():
+    """The interval of a log is rounded; a clock made of it would run away from the samples, and the inputs with it."""
+    t = 0.040015 * np.arange(8000)
+    log = Recording("long", {"t": t, "v": np.sin(t), "steer": np.sin(t)})
+    fine = on_fine_clock(log)
+    seen = np.isfinite(fine["v"])
+    assert log.dt == 0.04 and seen.sum() == len(log) and np.abs(fine.t[seen] - t).max() < 1e-9
+    assert np.abs(fine["steer"][seen] - fine["v"][seen]).max() < 1e-9
 
 
 def test_a_fast_log_is_left_as_it_is():
