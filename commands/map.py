@@ -8,7 +8,7 @@ from statistics import median
 from typing import Annotated
 
 import typer
-from joblib import Parallel, delayed
+from joblib import Parallel, delayed, effective_n_jobs
 
 from softsoil.commands.options import ColumnsOption, SkipOption, open_drive
 from softsoil.commands.options_model import (
@@ -34,6 +34,7 @@ from softsoil.mapping.frame import frame_of, placed
 from softsoil.mapping.map_file import as_json
 from softsoil.mapping.soil_map import laid, surveyed
 from softsoil.recording.log_names import distinct
+from softsoil.symbolic.model import Model
 
 SPOKEN_OF = 0.01
 """Share of a drive from which what keeps windows from it is said."""
@@ -88,11 +89,15 @@ def map_soil(
     frame = frame_of(drives, origin)
     whys = placed(drives, frame, cell)
     with progress(f"{len(drives)} drive{'s' if drives[1:] else ''}"):
-        if workers == 1:
-            found = [surveyed(*each, built, n0, skip) for each in zip(drives, whys, strict=True)]
+        each = list(zip(drives, whys, strict=True))
+        if (share := min(effective_n_jobs(workers), len(each))) == 1:
+            found = _surveyed(each, built, n0, skip)
         else:
-            tasks = (delayed(_one)(*each, declared, n0, skip) for each in zip(drives, whys, strict=True))
-            found = list(Parallel(n_jobs=workers)(tasks))
+            parts = [range(k, len(each), share) for k in range(share)]
+            tasks = (delayed(_surveyed)([each[i] for i in part], declared, n0, skip) for part in parts)
+            done = Parallel(n_jobs=share)(tasks)
+            by_drive = {i: one for part, some in zip(parts, done, strict=True) for i, one in zip(part, some, strict=True)}
+            found = [by_drive[i] for i in range(len(each))]
     ground = laid(found, frame, cell, everything)
     ground = replace(ground, drives=(*ground.drives, *refused))
     for one in ground.drives:
@@ -133,5 +138,7 @@ def _range(cells: tuple[Cell, ...]) -> str:
     return f": {said}; n {min(n):.2f} to {max(n):.2f}, ± {share:.0f} % in the median identified cell"
 
 
-def _one(drive, why: str, declared, n0: float, skip: float) -> DriveSoil:
-    return surveyed(drive, why, declared.build(), n0, skip)
+def _surveyed(each, declared, n0: float, skip: float) -> list[DriveSoil]:
+    """Several drives with one model, which a process of its own builds once of its declaration."""
+    built = declared if isinstance(declared, Model) else declared.build()
+    return [surveyed(drive, why, built, n0, skip) for drive, why in each]

@@ -23,6 +23,7 @@ from typing import Any
 import casadi as ca
 
 from softsoil.files.identify_verdict import CONTRADICTED
+from softsoil.symbolic.law_graph import wheel_force
 from softsoil.symbolic.model import Model, Quantities, Scalar, Stage
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.soil import SOIL_SIGNALS, Soil
@@ -195,7 +196,7 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
 def forces(q: Quantities, law: ForceLaw) -> Quantities:
     """The wheels with the force of a law on each: the stage "forces"."""
     wheel = Wheel(q["radius"], q["width"])
-    return {"wheels": tuple(c.with_(force=law(c.soil, wheel, c.contact)) for c in q["wheels"])}
+    return {"wheels": tuple(c.with_(force=wheel_force(law, c.soil, wheel, c.contact)) for c in q["wheels"])}
 
 
 def body_force(corner: Corner) -> tuple[Scalar, Scalar]:
