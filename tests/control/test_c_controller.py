@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.judges import c_library as judge
-from drives import reference_vehicle
+from drives import PROJECT, reference_vehicle
 from nmpc_problem import rut_ocp
 from softsoil.codegen.c_library.folder import write_library
 from softsoil.commands.cli import app
@@ -391,13 +391,14 @@ def test_the_example_closes_the_loop(tmp_path):
 def test_cmake_takes_it_as_a_subdirectory_and_as_a_package(tmp_path):
     if shutil.which("cmake") is None:
         pytest.skip("cmake is not installed")
-    for name in ("added", "found"):
+    """The filter as a subdirectory, filter and controller as a package."""
+    for name, text in (("added", FILTER), ("found", BOTH)):
         (tmp_path / name).mkdir()
-        (tmp_path / name / "main.c").write_text(MAIN, encoding="utf-8")
+        (tmp_path / name / "main.c").write_text(text, encoding="utf-8")
     head = "cmake_minimum_required(VERSION 3.13)\nproject(own C)\n"
     link = "add_executable(own main.c)\ntarget_link_libraries(own PRIVATE softsoil::softsoil)\n"
     (tmp_path / "added" / "CMakeLists.txt").write_text(
-        f'{head}add_subdirectory("{folder()}" softsoil)\n{link}', encoding="utf-8"
+        f'{head}add_subdirectory("{PROJECT / "generated"}" softsoil)\n{link}', encoding="utf-8"
     )
     (tmp_path / "found" / "CMakeLists.txt").write_text(
         f"{head}find_package(softsoil REQUIRED)\n{link}", encoding="utf-8"
@@ -421,7 +422,14 @@ def test_cmake_takes_it_as_a_subdirectory_and_as_a_package(tmp_path):
     run("two/own")
 
 
-MAIN = """
+FILTER = """
+#include "softsoil.h"
+static softsoil_t filter;
+int main(void) { return softsoil_init(&filter, 0, 0, 0, 0.0) || softsoil_size() != sizeof filter; }
+"""
+
+
+BOTH = """
 #include "softsoil.h"
 #include "softsoil_nmpc.h"
 static softsoil_t filter;

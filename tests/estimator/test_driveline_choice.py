@@ -18,9 +18,6 @@ from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 from softsoil.symbolic.vehicle import load_vehicle
 
-STUDIED = ("all wheels driven, centre open", "front wheels driven", "rear wheels driven")
-"""Drivelines that a study looks at."""
-
 
 def without_wheels(drive: Recording) -> Recording:
     """The drive without its wheel speeds, with the noise of good sensors."""
@@ -28,10 +25,8 @@ def without_wheels(drive: Recording) -> Recording:
     return add_noise(Recording(drive.name, bare), "good", 3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "words", [pytest.param(words, marks=pytest.mark.study) if words in STUDIED else words for words in DRIVELINES]
-)
+@pytest.mark.study
+@pytest.mark.parametrize("words", DRIVELINES)
 def test_the_driveline_that_drove_is_taken(words):
     numbers, machine = DRIVELINES[words], load_plant_vehicle()
     driven = replace(machine, machine=machine.machine._replace(front_drive=numbers["front_drive"]))

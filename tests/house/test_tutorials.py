@@ -13,7 +13,7 @@ BUILT = ("build", "library", "data")
 """Folders of C and of the example data."""
 ELSEWHERE = {"add-an-effect"}
 """Followed in a copy of the project by test_add_an_effect.py."""
-STUDIES = {"missing-effect", "my-soil", "my-vehicle", "nmpc-loop", "study"}
+STUDIES = {"cpp", "missing-effect", "my-soil", "my-vehicle", "nmpc-loop", "study"}
 """Minutes of computing, with commands that other tests run on less."""
 CARRIED_OUT = [
     pytest.param(page, id=page.stem, marks=pytest.mark.study if page.stem in STUDIES else pytest.mark.slow)
