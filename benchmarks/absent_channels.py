@@ -14,6 +14,7 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
+from softsoil.checking.usable import mark_checked
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import estimate
 from softsoil.files.package_data import REFERENCE_VEHICLE
@@ -22,7 +23,6 @@ from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import mark_checked
 from softsoil.refinement.refine import refine
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOILS

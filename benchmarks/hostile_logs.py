@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from softsoil.cases.hostile import VARIANTS, Variant
+from softsoil.checking.usable import checked
 from softsoil.estimator.estimate import estimate
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.files.package_data import LOGS, REFERENCE_VEHICLE
@@ -22,7 +23,6 @@ from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive, write_drive
-from softsoil.recording.usable import checked
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import SOILS
 from softsoil.symbolic.vehicle import load_vehicle

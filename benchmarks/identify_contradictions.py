@@ -24,10 +24,10 @@ from benchmarks.identify_reference import KNOWN as REFERENCE
 from benchmarks.identify_suv import FITTED, HELD
 from benchmarks.identify_suv import KNOWN as SUV
 from benchmarks.judges.plant_vehicles import FIT, case_of, log_of
+from softsoil.checking.geometry_check import front_axle
 from softsoil.identification.identify import identify
 from softsoil.identification.result import Identification
 from softsoil.recording.drive import Recording
-from softsoil.recording.geometry_check import front_axle
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive

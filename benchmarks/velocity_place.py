@@ -2,7 +2,7 @@
 
 Drives of both vehicles of the reference simulator and of vehicles of the plant drawn by seed, with the noise "good" and without
 accelerometers: as they are, v of the centre of gravity, and with the v of the rear axle in its place, as odometry of base_link
-has it. Printed: the estimate over l_r and how many are doubted (`softsoil.recording.check_place`). The limit there was set on
+has it. Printed: the estimate over l_r and how many are doubted (`softsoil.checking.place`). The limit there was set on
 these drives.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.identify_suv import KNOWN as SECOND
 from benchmarks.judges.plant_vehicles import ROBOTS, case_of, log_of
-from softsoil.recording.check_place import place_checks
+from softsoil.checking.place import place_checks
 from softsoil.recording.drive import Recording
 from softsoil.recording.evidence import Motion
 from softsoil.recording.noise import add_noise

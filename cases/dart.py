@@ -11,10 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from softsoil.cases.dart_data import L_R, RADIUS, WHEELBASE, read_dart
+from softsoil.checking.usable import checked
 from softsoil.declaration.ground import HARD_GROUND
 from softsoil.declaration.model_file import Declaration
 from softsoil.recording.drive import Recording
-from softsoil.recording.usable import checked
 from softsoil.refinement.refine import held_mse, refine
 from softsoil.refinement.result import Refinement, TracedEffect
 from softsoil.refinement.trace import fit_base, gain_of, held_cost

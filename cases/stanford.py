@@ -11,13 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from softsoil.cases.dart import candidates_of, hard_road
-from softsoil.recording.check_words import Check
+from softsoil.checking.cross_check import check_channels, refuse_contradictions
+from softsoil.checking.usable import mark_checked
+from softsoil.checking.words import Check
 from softsoil.recording.columns import Source
-from softsoil.recording.cross_check import check_channels, refuse_contradictions
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import mark_checked
 from softsoil.refinement.refine import refine
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.windowing import Windowing

@@ -9,6 +9,8 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from softsoil.checking.cross_check import refuse_contradictions
+from softsoil.checking.words import Check
 from softsoil.commands.import_steering import fitted_map, say_map, steered, without_command
 from softsoil.commands.invocation import software
 from softsoil.commands.options_model import OutOption, measured_vehicle, say_vehicle
@@ -19,8 +21,6 @@ from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_
 from softsoil.importing.draft_map import draft, hangs
 from softsoil.importing.import_map import STEER_COMMAND, ImportMap, load_map, map_from_table
 from softsoil.importing.merge import LEAST
-from softsoil.recording.check_words import Check
-from softsoil.recording.cross_check import refuse_contradictions
 from softsoil.recording.read import write_drive
 
 MOST_NAMED = 12

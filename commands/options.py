@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from softsoil.checking.usable import checked, mark_checked, whole
 from softsoil.commands.options_model import declared_vehicle
 from softsoil.commands.output import console
 from softsoil.declaration.late_steering import late_steering
@@ -14,7 +15,6 @@ from softsoil.recording.columns import load_columns
 from softsoil.recording.drive import CHANNEL_UNITS, Recording
 from softsoil.recording.noise import NOISES, add_noise
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import checked, mark_checked, whole
 from softsoil.symbolic.vehicle import Vehicle
 
 ColumnsOption = Annotated[

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from softsoil.checking.geometry_check import beyond_doubt
 from softsoil.commands.output import console
 from softsoil.recording.drive import Recording
-from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.symbolic.vehicle import Vehicle
 
 CURE = "a sensor is wrong or stands elsewhere ([mount] in the map of softsoil import)"

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from softsoil.checking.geometry_check import beyond_doubt
+from softsoil.checking.usable import usable
 from softsoil.declaration.ground import sinks
 from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
@@ -21,9 +23,7 @@ from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict, judge
 from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.recording.states import known_states
-from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import absent_wheels
 

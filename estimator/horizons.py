@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.checking.usable import usable
 from softsoil.codegen.predictor import Predictor, substeps_for
 from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
@@ -25,7 +26,6 @@ from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.evidence import filled, interpolated
 from softsoil.recording.forward import driven, usable_rows
 from softsoil.recording.states import known_states, measured_states
-from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.inputs import measured_inputs

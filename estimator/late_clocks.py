@@ -1,6 +1,6 @@
 """Whether a clock that is off explains why a drive is inconsistent: the steering's or the inertial sensor's, by some 0.01 s.
 
-What `recording/offsets.py` compares without a model is sure to 0.02 s; with the force law, less than that shows. So the windows
+What `checking/offsets.py` compares without a model is sure to 0.02 s; with the force law, less than that shows. So the windows
 are run with the channels shifted, and the shift of least cost is judged as the drive itself.
 """
 
@@ -14,6 +14,7 @@ from types import MappingProxyType
 import numpy as np
 import pandas as pd
 
+from softsoil.checking.usable import usable
 from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.evidence import gather
@@ -24,7 +25,6 @@ from softsoil.estimator.terrain import TerrainEstimate
 from softsoil.estimator.verdict import Verdict, decide
 from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
-from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 
 CLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(

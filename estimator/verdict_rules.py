@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from softsoil.checking.clocks import FILTERED
 from softsoil.estimator.late_change import PARTS, PARTS_SIGMAS
-from softsoil.recording.check_clocks import FILTERED
 from softsoil.symbolic.model import Model
 
 OWN_MARGIN, OWN_MOST = 1.3, 2.0

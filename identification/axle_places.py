@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsoil.checking.geometry_check import Measured, front_axle
 from softsoil.identification.result import Contradiction
 from softsoil.identification.rules import Rules
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.recording.geometry_check import Measured, front_axle
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import expected
 from softsoil.refinement.words import with_error

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from softsoil.checking.usable import usable
 from softsoil.declaration.late_steering import late_steering
 from softsoil.identification.asks import Excitation, asks, excitation
 from softsoil.identification.axle_places import AxlePlaces, axle_places
@@ -23,7 +24,6 @@ from softsoil.identification.rules import RULES, Rules
 from softsoil.identification.unexplained import doubt, more_than_right, own_logs, own_unexplained
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
-from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known, as_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, declared_vehicle, expected, vehicle_of
 from softsoil.refinement.words import with_error

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from softsoil.checking.offsets import Offset, time_offsets
 from softsoil.declaration.late_steering import late_steering
 from softsoil.recording.drive import Recording
-from softsoil.recording.offsets import Offset, time_offsets
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import NUMBERS, Number, declared_vehicle
 

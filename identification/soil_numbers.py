@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.checking.usable import usable
 from softsoil.declaration.late_steering import late_steering
 from softsoil.estimator.tuning import Tuning
 from softsoil.files.joint_error import JointError
@@ -26,7 +27,6 @@ from softsoil.identification.rules import RULES, Rules
 from softsoil.identification.unexplained import Unexplained, doubt, own_logs
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import distinct
-from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import departure
 from softsoil.refinement.unknown_ground import free_n
 from softsoil.symbolic.catalogue import bicycle

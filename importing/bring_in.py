@@ -9,6 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from softsoil.checking.axle import axle_checks
+from softsoil.checking.cross_check import check_channels
+from softsoil.checking.offsets import Offset, time_offsets
+from softsoil.checking.place import place_checks
+from softsoil.checking.words import Check
 from softsoil.importing.bag import inspect_bag, read_bag
 from softsoil.importing.draft_map import geodetic
 from softsoil.importing.import_map import ImportMap
@@ -16,15 +21,10 @@ from softsoil.importing.local_frame import east_north
 from softsoil.importing.loose_table import BY_NAME, TimeColumn, inspect_table, open_table, read_columns
 from softsoil.importing.merge import Merged, merge
 from softsoil.importing.sources import Holding, Series, check_source, is_bag
-from softsoil.recording.check_axle import axle_checks
-from softsoil.recording.check_place import place_checks
-from softsoil.recording.check_words import Check
-from softsoil.recording.cross_check import check_channels
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Recording
 from softsoil.recording.evidence import Motion
 from softsoil.recording.geometry import Geometry
-from softsoil.recording.offsets import Offset, time_offsets
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "psi": ("psi",), "u": ("u",), "wheels": WHEEL_CHANNELS, "position": ("x", "y"), "steer": ("steer",),

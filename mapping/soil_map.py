@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from softsoil.checking.usable import usable
 from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
@@ -19,7 +20,6 @@ from softsoil.mapping.drive_soil import DriveSoil, drive_soil, unusable
 from softsoil.mapping.frame import Origin, frame_of, placed
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import distinct
-from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 
 USED = ("identified", "not_excited")

@@ -1,1 +1,1 @@
-"""Logs in and out: drives as named channels in SI units, with their checks. No model, no estimate."""
+"""Logs in and out: drives as named channels in SI units, on one clock. No model, no estimate."""

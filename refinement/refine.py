@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from softsoil.checking.usable import usable
 from softsoil.declaration.ground import idle
 from softsoil.declaration.handed import check_declaration
 from softsoil.declaration.late_steering import late_steering
@@ -20,7 +21,6 @@ from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.estimator.late_clocks import LateClock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
-from softsoil.recording.usable import usable
 from softsoil.refinement.doubts import loosened
 from softsoil.refinement.drive_n import DriveN, FittedDrives, not_to_be_used
 from softsoil.refinement.excitation import one_wave

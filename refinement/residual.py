@@ -17,13 +17,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from softsoil.checking.usable import usable
 from softsoil.declaration.handed import check_declaration
 from softsoil.declaration.late_steering import late_steering
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.consistency import whiteness_p
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay
 from softsoil.recording.drive import STATE_CHANNELS, Recording
-from softsoil.recording.usable import usable
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.symbolic.vehicle import Vehicle

@@ -38,7 +38,7 @@ class Number:
     name; effect: the effect that it belongs to, "" for a number of the vehicle itself; unit; doc; lower, upper: bounds;
     prior: expected value and standard deviation where it is not given; why: the argument for the prior; measured: standard
     deviation where it is given; how: how one measures it; free: whether logs may move it;
-    pinned_by: the manoeuvre that shows a parameter of an effect; shown_by: the group of channels (`recording.offsets`) that seems
+    pinned_by: the manoeuvre that shows a parameter of an effect; shown_by: the group of channels (`checking.offsets`) that seems
     early where a vehicle has much of the effect, "" for none.
     """
 

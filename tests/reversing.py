@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from softsoil.checking.usable import mark_checked
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from softsoil.recording.usable import mark_checked
 
 
 def with_reversing(drive, at, back=4.0, speed=1.0, steer=0.2, l_f=1.546, l_r=1.175, radius=0.33):

@@ -10,24 +10,28 @@ from types import MappingProxyType
 
 PROJECT = Path(__file__).resolve().parents[2]
 ORDER = (
-    "files", "recording", "importing", "symbolic", "declaration", "codegen", "windows", "estimator", "plant", "control",
-    "mapping", "calibration", "refinement", "identification", "cases", "mpc_demo", "figures", "commands",
+    "files", "recording", "checking", "importing", "symbolic", "declaration", "codegen", "windows", "estimator", "plant",
+    "control", "mapping", "calibration", "refinement", "identification", "cases", "mpc_demo", "figures", "commands",
 )  # fmt: skip
 """Rooms from the ground up: a room imports from rooms below it only."""
 NOT_BELOW: Mapping[str, Set[str]] = MappingProxyType(
     {
         "recording": {"files"},
+        "checking": {"files", "recording"},
         "symbolic": {"files"},
         "declaration": {"files", "symbolic"},
         "windows": {"files", "recording", "symbolic", "declaration", "codegen"},
-        "estimator": {"files", "recording", "symbolic", "declaration", "codegen", "windows"},
+        "estimator": {"files", "recording", "checking", "symbolic", "declaration", "codegen", "windows"},
         "plant": {"files", "recording", "symbolic.signals", "symbolic.soil"},
         "control": {"files", "recording", "symbolic", "declaration", "codegen", "windows", "estimator"},
-        "mapping": {"files", "recording", "importing", "symbolic", "declaration", "codegen", "windows", "estimator"},
-        "refinement": {"files", "recording", "symbolic", "declaration", "codegen", "windows", "estimator"},
-        "identification": {"files", "recording", "symbolic", "declaration", "codegen", "windows", "estimator", "refinement"},
+        "mapping": {"files", "recording", "checking", "importing", "symbolic", "declaration", "codegen", "windows", "estimator"},
+        "refinement": {"files", "recording", "checking", "symbolic", "declaration", "codegen", "windows", "estimator"},
+        "identification": {
+            "files", "recording", "checking", "symbolic", "declaration", "codegen", "windows", "estimator", "refinement",
+        },
         "cases": {
-            "files", "recording", "symbolic", "declaration", "codegen", "windows", "estimator", "calibration", "refinement",
+            "files", "recording", "checking", "symbolic", "declaration", "codegen", "windows", "estimator", "calibration",
+            "refinement",
         },
     }
 )

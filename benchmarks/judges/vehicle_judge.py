@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from softsoil.checking.usable import usable
 from softsoil.declaration.late_steering import late_steering
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import run_method
@@ -18,7 +19,6 @@ from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.identification.result import JUDGED_STATES
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
-from softsoil.recording.usable import usable
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
 from softsoil.symbolic.soil import Soil

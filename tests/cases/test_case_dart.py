@@ -6,8 +6,8 @@ import pytest
 
 from softsoil.cases.dart import CAR, candidates_of, trace_log, transferred
 from softsoil.cases.dart_data import POINT, STEP, WHEELBASE, read_dart, road_wheel_angle
+from softsoil.checking.cross_check import check_channels
 from softsoil.declaration.ground import HARD_GROUND
-from softsoil.recording.cross_check import check_channels
 from softsoil.symbolic.laws.hard_ground import HardGround
 from softsoil.symbolic.wheel import Contact, Wheel
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import softsoil
+from softsoil.checking.usable import usable
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.plant.manoeuvres import PathFollower, Speed
 from softsoil.plant.sensors import Sensors
 from softsoil.plant.start import Start
-from softsoil.recording.usable import usable
 from softsoil.windows.shooting import Shooting, shooting_drive
 
 TRUE = 0.5

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import softsoil
+from softsoil.checking.usable import usable
 from softsoil.declaration.late_steering import late_steering
-from softsoil.recording.usable import usable
 from softsoil.windows.shooting import Shooting, shooting_drive
 from tests.reversing import with_reversing
 

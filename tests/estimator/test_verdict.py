@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drives import MULTI_LOG, clay_bicycle, clay_drive, reference_vehicle
+from softsoil.checking.usable import mark_checked
 from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
 from softsoil.estimator.evidence import Evidence, percent_above, sensor_variance
@@ -23,7 +24,6 @@ from softsoil.recording.derive import mark
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import mark_checked
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, SOILS, Soil

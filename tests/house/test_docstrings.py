@@ -12,8 +12,8 @@ import pytest
 
 PROJECT = Path(__file__).resolve().parents[2]
 ROOMS = (
-    "files", "symbolic", "recording", "importing", "codegen", "windows", "estimator", "mapping", "calibration", "refinement",
-    "identification", "cases", "control",
+    "files", "symbolic", "recording", "checking", "importing", "codegen", "windows", "estimator", "mapping", "calibration",
+    "refinement", "identification", "cases", "control",
 )  # fmt: skip
 SAID_ELSEWHERE = {
     "self", "cls", "q", "x", "u", "p", "dt", "substeps", "args",

@@ -15,9 +15,9 @@ from drives import PROJECT
 MARKS = re.compile(r"\b(?:told|apart|what is told|(?:go|goes|going|went) with)\b|\bfound\b(?![.\[(])")
 MESSAGE = re.compile(r"expected|; found|, found|found \{|found none|>>>")
 MOST = {
-    "files": 0, "recording": 4, "importing": 1, "symbolic": 3, "declaration": 0, "codegen": 1, "windows": 2, "estimator": 2,
-    "plant": 1, "control": 1, "mapping": 0, "calibration": 0, "refinement": 1, "identification": 0, "cases": 0, "mpc_demo": 2,
-    "figures": 0, "commands": 1, "benchmarks": 1, "docs": 0,
+    "files": 0, "recording": 2, "checking": 2, "importing": 1, "symbolic": 3, "declaration": 0, "codegen": 1, "windows": 2,
+    "estimator": 2, "plant": 1, "control": 1, "mapping": 0, "calibration": 0, "refinement": 1, "identification": 0, "cases": 0,
+    "mpc_demo": 2, "figures": 0, "commands": 1, "benchmarks": 1, "docs": 0,
 }  # fmt: skip
 """Marks that a room still has: lower the number where some are replaced, never raise it."""
 

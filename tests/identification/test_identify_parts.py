@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drives import clay_drive, reference_vehicle
+from softsoil.checking.geometry_check import beyond_doubt, front_axle, rolling_radius
 from softsoil.identification.asks import MANOEUVRES, Excitation, asks, excitation
 from softsoil.identification.axle_places import axle_places
 from softsoil.identification.errors import Errors, departures, errors_of, n_costs
@@ -18,7 +19,6 @@ from softsoil.identification.rules import RULES
 from softsoil.identification.words import state_words
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
-from softsoil.recording.geometry_check import beyond_doubt, front_axle, rolling_radius
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.known_vehicle import Known, known_from_table, load_known
 from softsoil.refinement.vehicle_numbers import NUMBERS, declared_vehicle, expected, free_layout, vehicle_of

@@ -25,6 +25,7 @@ from benchmarks.judges.messy_bags import (
     write_bag,
 )
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.checking.offsets import time_offsets
 from softsoil.commands.cli import app
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.importing.bring_in import bring_in, inspect_sources, read_sources
@@ -34,7 +35,6 @@ from softsoil.importing.merge import merge
 from softsoil.importing.sources import Series
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import WHEEL_CHANNELS
-from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY

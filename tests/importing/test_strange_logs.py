@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.checking.offsets import time_offsets
 from softsoil.commands.cli import app
 from softsoil.importing.draft_map import draft, hangs, offers
 from softsoil.importing.import_map import map_from_table
@@ -19,7 +20,6 @@ from softsoil.importing.merge import merge
 from softsoil.importing.messages import fields_of, reader_of
 from softsoil.importing.sources import Holding, Series, Spread, ordered
 from softsoil.recording.drive import WHEEL_CHANNELS
-from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive
 
 HEADINGS = {

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.checking.geometry_check import beyond_doubt
+from softsoil.checking.usable import usable
 from softsoil.recording.drive import WHEEL_CHANNELS
-from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.recording.outliers import without_absurd
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import usable
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,12 @@ import pytest
 
 from drives import MULTI_LOG
 from softsoil.cases.hostile import GPS, variant
+from softsoil.checking.usable import checked
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import estimate
 from softsoil.recording.between import held, only_samples, straight
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
-from softsoil.recording.usable import checked
 from softsoil.refinement.residual import residual
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.checking.usable import mark_checked, usable
 from softsoil.estimator.estimate import estimate
 from softsoil.recording.clock import on_coarse_clock
 from softsoil.recording.drive import Recording
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import mark_checked, usable
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 

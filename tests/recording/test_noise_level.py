@@ -9,13 +9,13 @@ from scipy.signal import filtfilt, lfilter
 
 from drives import MULTI_LOG
 from softsoil.cases.hostile import variant
+from softsoil.checking.clocks import filter_checks
+from softsoil.checking.usable import checked
 from softsoil.estimator.estimate import estimate
-from softsoil.recording.check_clocks import filter_checks
 from softsoil.recording.noise import add_noise, low_pass
 from softsoil.recording.noise_level import noise_level
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import sensor_std
-from softsoil.recording.usable import checked
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.checking.usable import mark_checked
 from softsoil.commands.cli import app
 from softsoil.commands.output import OutputFolder
 from softsoil.commands.refine import write_all
@@ -20,7 +21,6 @@ from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
-from softsoil.recording.usable import mark_checked
 from softsoil.refinement.excitation import one_wave, strongest_line
 from softsoil.refinement.fit import Fit, Free
 from softsoil.refinement.folds import folded

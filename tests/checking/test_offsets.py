@@ -7,11 +7,11 @@ import pytest
 
 import softsoil
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.checking.clocks import clock_checks
+from softsoil.checking.offsets import best_offset, time_offsets
 from softsoil.plant.manoeuvres import Manoeuvre, Sine, Speed
 from softsoil.plant.sensors import Sensors
-from softsoil.recording.check_clocks import clock_checks
 from softsoil.recording.noise import add_noise
-from softsoil.recording.offsets import best_offset, time_offsets
 from softsoil.recording.read import read_drive
 
 NAMES = ("u", "v", "omega_z", "steer", "a_x_imu", "a_y_imu")

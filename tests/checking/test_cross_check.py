@@ -5,11 +5,11 @@ import pytest
 
 from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, reference_vehicle
 from softsoil.cases.hostile import VARIANTS, variant
-from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
+from softsoil.checking.cross_check import check_channels, refuse_contradictions, warnings
+from softsoil.checking.offsets import time_offsets
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
-from softsoil.recording.offsets import time_offsets
 from softsoil.recording.read import read_drive, write_drive
 
 LEFT_TO_THE_VERDICT = {

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from drives import CLAY_LOG, MULTI_LOG, reference_vehicle
+from softsoil.checking.usable import usable
 from softsoil.recording.between import samples
 from softsoil.recording.clock import on_fine_clock
 from softsoil.recording.drive import Recording
 from softsoil.recording.forward import HELD_INPUTS, MISSED, inputs_known
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import usable
 
 T = np.arange(0.0, 10.0, 0.01)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drives import MULTI_LOG
-from softsoil.recording.check_single import single_checks
+from softsoil.checking.single import single_checks
 from softsoil.recording.evidence import Motion
 from softsoil.recording.read import read_drive
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsoil.recording.check_words import LIMITS, Check
+from softsoil.checking.offsets import time_offsets
+from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.noise_level import noise_level
-from softsoil.recording.offsets import time_offsets
 
 CHANNELS = {"psi": "psi", "u": "u", "wheels": "omega_fl..rr", "position": "x, y", "steer": "steer"}
 WRONG = 0.25

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from softsoil.recording.check_words import LIMITS, Check
+from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import WHEEL_CHANNELS, Array
 from softsoil.recording.evidence import Motion
 

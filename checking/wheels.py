@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from softsoil.recording.check_scale import unit_hint
-from softsoil.recording.check_words import LIMITS, Check
+from softsoil.checking.scale import unit_hint
+from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.evidence import Motion, interpolated, lagged, regress
 from softsoil.recording.geometry import Geometry, corners

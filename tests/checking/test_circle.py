@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import softsoil
+from softsoil.checking.cross_check import check_channels, refuse_contradictions
 from softsoil.plant.manoeuvres import Manoeuvre, Speed
 from softsoil.plant.sensors import Sensors
 from softsoil.plant.start import Start
-from softsoil.recording.cross_check import check_channels, refuse_contradictions
 
 
 class Held:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, reference_vehicle
-from softsoil.recording.check_place import NAME, place_checks
-from softsoil.recording.cross_check import check_channels
+from softsoil.checking.cross_check import check_channels
+from softsoil.checking.place import NAME, place_checks
 from softsoil.recording.evidence import Motion
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsoil.recording.check_scale import scale_check
-from softsoil.recording.check_words import LIMITS, Check
+from softsoil.checking.scale import scale_check
+from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import Array
 from softsoil.recording.evidence import Line, Motion, regress
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import softsoil
+from softsoil.checking.own_ruts import with_ruts
 from softsoil.recording.forward import in_ruts
-from softsoil.recording.own_ruts import with_ruts
 
 VEHICLE = softsoil.load_vehicle("reference")
 SPEED, RATE = 5.0, 0.35

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsoil.recording.check_words import Check
+from softsoil.checking.words import Check
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.evidence import Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from drives import reference_vehicle
+from softsoil.checking.cross_check import check_channels
 from softsoil.control.courses import double_lane_change, slalom
 from softsoil.plant.effects import Effects
 from softsoil.plant.manoeuvres import PathFollower
 from softsoil.plant.simulate import simulate
 from softsoil.plant.start import Start
-from softsoil.recording.cross_check import check_channels
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.soil import SOILS
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from softsoil.recording.check_clocks import clock_checks, filter_checks
-from softsoil.recording.check_motion import heading_checks, inertial_checks, pose_checks
-from softsoil.recording.check_place import place_checks
-from softsoil.recording.check_single import excitation_checks, single_checks
-from softsoil.recording.check_speed import speed_checks
-from softsoil.recording.check_wheels import sensor_checks, side_checks, steering_checks, turned_over, wheel_checks
-from softsoil.recording.check_words import Check
+from softsoil.checking.clocks import clock_checks, filter_checks
+from softsoil.checking.motion import heading_checks, inertial_checks, pose_checks
+from softsoil.checking.place import place_checks
+from softsoil.checking.single import excitation_checks, single_checks
+from softsoil.checking.speed import speed_checks
+from softsoil.checking.wheels import sensor_checks, side_checks, steering_checks, turned_over, wheel_checks
+from softsoil.checking.words import Check
 from softsoil.recording.drive import Recording
 from softsoil.recording.evidence import Motion
 from softsoil.recording.geometry import Geometry

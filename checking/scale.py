@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsoil.recording.check_words import LIMITS, Check
+from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import CHANNEL_UNITS
 from softsoil.recording.evidence import Line
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from softsoil.recording.check_words import LIMITS, Check
+from softsoil.checking.geometry_check import front_axle
+from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry import Geometry
-from softsoil.recording.geometry_check import front_axle
 
 NAME = "front_axle_place"
 LEAST = 0.04

@@ -10,13 +10,13 @@ import pytest
 
 import softsoil
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.checking.usable import usable
 from softsoil.commands.options import open_drive
 from softsoil.declaration.late_steering import late_steering
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.drive import CHECKED, WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.recording.usable import usable
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.recording.check_speed import over_ground
+from softsoil.checking.speed import over_ground
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
 from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated, lagged

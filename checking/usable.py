@@ -8,16 +8,16 @@ from pathlib import Path
 
 import pandas as pd
 
+from softsoil.checking.cross_check import check_channels, refuse_contradictions, warnings
+from softsoil.checking.geometry_check import beyond_doubt
+from softsoil.checking.own_ruts import with_ruts
 from softsoil.recording.clock import on_coarse_clock
 from softsoil.recording.columns import Source
-from softsoil.recording.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, CHECKED, Recording
 from softsoil.recording.forward import with_note_of_gaps, with_note_of_reversing
 from softsoil.recording.geometry import Geometry
-from softsoil.recording.geometry_check import beyond_doubt
 from softsoil.recording.outliers import without_absurd
-from softsoil.recording.own_ruts import with_ruts
 from softsoil.recording.plausible import check_units
 from softsoil.recording.read import as_drive
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsoil.recording.check_words import Check
+from softsoil.checking.words import Check
 from softsoil.recording.evidence import Motion, regress
 from softsoil.recording.geometry import Geometry
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from softsoil.recording.check_lateral import lateral_rate_checks
-from softsoil.recording.check_scale import scale_check
-from softsoil.recording.check_words import LIMITS, Check
+from softsoil.checking.lateral import lateral_rate_checks
+from softsoil.checking.scale import scale_check
+from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import Array
 from softsoil.recording.evidence import MOSTLY, Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
