@@ -13,7 +13,7 @@ from softsoil.control.driver_checks import FARTHEST, LARGEST, LATEST
 from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, MEASUREMENTS, STANDING_SHARE, DriverSettings
 from softsoil.control.inbox import TOGETHER
 from softsoil.control.live_estimator import FIRST_SPREAD, SEEN
-from softsoil.control.nmpc_clearance import NOWHERE
+from softsoil.control.nmpc_clearance import ABSENT
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.ocp import Ocp
 from softsoil.estimator.tuning import N_NAMES, Tuning
@@ -65,7 +65,7 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "farthest": number(FARTHEST), "largest": number(LARGEST), "latest": number(LATEST),
         "standing_share": number(STANDING_SHARE), "least_room": number(SETTINGS.least_room, 17),
         "least_speed": f"{ocp.settings.speed[0]:g}", "greatest_speed": f"{ocp.settings.speed[1]:g}",
-        "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "nowhere": number(NOWHERE, 17),
+        "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "absent": _list(ABSENT),
     }  # fmt: skip
 
 

@@ -218,10 +218,9 @@ class Driver:
         s = self._parameters(self.n_used)
         if self._solves:
             solver.shift(self.settings.period)
-        solver.set_parameters(
-            s, solver.histories(self.estimator.filter.memory, s), reference(self.ocp, self.path, self.along, self.speed, z0),
-            watched(self.ocp, self.obstacles, t - self._origin, z0),
-        )  # fmt: skip
+        ref = reference(self.ocp, self.path, self.along, self.speed, z0)
+        places = watched(self.ocp, self.obstacles, t - self._origin, z0, ref)
+        solver.set_parameters(s, solver.histories(self.estimator.filter.memory, s), ref, places)
         self._solves += 1
         solver.make_step(z0)
         stats = solver.stats

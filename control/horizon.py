@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 RUN_IN = 1.5
 """s: the vehicle's speed runs into the wanted one with this time constant."""
 BEHIND, AHEAD = -6.0, 60.0
-"""m: obstacles between these are watched."""
+"""m: obstacles between these, along the vehicle, may be watched."""
 
 
 def reference(ocp: Ocp, path: Path, along: float, speed: float, z0: Array) -> Array:
@@ -24,10 +24,11 @@ def reference(ocp: Ocp, path: Path, along: float, speed: float, z0: Array) -> Ar
     return np.column_stack([places, np.full(n + 1, speed)])
 
 
-def watched(ocp: Ocp, obstacles: Array, t: float, z0: Array) -> Array:
-    """(N + 1, n, 3) x, y, radius of the nearest obstacles that are not yet behind, over the horizon from t (s) on.
+def watched(ocp: Ocp, obstacles: Array, t: float, z0: Array, ref: Array) -> Array:
+    """(N + 1, n, 3) x, y, radius, over the horizon from t (s) on, of the obstacles that come nearest to the path or are so now.
 
-    obstacles (K, 5): x, y, radius (m) and velocity (m/s) at time 0; z0 (n_z,): the vehicle.
+    obstacles (K, 5): x, y, radius (m) and velocity (m/s) at time 0; z0 (n_z,): the vehicle; ref (N + 1, 4): of `reference`.
+    Those that are behind are left out. Of a row of trees beside the path none takes the place of what stands on it.
     """
     n = ocp.settings.steps
     if not len(obstacles):
@@ -36,9 +37,10 @@ def watched(ocp: Ocp, obstacles: Array, t: float, z0: Array) -> Array:
     now = obstacles[:, :2] + t * obstacles[:, 3:]
     ahead = (now - [x, y]) @ np.array([np.cos(psi), np.sin(psi)])
     near = np.flatnonzero((ahead > BEHIND) & (ahead < AHEAD))
-    near = near[np.argsort(ahead[near])][: ocp.settings.obstacles]
     times = t + ocp.settings.dt * np.arange(n + 1)
     placed = np.zeros((n + 1, len(near), 3))
     placed[:, :, :2] = obstacles[near, :2] + times[:, None, None] * obstacles[near, 3:]
     placed[:, :, 2] = obstacles[near, 2]
-    return placed
+    gaps = np.hypot(placed[:, :, 0] - ref[:, None, 0], placed[:, :, 1] - ref[:, None, 1]).min(axis=0)
+    gaps = np.minimum(gaps, np.hypot(placed[0, :, 0] - x, placed[0, :, 1] - y)) - obstacles[near, 2]
+    return placed[:, np.argsort(gaps, kind="stable")[: ocp.settings.obstacles]]

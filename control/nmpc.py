@@ -67,7 +67,8 @@ class Nmpc:
 
     def set_parameters(self, s: ArrayLike, r: ArrayLike, ref: ArrayLike, obstacles: ArrayLike | None = None) -> None:
         """s (n_s,): model parameters, slip, slip_gain; r (N, n_r): histories; ref (N + 1, 4): x, y, psi, u of the path;
-        obstacles (N + 1, n, 3): x, y, radius over the horizon, or (n, 3) where they stand; none beyond those given.
+        obstacles (N + 1, n, 3): x, y, radius over the horizon, or (n, 3) where they stand; one of a radius < 0 is
+        not there, nor are any beyond those given.
 
         Raises ValueError for other shapes or more obstacles than the Ocp watches.
         """

@@ -9,18 +9,18 @@ from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import CIRCLES, Ocp
 
 Array = NDArray[np.float64]
-NOWHERE = 1e3
-"""m: where obstacles stand that are not there."""
+ABSENT = (0.0, 0.0, -1e3)
+"""x, y, radius (m) of an obstacle that is not there: a radius below 0 says so, and is clear of everything by itself."""
 
 
 def placed(ocp: Ocp, obstacles: ArrayLike | None) -> Array:
     """(N + 1, n_obstacles, 3) from obstacles (N + 1, n, 3): x, y, radius over the horizon, or (n, 3) where they stand.
 
-    Those that are not given stand far away. Raises ValueError for another shape or more than the Ocp watches.
+    Those that are not given are `ABSENT`; one of a radius below 0 is not there either. Raises ValueError for
+    another shape or more than the Ocp watches.
     """
     n, most = ocp.settings.steps, ocp.settings.obstacles
-    full = np.zeros((n + 1, most, 3))
-    full[:, :, :2] = NOWHERE
+    full = np.tile(np.array(ABSENT), (n + 1, most, 1))
     if obstacles is None or not np.size(obstacles):
         return full
     given = np.asarray(obstacles, dtype=float)
@@ -36,14 +36,15 @@ def planned_gaps(ocp: Ocp, z: Array, obstacles: Array) -> Array:
 
     z (N + 1, n_z); obstacles (N + 1, n, 3); inf without any.
     """
-    if not obstacles.shape[1] or obstacles[:, :, 0].min() >= NOWHERE:
+    if not obstacles.shape[1]:
         return np.full(len(z), np.inf)
     back = np.arange(CIRCLES) * ocp.vehicle.wheelbase / (CIRCLES - 1)
     psi = z[:, ocp.z.index("psi"), None]
     x = z[:, ocp.z.index("x"), None] - back * np.cos(psi)
     y = z[:, ocp.z.index("y"), None] - back * np.sin(psi)
     apart = np.hypot(x[:, :, None] - obstacles[:, None, :, 0], y[:, :, None] - obstacles[:, None, :, 1])
-    gaps: Array = (apart - obstacles[:, None, :, 2]).min(axis=(1, 2)) - (ocp.body - ocp.settings.margin)
+    reach = np.where(obstacles[:, :, 2] < 0.0, -np.inf, obstacles[:, :, 2])
+    gaps: Array = (apart - reach[:, None, :]).min(axis=(1, 2)) - (ocp.body - ocp.settings.margin)
     return gaps
 
 

@@ -12,11 +12,10 @@ import casadi as ca
 import numpy as np
 
 from softsoil.codegen.c_source import check_c_name
+from softsoil.control.nmpc_clearance import ABSENT
 from softsoil.control.ocp import CIRCLES, OBSTACLE, REFERENCE, Ocp
 from softsoil.symbolic.model import Model
 
-FAR = 1e3
-"""m: where obstacles stand in the nominal parameters."""
 UNBOUNDED = 1e10
 """acados's own number for a bound that is none."""
 
@@ -83,7 +82,7 @@ def to_acados_ocp(ocp: Ocp, name: str = "softsoil") -> Any:
         if not hasattr(whole, part):
             setattr(whole, part, SimpleNamespace())
     whole.model = model
-    obstacles = np.tile([FAR, FAR, 0.0], settings.obstacles)
+    obstacles = np.tile(ABSENT, settings.obstacles)
     whole.parameter_values = np.concatenate([ocp.s.nominal, np.zeros(len(ocp.r)), REFERENCE.nominal, obstacles])
     _costs(whole.cost, ocp, len(gaps) * CIRCLES, 2 * len(reserve))
     _constraints(whole.constraints, ocp, len(gaps) * CIRCLES, 2 * len(reserve))

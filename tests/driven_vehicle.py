@@ -58,6 +58,6 @@ def parts() -> tuple[Nmpc, LiveEstimator]:
 def driven(vehicle: ModelVehicle, seconds: float = 8.0, **more) -> tuple[Driver, DriveLog]:
     solver, estimator = parts()
     path = Path(straight().points[: int(40 / 0.25)])
-    given = {"settings": SENSORS, "solver": solver, "estimator": estimator, "n0": 0.7, **more}
-    driver = Driver(small_ocp(), path, 5.0, **given)
+    given = {"path": path, "settings": SENSORS, "solver": solver, "estimator": estimator, "n0": 0.7, **more}
+    driver = Driver(small_ocp(), speed=5.0, **given)
     return driver, drive(driver, vehicle, seconds)

@@ -152,21 +152,28 @@ class CPath(ctypes.Structure):
 
 
 TICK, EVERY, SPEED = 0.012, 4, 6.0
+START = 1500.0
+"""m: x where the drive begins: a place is no reason to overlook an obstacle."""
 MOVING = np.array([[62.0, 1.6, 1.0, 0.0, 0.0], [200.0, 0.0, 1.0, 0.0, 0.0], [92.0, 2.4, 1.0, -0.1, 0.0]])
+MOVING = np.array([*MOVING, *([x, -9.0, 1.0, 0.0, 0.0] for x in range(5, 100, 5))]) + [START, 0.0, 0.0, 0.0, 0.0]
+"""Two on the path, one behind its end and a row beside it."""
 
 
 def by_python(ocp: Ocp, path: Path, move) -> list[np.ndarray]:
     """States of a vehicle that `move` moves, driven by the parts of `Driver`."""
     solver, follower = Nmpc(ocp), PlanFollower(ocp.settings.dt, TICK)
-    z, along, places = ocp.z.pack(u=SPEED), None, []
-    solver.set_initial_guess(*straight_guess(ocp, SPEED))
+    z, along, places = ocp.z.pack(x=START, u=SPEED), None, []
+    guess, inputs = straight_guess(ocp, SPEED)
+    guess[:, 0] += START
+    solver.set_initial_guess(guess, inputs)
     for k in range(1500):
         steer, _, a_x = follower.command((k + 1) * TICK, z[-1])
         if k % EVERY == 0:
             along, _ = path.project(z[0], z[1], along)
             if k:
                 solver.shift(EVERY * TICK)
-            ref, near = reference(ocp, path, along, SPEED, z), watched(ocp, MOVING, k * TICK, z)
+            ref = reference(ocp, path, along, SPEED, z)
+            near = watched(ocp, MOVING, k * TICK, z, ref)
             solver.set_parameters(ocp.s.nominal, np.zeros((ocp.settings.steps, 0)), ref, near)
             solver.make_step(z)
             follower.take(k * TICK, solver.z[:, -1], solver.z[:, 3], solver.w[:, 1], solver.stats.touch >= 0)
@@ -177,7 +184,7 @@ def by_python(ocp: Ocp, path: Path, move) -> list[np.ndarray]:
 
 def by_c(ocp: Ocp, path: Path, move) -> list[np.ndarray]:
     """The same, driven by the generated files."""
-    controller = started(z0=ocp.z.pack(u=SPEED))
+    controller = started(z0=ocp.z.pack(x=START, u=SPEED))
     c, now, command = controller.c, now_type(ocp)(), Command()
     columns = [np.ascontiguousarray(path.points[:, 0]), np.ascontiguousarray(path.points[:, 1])]
     columns += [np.zeros(len(path.points)) for _ in range(2)]
@@ -185,7 +192,7 @@ def by_c(ocp: Ocp, path: Path, move) -> list[np.ndarray]:
     assert c.softsoil_nmpc_path(ctypes.byref(course)) == S["OK"]
     np.testing.assert_allclose(columns[2:], [path.s, path.psi], atol=1e-12)
     now.s[:] = ocp.s.nominal
-    z, along, since, places, first = ocp.z.pack(u=SPEED), ctypes.c_double(-1.0), 0.0, [], np.zeros(2)
+    z, along, since, places, first = ocp.z.pack(x=START, u=SPEED), ctypes.c_double(-1.0), 0.0, [], np.zeros(2)
     real, pointer = ctypes.c_double, ctypes.c_void_p
     for k in range(1500):
         t = k * TICK
@@ -196,7 +203,7 @@ def by_c(ocp: Ocp, path: Path, move) -> list[np.ndarray]:
             c.softsoil_nmpc_reference(
                 ctypes.byref(course), at, real(SPEED), ctypes.byref(along), None, ctypes.byref(now)
             )
-            c.softsoil_nmpc_watch(pointer(MOVING.ctypes.data), ctypes.c_size_t(3), real(t), at, ctypes.byref(now))
+            c.softsoil_nmpc_watch(pointer(MOVING.ctypes.data), ctypes.c_size_t(len(MOVING)), real(t), at, ctypes.byref(now))
             controller.call("prepare", ctypes.byref(now), real(EVERY * TICK if k else 0.0))
             controller.call("step", z, first)
             since = t
@@ -214,9 +221,9 @@ def test_a_vehicle_drives_the_same_path_by_python_and_by_c():
         w = np.array([(steer - z[-1]) / TICK, a_x])
         return z + TICK * np.array(rates(z, w, np.zeros(0), s)[0]).ravel()
 
-    path = double_lane_change()
+    path = Path(double_lane_change().points + [START, 0.0])
     one, other = (np.array(drive(ocp, path, move)) for drive in (by_python, by_c))
-    assert one[-1, 0] > 90.0, "both obstacles were met"
+    assert one[-1, 0] > START + 90.0, "both obstacles were met"
     np.testing.assert_allclose(other, one, atol=1e-6)
     gaps = [np.hypot(one[:, 0] - x - vx * TICK * np.arange(1500), one[:, 1] - y).min() - r for x, y, r, vx, _ in MOVING]
     assert 0.2 < min(gaps) < 2.0
