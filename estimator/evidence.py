@@ -19,7 +19,7 @@ from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, expon
 from softsoil.estimator.soil_error import SoilError, soil_error
 from softsoil.estimator.strain import VehicleChange, vehicle_change
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.recording.noise_level import noise_level
+from softsoil.recording.noise_level import noise_level, own_samples
 from softsoil.symbolic.vehicle import JUDGED
 from softsoil.windows.free_windows import FreeWindows
 from softsoil.windows.window_fit import reduce_windows
@@ -148,14 +148,14 @@ def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str,
 
 
 def sensor_variance(values: Array, dt: float) -> tuple[float, float]:
-    """Variance of a channel's noise from its third differences, and the standard error of that; values (N,) of period dt (s).
+    """Variance of a channel's noise from its third differences, and the standard error of that.
 
+    values (N,): NaN between the samples of a channel that is slower than the clock; dt: of the clock (s).
     A smooth signal sampled finely has third differences of its noise only, of variance 20 sigma^2; they are correlated over four
     samples, which makes the error sqrt(4.6/N) of the variance. Of correlated noise (`noise_level`) they show a share, and fewer
     samples count.
     """
-    third = np.convolve(values, THIRD, mode="valid")
-    third = third[np.isfinite(third)]
+    third = np.convolve(own_samples(values, dt)[0], THIRD, mode="valid")
     if len(third) < 8:
         return 0.0, np.inf
     robust = 1.4826 * float(np.median(np.abs(third))) + 1e-15

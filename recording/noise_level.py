@@ -52,10 +52,9 @@ def noise_level(values: Array, dt: float) -> NoiseLevel:
     values (N,): NaN between the samples of a channel that is slower than the clock; dt: of the clock (s). Noise is matched to
     what a first-order low-pass leaves of white noise, run forwards, or forwards and backwards.
     """
-    own = values[np.isfinite(values)]
+    own, period = own_samples(values, dt)
     if len(own) < 4:
         return NoiseLevel(0.0, 0.0, 0.0)
-    period = dt * len(values) / len(own)
     levels = [_third(own, 1)]
     while (stride := 2 ** len(levels)) * period <= LONGEST and 3 * stride < len(own):
         level = _third(own, stride)
@@ -70,6 +69,15 @@ def noise_level(values: Array, dt: float) -> NoiseLevel:
     std, correlated, late = matched
     std = min(std, FARTHEST * levels[-1])
     return NoiseLevel(std, std * float(np.sqrt(correlated)), levels[0], late * period)
+
+
+def own_samples(values: Array, dt: float) -> tuple[Array, float]:
+    """The finite values (M,) of a channel and the time from one to the next (s), whatever gaps it has.
+
+    values (N,): NaN between the samples of a channel that is slower than the clock; dt: of the clock (s).
+    """
+    own = np.flatnonzero(np.isfinite(values))
+    return values[own], dt * (float(np.median(np.diff(own))) if len(own) > 1 else 1.0)
 
 
 def _third(values: Array, stride: int) -> float:

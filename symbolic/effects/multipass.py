@@ -14,6 +14,9 @@ RUT_REACH = 1.125
 """Length of the rut that is remembered, over the wheelbase."""
 LEAST_KAPPA = 0.05
 """kappa from which on a wheel has its full share in the rut; below it comes in smoothly, none where the effect is absent."""
+CRAWL = 0.5
+"""m/s: below it the rut behind the front axle stays as it was: paths and drifts are divided by the speed, and what they leave
+there would grow from sample to sample, as no window runs there either."""
 RUT_VALUES = (
     Signal("d", "m", "distance behind the front axle"),
     Signal("el", "m", "lateral position of the front left wheel's rut in the yaw frame"),
@@ -85,8 +88,9 @@ def effect(vehicle: Vehicle) -> Effect:
 
 def _moved(q: Quantities, cell: Quantities) -> Quantities:
     """A point of the soil in the yaw frame at the front axle, one step later."""
-    turn = q["omega_z"] * q["dt"]
-    ahead, aside = -cell["d"] - q["u"] * q["dt"], (q["v"] + q["l_f"] * q["omega_z"]) * q["dt"]
+    dt = q["dt"] * (q["u"] > CRAWL)
+    turn = q["omega_z"] * dt
+    ahead, aside = -cell["d"] - q["u"] * dt, (q["v"] + q["l_f"] * q["omega_z"]) * dt
     cos, sin = 1.0 - 0.5 * turn * turn, turn
     left, right = cell["el"] - aside, cell["er"] - aside
     middle = 0.5 * (left + right)
