@@ -23,6 +23,8 @@ from softsoil.windows.free_windows import BRIDGED, FREE_STEP, SETTLING, STATE_ST
 from softsoil.windows.shooting import SMOOTHING
 from softsoil.windows.window_fit import HUBER, RIDGE
 
+FROM_ZERO = ("not_excited", *(word for word in WORDS if word != "not_excited"))
+"""Verdicts in the order of C's numbers: a horizon that never began, all zeros, is not identified."""
 SENTENCES = {
     "identified": "the windows determine n, and the model leaves no more than a right one does",
     "not_excited": "the windows do not determine n, or a small error of the forces, or a load, may make it wrong: steer more, to "
@@ -56,5 +58,5 @@ def horizon_numbers(model: Model, rules: HorizonRules | None = None, limits: Ver
             "longest_step": LONGEST_STEP, "huber": HUBER, "ridge": RIDGE, "least_curvature": LEAST_CURVATURE,
             "free_step": FREE_STEP, "trimmed": TRIMMED,
         },
-        state_step=[float(step) for step in STATE_STEP], verdicts=[(word, SENTENCES[word]) for word in WORDS], scale=SCALE,
+        state_step=[float(step) for step in STATE_STEP], verdicts=[(word, SENTENCES[word]) for word in FROM_ZERO], scale=SCALE,
     )  # fmt: skip

@@ -79,14 +79,17 @@ def estimate(
     declared, model = model, model if choice is None else with_choice(model, choice)
     found = run_method(drive, model, first, method, start=start, tuning=tuning, progress=progress)
 
-    def again(guess: float) -> float:
-        return float(run_method(drive, model, guess, method, start=start, tuning=tuning).n_front[-1])
+    def ends(of: TerrainEstimate) -> tuple[float, ...]:
+        return (of.n_front[-1],) if tied else (of.n_front[-1], of.n_rear[-1])
 
-    n = (found.n_front[-1],) if tied else (found.n_front[-1], found.n_rear[-1])
+    def again(guess: float) -> tuple[float, ...]:
+        return ends(run_method(drive, model, guess, method, start=start, tuning=tuning))
+
     filtered = method == "ukf"
     verdict = judge(
-        drive, model, first, n, tied=tied, start=start, again=again if filtered else None, corrected=correct and filtered
-    )
+        drive, model, first, ends(found), tied=tied, start=start, again=again if filtered else None,
+        corrected=correct and filtered,
+    )  # fmt: skip
     if verdict.evidence is not None and verdict.evidence.guess != first:  # n0 leads into a mode that fits clearly worse
         return estimate(drive, declared, verdict.evidence.guess, method=method, start=start, tuning=tuning, correct=correct)
     found = _with_soil_error(replace(found, verdict=judged_without_wheels(drive, verdict, choice)))

@@ -92,7 +92,7 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
         motion_of(windows), len(windows.rows), runs[0].guess,
         tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),
         tuple(float(windows.drive.t[row]) for row in first.changes),
-        noise_level(windows.drive.measured[:, STATE_CHANNELS.index("omega_z")], windows.drive.dt).late,
+        noise_level(windows.drive.measured[windows.under(), STATE_CHANNELS.index("omega_z")], windows.drive.dt).late,
     )  # fmt: skip
 
 
@@ -111,17 +111,19 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
 
 
 def motion_of(windows: FreeWindows) -> float:
-    """Root mean square lateral specific force u omega_z of the drive (m/s^2)."""
-    speed, turn = (windows.drive.smooth[windows.rows[0] :, STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
+    """Root mean square lateral specific force u omega_z under the windows (m/s^2)."""
+    speed, turn = (windows.drive.smooth[windows.under(), STATE_CHANNELS.index(name)] for name in ("u", "omega_z"))
     return float(np.sqrt(np.mean((speed * turn) ** 2)))
 
 
 def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str, float], dict[str, float]]:
-    """Share of the mean square of each channel of JUDGED that the model leaves beyond sensor noise, and its standard error.
+    """Share of the mean square of each channel of JUDGED, under the windows, that the model leaves beyond sensor noise, and its
+    standard error.
 
     horizon: run to the end of the drive, whose n and initial states the histories of the windows follow.
     """
     which = np.arange(horizon.since, len(windows.rows))  # windows of an earlier soil are no fault of the model
+    under = windows.under(which)
     x0 = np.array(horizon.summary.states)[which]
     linear = windows.linearise(horizon.parameters(horizon.n), x0, horizon.free, which)
     reduced = reduce_windows(linear)
@@ -139,9 +141,9 @@ def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str,
         # Medians over windows: a few that hit an obstacle or a kick of the steering are no fault of the model.
         per_window = (residual[..., i] ** 2).sum(axis=1) / np.maximum((seen - leverage[..., i] * seen).sum(axis=1), 1.0)
         per_window = per_window[seen.any(axis=1)]
-        noise, noise_error = sensor_variance(windows.drive.measured[windows.rows[0] :, i], windows.drive.dt)
+        noise, noise_error = sensor_variance(windows.drive.measured[under, i], windows.drive.dt)
         left, count = float(np.median(per_window)), len(per_window)
-        motion = float(np.nanmean(windows.drive.smooth[windows.rows[0] :, i] ** 2)) + 1e-12
+        motion = float(np.nanmean(windows.drive.smooth[under, i] ** 2)) + 1e-12
         error = max(float(np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)), 1e-15)
         shares[name], errors[name] = (left - noise) / motion, error / motion
     return shares, errors

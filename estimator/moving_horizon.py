@@ -51,9 +51,10 @@ class HorizonRules:
     length, stride, run_in: of windows, between their starts, and of histories before them (s); model_error: what the equations
     miss of each channel within a window (m, m, rad, m/s, m/s, rad/s), added to the sensor's noise; common_error: share of n that
     an error common to all windows makes, which no number of windows removes, beside the vehicle's own n_error; forgetting: time
-    constant of old windows (s); longest: age beyond which a window counts no more (s); prior: standard deviation of the initial
-    guess; stale: at every update one window of those that started within `again` (s) and were linearised farther than this from
-    the estimate (shares of a number's scale, 0.1 of n) is linearised again, the one whose quadratic the distance touches most;
+    constant of old windows (s of windows: where none runs, as in a stop, none gets older); longest: age, counted so, beyond which
+    a window counts no more; prior: standard deviation of the initial guess; stale: at every update one window of those that
+    started within `again` (s) and were linearised farther than this from the estimate (shares of a number's scale, 0.1 of n) is
+    linearised again, the one whose quadratic the distance touches most;
     recent: numbers of newest windows of which each is tested against the older ones for a change of soil, few for a large
     change, many for a small one or noisy sensors; change: standard deviations of their difference that are one, and
     least_change: least share of n that is; fastest: steering rate of the road wheels (rad/s) beyond which no window runs, since

@@ -53,14 +53,14 @@ def judge(
     *,
     tied: bool,
     start: float,
-    again: Callable[[float], float] | None = None,
+    again: Callable[[float], Sequence[float]] | None = None,
     corrected: bool = False,
     rules: VerdictRules | None = None,
 ) -> Verdict:
     """The verdict on the final n (A,) of an estimator that ran over a drive, None for that of the windows themselves.
 
-    model: the bicycle it used; n0: its initial guess; again: final n at the front that the same estimator gives from another
-    initial guess, asked for that of the windows; corrected: whether the windows' n takes the place of an identified one: then it
+    model: the bicycle it used; n0: its initial guess; again: final n (A,) that the same estimator gives from another initial
+    guess, asked for that of the windows; corrected: whether the windows' n takes the place of an identified one: then it
     is enough that the estimator stays there when it starts there; tied, start: as of `estimate_horizon`; rules: limits.
     """
     horizon = HorizonRules()
@@ -69,10 +69,10 @@ def judge(
     except ValueError as error:
         return Verdict("not_excited", f"no window of the drive can be judged: {error}")
     evidence, rules = gather(windows, initial_guesses(n0), tied, horizon), (rules or VerdictRules()).of(model)
-    others = () if again is None else (again(float(np.clip(evidence.n[0], *BOUNDS))),)
+    others = () if again is None else (np.asarray(again(float(np.clip(evidence.n[0], *BOUNDS))), dtype=float),)
     end = evidence.n if n is None else np.asarray(n, dtype=float)
-    if corrected and len(end) == 1 and others and abs(others[0] - evidence.n[0]) < abs(end[0] - evidence.n[0]):
-        end, others = np.array(others), (float(end[0]),)
+    if corrected and len(end) == 1 and others and abs(others[0][0] - evidence.n[0]) < abs(end[0] - evidence.n[0]):
+        end, others = others[0], (end,)
     verdict = decide(evidence, end, others, rules)
     if verdict.word not in ("inconsistent", "at_bound", "axles_disagree", "depends_on_first_guess"):
         return verdict
@@ -100,8 +100,8 @@ def initial_guesses(n0: float) -> tuple[float, ...]:
     return (n0, *(guess for guess in GUESSES if abs(guess - n0) > 0.1))
 
 
-def decide(evidence: Evidence, n: Array, others: Sequence[float] = (), rules: VerdictRules | None = None) -> Verdict:
-    """The verdict from the evidence on the final n (A,); others: final n from other initial guesses of the same estimator."""
+def decide(evidence: Evidence, n: Array, others: Sequence[Array] = (), rules: VerdictRules | None = None) -> Verdict:
+    """The verdict from the evidence on the final n (A,); others: final n (A,) each from other guesses of the same estimator."""
     rules = rules or VerdictRules()
     of_log = (_files_hold, _in_time, _consistent)
     of_drive = (_as_heavy_to_turn, _as_identified, _excited, _class_is_known, _beside_the_law, _shows_a_load)
@@ -134,7 +134,7 @@ def _alike(e: Evidence) -> str:
 Found = tuple[str, str] | None
 
 
-def _files_hold(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _files_hold(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     if not rules.contradicted:
         return None
     if "vehicle" in rules.contradicted:
@@ -145,7 +145,7 @@ def _files_hold(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
     return "inconsistent", "the soil's file is contradicted by its own drives (softsoil soil; its first line says how)"
 
 
-def _in_time(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _in_time(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     if e.motion < rules.least_motion or e.late < rules.late:
         return None
     return "inconsistent", (
@@ -154,7 +154,7 @@ def _in_time(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules
     )
 
 
-def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _consistent(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     if e.motion < rules.least_motion:
         return None
     for name, limit in rules.unexplained:
@@ -169,14 +169,14 @@ def _consistent(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRu
     return None
 
 
-def _as_heavy_to_turn(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _as_heavy_to_turn(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     said = _inertia(e, rules)
     if said and e.inertia <= NEGATIVE:
         return "inconsistent", "no yaw inertia fits the drive: a channel is late or wrong, or another vehicle drove it"
     return ("inconsistent", f"the drive contradicts the declared yaw inertia: {said}") if said else None
 
 
-def _as_identified(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _as_identified(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     change = e.change
     if e.motion < rules.least_motion or change is None:
         return None
@@ -197,7 +197,7 @@ def _inertia(e: Evidence, rules: VerdictRules) -> str:
     return f"one {size:.0f} ± {std:.0f} % {'larger' if e.inertia > 0 else 'smaller'} leaves less"
 
 
-def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _excited(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     if e.motion < rules.least_motion:
         return "not_excited", (
             f"the vehicle hardly turns (lateral specific force {e.motion:.2f} m/s^2 rms, expected at least "
@@ -212,7 +212,7 @@ def _excited(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules
     return None
 
 
-def _class_is_known(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _class_is_known(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     if e.soil.std <= rules.of_class:
         return None
     return "not_excited", (
@@ -221,7 +221,7 @@ def _class_is_known(e: Evidence, n: Array, others: Sequence[float], rules: Verdi
     )
 
 
-def _beside_the_law(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _beside_the_law(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     if e.soil.law_std <= rules.of_law:
         return None
     front, rear = (100 * abs(share) for share in e.soil.forces)
@@ -232,7 +232,7 @@ def _beside_the_law(e: Evidence, n: Array, others: Sequence[float], rules: Verdi
     )
 
 
-def _shows_a_load(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _shows_a_load(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     if e.change is None or e.change.seen_std <= rules.load_seen:
         return None
     return "not_excited", (
@@ -241,7 +241,7 @@ def _shows_a_load(e: Evidence, n: Array, others: Sequence[float], rules: Verdict
     )
 
 
-def _inside(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _inside(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     bounds = SOIL_SIGNALS["n"]
     for value in (*n, *e.n):
         if value < bounds.lower + rules.bound or value > bounds.upper - rules.bound:
@@ -249,15 +249,16 @@ def _inside(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules)
     return None
 
 
-def _same_from_all_guesses(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
-    for ends in (list(e.by_guess[:, 0]), [float(n[0]), *others]):
-        low, high = min(ends), max(ends)
-        if high - low > rules.same * float(n[0]):
-            return "depends_on_first_guess", f"different initial guesses end between {low:.3f} and {high:.3f}"
+def _same_from_all_guesses(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
+    for axle, value in enumerate(n):
+        for ends in (e.by_guess[:, axle], np.array([value, *(other[axle] for other in others)])):
+            low, high = float(ends.min()), float(ends.max())
+            if high - low > rules.same * float(value):
+                return "depends_on_first_guess", f"different initial guesses end between {low:.3f} and {high:.3f}"
     return None
 
 
-def _same_as_windows(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _same_as_windows(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     apart = float(np.max(np.abs(n - e.n)))
     if apart > rules.same * float(np.min(e.n)):
         return "inconsistent", (
@@ -267,7 +268,7 @@ def _same_as_windows(e: Evidence, n: Array, others: Sequence[float], rules: Verd
     return None
 
 
-def _axles_agree(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _axles_agree(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     front, rear = e.n_axles
     apart = abs(front - rear)
     if apart > rules.apart_sigmas * float(np.hypot(*e.axles_std)) and apart > rules.apart * 0.5 * (front + rear):
@@ -277,7 +278,7 @@ def _axles_agree(e: Evidence, n: Array, others: Sequence[float], rules: VerdictR
     return None
 
 
-def _one_soil(e: Evidence, n: Array, others: Sequence[float], rules: VerdictRules) -> Found:
+def _one_soil(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     before, after = e.parts
     if e.parts_sigmas > rules.parts_sigmas and abs(after - before) > rules.parts * float(n[0]):
         return "inconsistent", (

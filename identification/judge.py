@@ -18,8 +18,8 @@ from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.free_starts import FASTEST, HORIZON, SEEN, steps_of, until
-from softsoil.windows.free_windows import FreeWindows, WindowModel
-from softsoil.windows.shooting import Drive, window_starts
+from softsoil.windows.free_windows import FreeWindows, WindowModel, window_rows
+from softsoil.windows.shooting import Drive
 from softsoil.windows.window_fit import fit_windows
 
 Array = NDArray[np.float64]
@@ -71,8 +71,9 @@ def path_errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict
     for horizon in HORIZONS:
         means = np.full(len(STATE_CHANNELS), np.nan)
         steps = max(round(horizon / drive.dt), 2)
-        if len(window_starts(row, ~drive.driven, steps, steps)) >= FEWEST_PATHS:
-            long = FreeWindows(compiled, replace(drive, first=row), horizon, np.ones(len(STATE_CHANNELS)))
+        later = replace(drive, first=row)
+        if len(window_rows(compiled.model, later, steps, steps, np.inf, None, 0.0)) >= FEWEST_PATHS:
+            long = FreeWindows(compiled, later, horizon, np.ones(len(STATE_CHANNELS)))
             error = long.residual(p, long.first).reshape(len(long.rows), -1, len(STATE_CHANNELS))[:, 1:]
             seen = np.isfinite(long.recorded[:, 1:])
             means = (error**2).sum(axis=(0, 1)) / np.maximum(seen.sum(axis=(0, 1)), 1)

@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 FEWEST = 2
 """Windows that a cell needs, so that their scatter says something."""
+LEAST = 1e-6
+"""Information (1 over the variance of n) that a window needs: one in which no state was measured has none."""
 PIECE = 10.0
 """m: ground is taken to be alike within; larger cells are fused from pieces of this size at most."""
 KNOWN = 0.10
@@ -57,6 +59,8 @@ def fuse(drives: Sequence[DriveSoil], size: float) -> tuple[Cell, ...]:
     members: dict[tuple[int, int], dict[tuple[int, int, int], list[tuple[float, float]]]] = {}
     for k, drive in enumerate(drives):
         for x, y, n, information in zip(drive.x, drive.y, drive.n, drive.information, strict=True):
+            if not information > LEAST:
+                continue
             row, column = int(np.floor(y / size)), int(np.floor(x / size))
             piece = (k, int((y / size - row) * parts), int((x / size - column) * parts))
             members.setdefault((row, column), {}).setdefault(piece, []).append((n, information))

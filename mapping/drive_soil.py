@@ -96,7 +96,7 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     information = hessian * rules.stride / rules.length
     common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.more))
     verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)
-    way = way_of(recording, int(windows.rows[0]))
+    way = way_of(recording, int(np.searchsorted(recording.t, windows.drive.t[windows.rows[0]])))
     drive = windows.drive
     no_windows = blocked_rows(windows.compiled.model, drive, rules.fastest, rules.slowest)
     blocked = {why: float(rows[drive.first :].mean()) for why, rows in no_windows.items()}

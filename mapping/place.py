@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import Recording
 from softsoil.recording.evidence import filled
 from softsoil.recording.states import known_states
@@ -37,6 +38,7 @@ def largest_leap(recording: Recording) -> tuple[float, float]:
 
     Positions less the way by speed and heading: their medians over BESIDE before and after a row.
     """
+    recording = on_even_clock(recording)  # a pause of the logger has rows, too
     states = known_states(recording)
     (x, y), (psi, u, v) = states.T[:2], (filled(states[:, i]) for i in (2, 3, 4))
     step = max(round(BESIDE / recording.dt / PARTS), 1)

@@ -41,8 +41,9 @@ def completed(recording: Recording, geometry: Geometry) -> Recording:
     channels, state, notes = dict(log.channels), dict(log.state), list(log.notes)
 
     def add(name: str, values: Array, how: str) -> None:
+        why = "not in the log" if name in missing else "set aside, since it stands alone"
         channels[name], state[name] = values, "derived"
-        notes.append(f"{name}: not in the log; {how}")
+        notes.append(f"{name}: {why}; {how}")
 
     omega, u = _filled(log["omega_z"]), _filled(log["u"])
     if "psi" in missing:

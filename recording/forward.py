@@ -15,6 +15,8 @@ STANDSTILL = 0.2
 """s: a standstill lasts this long at least; a shorter one is noise."""
 REVERSING = -0.2
 """m/s: below this it reverses."""
+NO_WINDOW = "n learns little there, and no window of a fit or of predictions runs across it"
+"""What follows where inputs are missing."""
 HELD_INPUTS = 0.25
 """s: how long a steering angle or a wheel's speed that is missing is taken to stay as it was, or to follow a line."""
 MISSED = 2.5
@@ -54,6 +56,13 @@ def inputs_known(recording: Recording) -> NDArray[np.bool_]:
         if name in recording and recording.measured(name):
             known &= near_samples(recording.t, recording.t[np.isfinite(recording[name])], HELD_INPUTS)
     return known
+
+
+def accelerometer_known(recording: Recording) -> NDArray[np.bool_]:
+    """(N,) whether the accelerometer along the vehicle, where there is one, has a number near each row, as `inputs_known`."""
+    if "a_x_imu" not in recording or not np.isfinite(recording["a_x_imu"]).any():
+        return np.ones(len(recording), dtype=bool)
+    return near_samples(recording.t, recording.t[np.isfinite(recording["a_x_imu"])], HELD_INPUTS)
 
 
 def usable_rows(recording: Recording) -> NDArray[np.bool_]:
@@ -97,12 +106,15 @@ def with_note_of_reversing(recording: Recording) -> Recording:
 
 def with_note_of_gaps(recording: Recording) -> Recording:
     """The recording with a note of how long its inputs are unknown, where they are."""
-    unknown = ~inputs_known(recording)
-    if not unknown.any():
-        return recording
-    t, first = recording.t, int(np.argmax(unknown))
-    note = (
-        f"steering or wheel speeds missing for {float(unknown.sum()) * recording.dt:.3g} s in this log, first at {t[first]:.4g} "
-        "s: n learns little there, and no window of a fit or of predictions runs across it"
+    gaps = (
+        (~inputs_known(recording), "steering or wheel speeds", NO_WINDOW),
+        (~accelerometer_known(recording), "a_x_imu", "the slope of u stands in for it there"),
     )
-    return recording if note in recording.notes else replace(recording, notes=(*recording.notes, note))
+    notes = tuple(
+        f"{what} missing for {float(unknown.sum()) * recording.dt:.3g} s in this log, first at "
+        f"{recording.t[int(np.argmax(unknown))]:.4g} s: {then}"
+        for unknown, what, then in gaps
+        if unknown.any()
+    )
+    new = tuple(note for note in notes if note not in recording.notes)
+    return replace(recording, notes=(*recording.notes, *new)) if new else recording

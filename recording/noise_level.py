@@ -20,6 +20,8 @@ LONGEST = 0.1
 GROWS, MOTION = 1.15, 2.83
 """Growth of third differences when their samples are twice as far: above chance, and that of the smoothest noise (2 sqrt 2); a
 motion grows 8 times."""
+FEWEST = 3
+"""Distances at which third differences are compared, at least: two do not tell a low-pass from white noise with some motion."""
 FARTHEST = 3.0
 """Largest standard deviation of a sample over what was seen of it."""
 SHORT = (2.0, 0.75)
@@ -61,7 +63,7 @@ def noise_level(values: Array, dt: float) -> NoiseLevel:
         if level > MOTION * levels[-1]:
             break
         levels.append(level)
-    if len(levels) == 1 or levels[1] <= GROWS * levels[0]:
+    if len(levels) < FEWEST or levels[1] <= GROWS * levels[0]:
         return NoiseLevel(levels[0], levels[0], levels[0])
     matched = _matched(np.array(levels))
     if matched is None or matched[0] < OF_MOTION * _motion(own, max(round(HALF / period), 1)):

@@ -117,7 +117,7 @@ def write_drive(recording: Recording, path: str | Path) -> Path:
     if path.suffix == ".parquet":
         table.to_parquet(path, index=False)
     else:
-        table.to_csv(path, index=False, float_format="%.6g")
+        table.to_csv(path, index=False)
     return path
 
 

@@ -110,7 +110,7 @@ class FreeWindows:
         self.compiled, self.drive, self.sigma = compiled, drive, np.asarray(sigma, dtype=float)
         self.steps = max(round(horizon / drive.dt), 2)
         apart = self.steps if stride is None else max(round(stride / drive.dt), 1)
-        self.rows = _rows(compiled.model, drive, self.steps, apart, fastest, slowest, seen)
+        self.rows = window_rows(compiled.model, drive, self.steps, apart, fastest, slowest, seen)
         self._before = len(drive.t) if np.isinf(run_in) else round(run_in / drive.dt)
         if len(self.rows) < 2:
             where = "driven forwards" if slowest is None else f"above {slowest:g} m/s"
@@ -136,6 +136,10 @@ class FreeWindows:
     def along(self, rows: NDArray[np.int_]) -> Array:
         """(R, n_x) states at the `rows` (R,) of the drive as estimated so far."""
         return self._along[rows].copy()
+
+    def under(self, which: Windows = ALL) -> NDArray[np.int_]:
+        """(R,) rows of the drive that the windows `which` run over, each once."""
+        return np.unique(self.rows[which][:, None] + np.arange(self.steps + 1))
 
     @property
     def first(self) -> Array:
@@ -293,10 +297,10 @@ def blocked_rows(model: Model, drive: Drive, fastest: float, slowest: float | No
     return {"steering": np.abs(rate) > fastest, "speed": slow, "inputs": ~drive.usable}
 
 
-def _rows(
+def window_rows(
     model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float | None, seen: float
 ) -> NDArray[np.int_]:
-    """First rows of windows of so many steps, `apart` rows apart.
+    """First rows (W,) of the windows of so many steps, `apart` rows apart, of a drive; the other arguments: as of `FreeWindows`.
 
     None runs across `blocked_rows`; none has a smaller share than `seen` of the measured rows that most have, as across a gap.
     """

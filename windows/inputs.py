@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from softsoil.recording.drive import Recording
+from softsoil.recording.forward import accelerometer_known
 from softsoil.symbolic.signals import Layout
 
 Array = NDArray[np.float64]
@@ -22,14 +23,14 @@ def measured_inputs(recording: Recording, layout: Layout) -> tuple[Array, dict[s
     """(N, n_u) inputs of the bicycle from sensor channels, and how many values of each channel were held or interpolated.
 
     steer and wheel speeds as measured; steer_rate: slope of steer over RATE_TIME; a_x: du/dt = a_x_imu + v omega_z, or
-    the slope of u where the log has no accelerometer. Missing values are interpolated in time.
+    the slope of u where there is no accelerometer, or a gap in it. Missing values are interpolated in time.
     Raises ValueError for a layout with an input that a drive cannot give.
     """
     filled, count = _filled(recording)
     known = {
         **filled,
         "steer_rate": _slope(filled["steer"], recording.dt),
-        "a_x": _longitudinal(filled, recording.dt),
+        "a_x": _longitudinal(filled, recording),
     }
     missing = [name for name in layout.names if name not in known]
     if missing:
@@ -59,8 +60,10 @@ def _slope(values: Array, dt: float) -> Array:
     return savgol_filter(values, window, 1, deriv=1, delta=dt)
 
 
-def _longitudinal(filled: dict[str, Array], dt: float) -> Array:
-    if "a_x_imu" in filled:
-        return filled["a_x_imu"] + filled["v"] * filled["omega_z"]
-    window = min(2 * round(0.1 / dt) + 1, len(filled["u"]) // 2 * 2 - 1)
-    return savgol_filter(filled["u"], max(window, 3), 1, deriv=1, delta=dt)
+def _longitudinal(filled: dict[str, Array], recording: Recording) -> Array:
+    """du/dt - v omega_z in the sense of the model's input: the accelerometer's, and where it is missing the slope of u."""
+    window = min(2 * round(0.1 / recording.dt) + 1, len(filled["u"]) // 2 * 2 - 1)
+    slope: Array = savgol_filter(filled["u"], max(window, 3), 1, deriv=1, delta=recording.dt)
+    if "a_x_imu" not in filled:
+        return slope
+    return np.where(accelerometer_known(recording), filled["a_x_imu"] + filled["v"] * filled["omega_z"], slope)

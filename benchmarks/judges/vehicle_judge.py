@@ -112,7 +112,7 @@ def judge_drive(
         return float(evidence[guess].n[0]), float(evidence[guess].std[0])
 
     def estimated(method: str, guess: float, end: tuple[float, float], others: tuple[float, ...] = ()) -> Estimated:
-        word = decide(evidence[guess], np.array(end[:1]), others, limits).word
+        word = decide(evidence[guess], np.array(end[:1]), [np.array([other]) for other in others], limits).word
         end = by_windows(guess) if word == IDENTIFIED else end  # as `softsoil.estimate` corrects it
         return Estimated(clean.name, method, guess, end[0] / n - 1.0, word, end[1] / n, vehicle.n_error * end[0] / n)
 

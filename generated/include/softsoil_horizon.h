@@ -25,8 +25,8 @@ enum softsoil_horizon_parameter {SOFTSOIL_HORIZON_n};
 
 /* Whether the estimate may be used: any but SOFTSOIL_VERDICT_IDENTIFIED means: do not. */
 enum softsoil_verdict {
-  SOFTSOIL_VERDICT_IDENTIFIED, /* the windows determine n, and the model leaves no more than a right one does */
   SOFTSOIL_VERDICT_NOT_EXCITED, /* the windows do not determine n, or a small error of the forces, or a load, may make it wrong: steer more, to and fro, at several speeds, longer */
+  SOFTSOIL_VERDICT_IDENTIFIED, /* the windows determine n, and the model leaves no more than a right one does */
   SOFTSOIL_VERDICT_DEPENDS_ON_FIRST_GUESS, /* n depends on its initial guess: drive on */
   SOFTSOIL_VERDICT_AT_BOUND, /* n is at a bound of its range: check soil and vehicle */
   SOFTSOIL_VERDICT_AXLES_DISAGREE, /* front and rear axle disagree on n */
@@ -97,8 +97,8 @@ typedef struct {
   double motion;                          /* m/s^2, root mean square of u omega_z */
   double cost;                            /* of the newest window */
   softsoil_horizon_options_t options;
-  double clock, heard, inputs[SOFTSOIL_N_U], centre[SOFTSOIL_HORIZON_N], weights[SOFTSOIL_HORIZON_WINDOWS];
-  double noise[2], noise_count[2], mean[2], square[2], force, force_count;
+  double clock, heard, doubt, doubted, inputs[SOFTSOIL_N_U], centre[SOFTSOIL_HORIZON_N], weights[SOFTSOIL_HORIZON_WINDOWS];
+  double noise[2], noise_count[2], square[2], own[2][3], own_count[2], force, force_count;
   double good[SOFTSOIL_N_Y];
   int64_t good_row[SOFTSOIL_N_Y], rows, first_row, next_row, taken, since;
   int32_t steps, apart, before, after, again, bridged, half, fractions, substeps, continued;

@@ -14,7 +14,7 @@
 /* Rows of matrices end in zeros, so that whole vectors fit. */
 #define WIDE ((N + 7) / 8 * 8)
 #define WIDE_Y ((NY + 7) / 8 * 8)
-#define MAGIC 0x3cf1dcbeu
+#define MAGIC 0xaa182427u
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */

@@ -62,10 +62,10 @@ static const int judged[2] = {SOFTSOIL_Y_v, SOFTSOIL_Y_omega_z};
 
 const char *softsoil_verdict_text(int verdict) {
   switch (verdict) {
-    case SOFTSOIL_VERDICT_IDENTIFIED:
-      return "the windows determine n, and the model leaves no more than a right one does";
     case SOFTSOIL_VERDICT_NOT_EXCITED:
       return "the windows do not determine n, or a small error of the forces, or a load, may make it wrong: steer more, to and fro, at several speeds, longer";
+    case SOFTSOIL_VERDICT_IDENTIFIED:
+      return "the windows determine n, and the model leaves no more than a right one does";
     case SOFTSOIL_VERDICT_DEPENDS_ON_FIRST_GUESS:
       return "n depends on its initial guess: drive on";
     case SOFTSOIL_VERDICT_AT_BOUND:
@@ -243,15 +243,16 @@ static void watch(softsoil_horizon_t *h) {
     const int i = judged[j];
     if (!now->seen[i]) continue;
     const double share = 1.0 / (h->noise_count[j] < most ? h->noise_count[j] + 1.0 : most);
-    const double away = now->y[i] - h->mean[j];
-    h->mean[j] += share * away;
-    h->square[j] += share * (away * (now->y[i] - h->mean[j]) - h->square[j]);
+    h->square[j] += share * (now->y[i] * now->y[i] - h->square[j]);
     h->noise_count[j] += 1.0;
-    if (h->rows - h->first_row < 4) continue;
-    const softsoil_horizon_row_t *a = row_at(h, h->rows - 4), *b = row_at(h, h->rows - 3), *c = row_at(h, h->rows - 2);
-    const double third = now->y[i] - 3.0 * c->y[i] + 3.0 * b->y[i] - a->y[i];
-    if (a->seen[i] && b->seen[i] && c->seen[i] && fabs(third) < trimmed * sqrt(20.0 * h->noise[j]) + 1e-12)
+    double *own = h->own[j]; /* the three samples before, newest first: a channel may be slower than the rows */
+    const double third = now->y[i] - 3.0 * own[0] + 3.0 * own[1] - own[2];
+    if (h->own_count[j] >= 3.0 && fabs(third) < trimmed * sqrt(20.0 * h->noise[j]) + 1e-12)
       h->noise[j] += larger(share, 0.002) * (third * third / 20.0 - h->noise[j]);
+    own[2] = own[1];
+    own[1] = own[0];
+    own[0] = now->y[i];
+    h->own_count[j] += 1.0;
   }
   if (now->seen[SOFTSOIL_Y_u] && now->seen[SOFTSOIL_Y_omega_z]) {
     const double a_y = now->y[SOFTSOIL_Y_u] * now->y[SOFTSOIL_Y_omega_z];
@@ -266,12 +267,20 @@ int softsoil_horizon_push(softsoil_horizon_t *h, const double u[SOFTSOIL_N_U], c
   if (h->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
   if (!isfinite(t)) return count(h, SOFTSOIL_TIME_NOT_FINITE);
   const double since = (t - h->clock) / h->options.dt;
-  if (!(since >= 0.5)) return count(h, SOFTSOIL_MEASUREMENT_LATE);
+  if (!(since >= 0.5)) {
+    /* Late. A clock that was set back, or one stamp too far ahead: so are all that follow, and after a second it is believed. */
+    const double step = t - h->doubt;
+    h->doubted = step > 0.0 && step <= 1.0 + h->options.dt ? h->doubted + step : 0.0;
+    h->doubt = t;
+    if (!(h->doubted > 1.0)) return count(h, SOFTSOIL_MEASUREMENT_LATE);
+  }
   int status = SOFTSOIL_OK, any = 0;
-  if ((t - h->clock) > 1.0 + h->options.dt) {
+  h->doubted = 0.0;
+  if (!(since >= 0.5) || (t - h->clock) > 1.0 + h->options.dt) {
     h->clock = t - h->options.dt;
     h->first_row = h->next_row = h->rows;
     h->continued = 0;
+    if (h->heard > t) h->heard = t;
   } else {
     const unsigned char unknown = t - h->clock > held;
     for (int k = (int)floor(since + 0.5); k > 1; --k) new_row(h)->blocked = unknown;
@@ -979,7 +988,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
 
 int softsoil_horizon_correct(const softsoil_horizon_t *h, softsoil_t *s) {
   int moved = 0;
-  if (!h || !s || h->magic != MAGIC || s->magic != 0x3cf1dcbeu || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
+  if (!h || !s || h->magic != MAGIC || s->magic != 0xaa182427u || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
   for (int k = 0; k < K; ++k) {
     const int at = at_state[k];
     const double away = h->n[k] - s->x[at];

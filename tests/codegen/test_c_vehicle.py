@@ -12,8 +12,8 @@ from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.c_library.horizon_binding import CHorizon
 from softsoil.codegen.c_library.statuses import STATUSES
 from softsoil.codegen.c_library.vehicle_binding import CVehicle, looks_at_vehicle
+from softsoil.control.c_horizon import FROM_ZERO
 from softsoil.declaration.model_file import Declaration
-from softsoil.estimator import verdict
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, drive_windows
 from softsoil.estimator.strain import vehicle_change
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.compiler
 START, N_0 = 1.0, 0.7
 NOT_LOOKED_AT, UNKNOWN, SAME, _, OTHER_MASS, OTHER_STEERING = range(6)
 """enum softsoil_vehicle_change."""
-VERDICTS = verdict.WORDS
+VERDICTS = FROM_ZERO
 WORDS = [name for name, _ in STATUSES]
 
 

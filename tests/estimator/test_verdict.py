@@ -9,7 +9,7 @@ from drives import MULTI_LOG, clay_bicycle, clay_drive, reference_vehicle
 from softsoil.checking.usable import mark_checked
 from softsoil.estimator.driveline_choice import Choice
 from softsoil.estimator.estimate import METHODS, estimate, judged_without_wheels, run_method
-from softsoil.estimator.evidence import Evidence, percent_above, sensor_variance
+from softsoil.estimator.evidence import Evidence, gather, percent_above, sensor_variance
 from softsoil.estimator.inertia import inertia_error
 from softsoil.estimator.late_change import parts_of
 from softsoil.estimator.modes import run_horizon
@@ -150,6 +150,21 @@ def test_no_n_is_identified_between_drivelines_of_different_n(noisy):
     assert doubtful.word == "inconsistent" and "rear wheels driven (n = 0.560)" in doubtful.reason
 
 
+def test_a_vehicle_that_parks_in_the_log_is_judged_by_what_it_drove():
+    """The motion that a model leaves unexplained is a share of that under the windows, not of a log with a long stop in it."""
+    drive, model = clay_drive(16.0), clay_bicycle()
+    rows = round(60.0 / drive.dt)
+    still = {name: np.full(rows, values[-1] if name in ("x", "y", "psi") else 0.0) for name, values in drive.channels.items()}
+    still["t"] = drive.t[-1] + drive.dt * np.arange(1, rows + 1)
+    longer = {name: np.concatenate([values, still[name]]) for name, values in drive.channels.items()}
+    parked = replace(drive, channels=longer, truth={})
+    logs = [add_noise(one, "good", 4) for one in (drive, parked)]
+    driven, with_stop = (gather(drive_windows(log, model, 2.0, HorizonRules()), (0.7,), True) for log in logs)
+    assert with_stop.windows == driven.windows and with_stop.motion == pytest.approx(driven.motion, rel=0.01)
+    for name, share in driven.unexplained.items():
+        assert with_stop.unexplained[name] == pytest.approx(share, abs=3.0 * driven.unexplained_std[name])
+
+
 def test_a_straight_drive_excites_nothing():
     straight = synthetic_drive(clay_bicycle(), reference_vehicle().radius, seconds=15.0, steer=np.zeros(1251))
     with pytest.warns(UserWarning, match="on a straight path the soil does not show"):
@@ -202,7 +217,7 @@ def test_a_negative_yaw_inertia_is_not_spoken_of(inertia, said):
         ({"soil": SoilError({}, 0.0, (0.02, 0.03), 0.036)}, 0.5, (), "identified"),
         ({"n": np.array([0.2])}, 0.2, (), "at_bound"),
         ({"by_guess": np.array([[0.5], [0.9]])}, 0.5, (), "depends_on_first_guess"),
-        ({}, 0.5, (0.7,), "depends_on_first_guess"),
+        ({}, 0.5, ([0.7],), "depends_on_first_guess"),
         ({}, 0.6, (), "inconsistent"),
         ({"n_axles": np.array([0.4, 0.6])}, 0.5, (), "axles_disagree"),
         ({"inertia": -0.2}, 0.5, (), "inconsistent"),
@@ -222,8 +237,21 @@ def test_a_negative_yaw_inertia_is_not_spoken_of(inertia, said):
     ],
 )
 def test_each_word_has_its_evidence(changes, n, others, word):
-    found = decide(replace(EVIDENCE, **changes), np.array([n]), others)
+    found = decide(replace(EVIDENCE, **changes), np.array([n]), [np.array(other) for other in others])
     assert found.word == word and found.word in WORDS and found.reason
+
+
+@pytest.mark.parametrize("axle", [0, 1])
+def test_both_axles_are_to_end_alike_from_every_guess(axle):
+    n, ends = np.array([0.5, 0.5]), np.full((3, 2), 0.5)
+    right = replace(EVIDENCE, n=n, std=np.full(2, 0.01), information_std=np.full(2, 0.01), n_axles=n, by_guess=ends)
+    assert decide(right, n).word == "identified"
+    ends = ends.copy()
+    ends[2, axle] = 0.64
+    assert decide(replace(right, by_guess=ends), n).word == "depends_on_first_guess"
+    other = n.copy()
+    other[axle] = 0.64
+    assert decide(right, n, [other]).word == "depends_on_first_guess"
 
 
 def test_a_guess_that_is_left_out_is_said():
@@ -273,7 +301,7 @@ def test_a_filter_that_stays_where_the_windows_are_confirms_them():
 
     def word(again, corrected):
         end = (1.13 * windows,)
-        return judge(drive, model, 0.7, end, tied=True, start=2.0, again=lambda n: again * n, corrected=corrected).word
+        return judge(drive, model, 0.7, end, tied=True, start=2.0, again=lambda n: (again * n,), corrected=corrected).word
 
     assert word(1.05, True) == "identified"
     assert word(1.05, False) == word(1.15, True) == "inconsistent"

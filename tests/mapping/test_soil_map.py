@@ -19,7 +19,7 @@ from softsoil.mapping.map_file import as_json, load_map
 from softsoil.mapping.place import largest_leap, misplaced, way_of
 from softsoil.mapping.soil_map import SoilMap, laid, map_soil, surveyed
 from softsoil.recording.derive import mark
-from softsoil.recording.drive import WHEEL_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.symbolic.soil import CLAY
 
@@ -101,6 +101,33 @@ def test_the_soil_of_a_drive_is_that_of_its_model(log, surveys):
     assert surveys.covered > 0.9 and surveys.blocked["speed"] == 0.0
     cell = ground.cells[0]
     assert ground.at(15.0 * cell.column + 1.0, 15.0 * cell.row + 14.0) == cell and ground.at(-1e3, 0.0) is None
+
+
+def test_windows_in_which_nothing_was_measured_are_in_no_cell():
+    (cell,) = fuse([drive(0.5, 300.0), drive(0.7, 0.0, name="b")], 5.0)
+    assert (cell.windows, cell.drives) == (2, 1) and cell.n == pytest.approx(0.5)
+    assert fuse([drive(0.5, 0.0)], 5.0) == ()
+
+
+def test_a_receiver_that_is_silent_for_a_while_leaves_the_map_as_it_is_elsewhere(log):
+    silent = (log.t > log.t[0] + 9.0) & (log.t < log.t[0] + 14.0)
+    deaf = log.with_channels(**{name: np.where(silent, np.nan, log[name]) for name in STATE_CHANNELS})
+    ground = map_soil([deaf], clay_bicycle(), 0.7, cell=40.0)
+    assert all(np.isfinite([cell.n, cell.std]).all() for cell in ground.cells) and len(ground.cells) > 1
+
+
+def test_a_pause_of_the_logger_is_no_leap(log):
+    """Rows that are left out, as a logger that was off does."""
+    pause = (log.t > log.t[0] + 9.0) & (log.t < log.t[0] + 14.0)
+    kept = replace(log, channels={name: values[~pause] for name, values in log.channels.items()}, truth={})
+    assert misplaced(kept, 2.5) == "" and largest_leap(kept)[0] < 1.5
+
+
+@pytest.mark.parametrize("every", [2, 4])
+def test_the_way_of_a_slow_log_begins_where_its_windows_do(log, surveys, every):
+    slow = replace(log, channels={name: values[::every] for name, values in log.channels.items()}, truth={})
+    begin = surveyed(slow, "", clay_bicycle(), 0.7, 1.0).way[0]
+    assert np.hypot(*(begin - surveys.way[0])) < 3.0
 
 
 def test_a_drive_without_measured_positions_is_on_no_map(log, surveys):

@@ -24,6 +24,13 @@ def without(drive, *names):
     return replace(drive, channels={k: v for k, v in drive.channels.items() if k not in names})
 
 
+@pytest.mark.parametrize(("absent", "alone"), [("x", "y"), ("y", "x")])
+def test_a_coordinate_that_stands_alone_is_set_aside_and_said(good, absent, alone):
+    notes = completed(without(good, absent), reference_vehicle()).notes
+    assert f"{absent}: not in the log; dead reckoning from speed and heading, from zero" in notes
+    assert f"{alone}: set aside, since it stands alone; dead reckoning from speed and heading, from zero" in notes
+
+
 @pytest.mark.parametrize(
     ("dropped", "channel", "most"),
     [

@@ -62,6 +62,25 @@ def test_noise_of_a_low_pass_counts_as_the_white_noise_before_it(dt, seconds, tw
     assert late == pytest.approx(0.0 if twice else dt * kept / (1.0 - kept), abs=0.25 * seconds)
 
 
+@pytest.mark.parametrize("rows", [2000, 4000, 12000])
+def test_a_pause_makes_no_low_pass_slower(rows):
+    """The time between samples was that of the whole log over their number: a pause made a filter later, or hid it."""
+    dt, kept = 0.012, np.exp(-0.012 / 0.02)
+    noise = lfilter([1.0 - kept], [1.0, -kept], white(dt, 4))
+    paused = np.concatenate([noise[:2500], np.full(rows, np.nan), noise[2500:]])
+    late = noise_level(noise, dt).late
+    assert late > 0.01 and noise_level(paused, dt).late == pytest.approx(late, rel=0.1)
+
+
+def test_motion_is_no_low_pass_of_a_slow_log():
+    """Third differences at two distances do not tell white noise and a fast slalom from filtered noise."""
+    dt = 0.048
+    t = dt * np.arange(1000)
+    for seed in range(20):
+        values = 0.4 * np.sin(2.0 * np.pi * 0.5 * t) + 0.01 * np.random.default_rng(seed).standard_normal(len(t))
+        assert noise_level(values, dt).late == 0.0
+
+
 def test_a_slow_channel_has_its_own_samples():
     values = np.full(6000, np.nan)
     values[::5] = white(0.05, 2)[:1200]

@@ -31,6 +31,17 @@ def read(table, tmp_path):
     return go
 
 
+@pytest.mark.parametrize("name", ["late.csv", "late.csv.gz", "late.parquet"])
+def test_large_times_and_places_are_written_whole(tmp_path, name):
+    """To the last digit: a clock that counts from the machine's start, positions in a national grid."""
+    drive = clay_drive(3.0)
+    drive = drive.with_channels(t=drive.t + 20000.0, x=drive["x"] + 4.5e6)
+    again = read_drive(write_drive(drive, tmp_path / name))
+    for channel, values in drive.channels.items():
+        np.testing.assert_array_equal(again[channel], values, channel)
+    assert again.dt == drive.dt
+
+
 def broken(column, row, value):
     def change(table):
         table[column] = table[column].astype(object)

@@ -321,6 +321,11 @@ def test_wheel_speeds_tell_a_locked_differential_from_an_open_one(declared):
     assert all_open(rolling, vehicle) and not locked_axles(rolling, vehicle)
     rear_locked = rolling.with_channels(omega_rl=plain["omega_rl"], omega_rr=plain["omega_rl"])
     assert locked_axles(rear_locked, vehicle) == ("rear",) and not all_open(rear_locked, vehicle)
+    every_other = np.where(np.arange(len(plain)) % 2 == 0, 1.0, np.nan)
+    slow = rolling.with_channels(**{name: values * every_other for name, values in rolling.channels.items() if name in apart})
+    assert differential_shares(slow, vehicle) == pytest.approx(differential_shares(rolling, vehicle), abs=0.02)
+    narrow = replace(vehicle, track_rear=0.5 * vehicle.track)
+    assert differential_shares(rolling, narrow) == pytest.approx({"front": 1.0, "rear": 2.0}, abs=0.1)
 
 
 @pytest.mark.study

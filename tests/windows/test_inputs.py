@@ -6,6 +6,7 @@ import pytest
 from drives import CLAY_LOG, clay_bicycle, clay_drive
 from softsoil.estimator.consistency import inside_band, whiteness_p
 from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.forward import HELD_INPUTS
 from softsoil.recording.noise import GOOD, NOISES, TABLE5, add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import measured_states, sensor_std
@@ -25,6 +26,20 @@ def test_inputs_are_those_that_made_the_drive():
     without_imu = {name: values for name, values in drive.channels.items() if name != "a_x_imu"}
     slow, _ = measured_inputs(type(drive)("d", without_imu), clay_bicycle().external)
     assert np.allclose(slow[20:-20, 2], acceleration[20:-20], atol=0.05)
+
+
+@pytest.mark.parametrize("gap", [(8.0, 12.0), (14.0, 40.0)])
+def test_where_the_accelerometer_is_silent_the_speed_says_how_it_changes(gap):
+    """Its last value was held to the end of the log."""
+    drive = clay_drive()
+    silent = (drive.t > gap[0]) & (drive.t < gap[1])
+    deaf = drive.with_channels(a_x_imu=np.where(silent, np.nan, drive["a_x_imu"]))
+    column = clay_bicycle().external.index("a_x")
+    whole, found = (measured_inputs(one, clay_bicycle().external)[0][:, column] for one in (drive, deaf))
+    believed = (drive.t > gap[0]) & (drive.t < gap[0] + HELD_INPUTS)  # of the last value, at the end of a log
+    assert np.abs(found - whole)[~believed][20:-20].max() < 0.06
+    short = drive.with_channels(a_x_imu=np.where((drive.t > 8.0) & (drive.t < 8.1), np.nan, drive["a_x_imu"]))
+    assert np.allclose(measured_inputs(short, clay_bicycle().external)[0][:, column], whole, atol=0.02)
 
 
 def test_a_step_of_the_steering_stays_a_step():
