@@ -27,7 +27,7 @@ STATUSES = (
     ("DT_NOT_FINITE", "the time step is not a finite number: nothing was done"),
     ("DT_TOO_LONG", "the time step is longer than the library takes: nothing was done"),
     ("BAD_ARGUMENT", "an argument is not a finite number or out of its range: nothing was done"),
-    ("NOT_INITIALISED", "softsoil_init has not been called for this structure, or another version of it was"),
+    ("NOT_INITIALISED", "the init function of this structure has not been called, or that of another version was"),
     ("NULL_POINTER", "a pointer is null: nothing was done"),
 )  # fmt: skip
 """(name, sentence); the C name is SOFTSOIL_<name>, its value the place in this table."""

@@ -59,7 +59,7 @@ enum softsoil_status {
   SOFTSOIL_DT_NOT_FINITE, /* the time step is not a finite number: nothing was done */
   SOFTSOIL_DT_TOO_LONG, /* the time step is longer than the library takes: nothing was done */
   SOFTSOIL_BAD_ARGUMENT, /* an argument is not a finite number or out of its range: nothing was done */
-  SOFTSOIL_NOT_INITIALISED, /* softsoil_init has not been called for this structure, or another version of it was */
+  SOFTSOIL_NOT_INITIALISED, /* the init function of this structure has not been called, or that of another version was */
   SOFTSOIL_NULL_POINTER, /* a pointer is null: nothing was done */
   SOFTSOIL_STATUS_COUNT
 };

@@ -41,7 +41,7 @@ typedef struct {
 /* Start, with the horizon. */
 int softsoil_vehicle_init(softsoil_vehicle_t *v);
 
-/* The next part of the work: one derivative of one window, less than a millisecond, so that the time of a call is
+/* The next part of the work: one derivative of one window, so that the time of a call is
  * bounded. Call it after softsoil_horizon_update, at every sample or ten times a second; windows that begin meanwhile are left
  * out. Sets `vehicle` of the horizon, whose verdict is "inconsistent" where the vehicle has changed, and at best "not excited"
  * where that is unknown. Returns 1 where a window has been taken in, else 0, or a status from SOFTSOIL_BAD_ARGUMENT on. */

@@ -82,7 +82,7 @@ const char *softsoil_status_text(int status) {
     case SOFTSOIL_BAD_ARGUMENT:
       return "an argument is not a finite number or out of its range: nothing was done";
     case SOFTSOIL_NOT_INITIALISED:
-      return "softsoil_init has not been called for this structure, or another version of it was";
+      return "the init function of this structure has not been called, or that of another version was";
     case SOFTSOIL_NULL_POINTER:
       return "a pointer is null: nothing was done";
     default:
