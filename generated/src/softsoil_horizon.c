@@ -1005,7 +1005,9 @@ int softsoil_horizon_correct(const softsoil_horizon_t *h, softsoil_t *s) {
       if (softsoil_order[i] < NS && softsoil_order[i] > SOFTSOIL_X_psi) s->x[softsoil_order[i]] += shared / variance * away;
     }
     s->x[at] = h->n[k];
-    const double factor = h->std[k] / sqrt(variance);
+    /* The filter adds an error common to all drives to its own: its root is to hold the rest. */
+    const double common = s->options.common_error * h->n[k];
+    const double factor = sqrt(larger(h->std[k] * h->std[k] - common * common, 0.01 * h->std[k] * h->std[k]) / variance);
     for (int j = 0; j <= own; ++j) s->root[own][j] *= factor;
     s->std[at] = h->std[k];
     moved = 1;

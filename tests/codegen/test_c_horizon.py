@@ -124,6 +124,8 @@ def test_a_filter_far_off_is_corrected(drive):
     assert c.correct(own)
     assert own.x[6] == c.n[0] and own.std[6] == c.std[0]
     after = own.P
+    common = own.state.options.common_error * c.n[0]  # which the filter adds to its root's at every step
+    assert common > 0.01 and np.hypot(np.sqrt(after[6, 6]), common) == pytest.approx(c.std[0], rel=1e-6)
     assert np.allclose(after, after.T) and np.linalg.eigvalsh(after).min() > 0
     assert np.allclose(after[:6, :6], before[:6, :6])
     assert not c.correct(own)  # agreement corrects nothing
