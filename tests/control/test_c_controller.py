@@ -229,6 +229,49 @@ def test_a_vehicle_drives_the_same_path_by_python_and_by_c():
     assert 0.2 < min(gaps) < 2.0
 
 
+NORTH = np.column_stack([np.zeros(41), 0.5 * np.arange(41.0)])
+CIRCLE = 20.0 * np.column_stack([np.sin(np.linspace(0.0, 2 * np.pi, 300)), 1.0 - np.cos(np.linspace(0.0, 2 * np.pi, 300))])
+
+
+@pytest.mark.parametrize(
+    ("points", "places"),
+    [
+        pytest.param(np.vstack([NORTH, [NORTH[-1]] * 5]), [(0.1, 19.0), (0.3, 24.0), (0.2, 33.0)], id="stops at its end"),
+        pytest.param(np.vstack([[NORTH[0]] * 5, NORTH]), [(0.1, -3.0), (0.1, -1.2), (0.2, 2.0)], id="stands at its beginning"),
+        pytest.param(np.vstack([NORTH[:20], [NORTH[19]] * 3, NORTH[20:]]), [(0.1, 8.0), (0.0, 9.6)], id="stands half-way"),
+        pytest.param(np.vstack([NORTH, NORTH[-2::-1]]), [(0.1, 19.0)], id="turns back on the spot"),
+        pytest.param(NORTH[::40], [(0.1, 3.0), (0.1, 9.8), (0.1, 12.0)], id="two points"),
+        pytest.param(np.vstack([CIRCLE, CIRCLE[1:]]), [(-2.5, 0.4), (-1.0, 0.0), (1.0, 0.0)], id="two laps, from behind"),
+        pytest.param(CIRCLE, [(-1.5, 0.0), (-0.5, 0.0), (2.0, 0.1)], id="closed, from behind its beginning"),
+        pytest.param(NORTH, [(0.0, -3.0), (1.8, -3.2)], id="behind its beginning"),
+    ],
+)
+def test_a_path_is_the_same_in_c(points, places):
+    """Lengths, courses, and the reference of a vehicle that comes by places (x, y) one after the other."""
+    ocp, path, controller, real = problem("plain"), Path(points), started(), ctypes.c_double
+    columns = [*(np.ascontiguousarray(column) for column in points.T), np.zeros(len(points)), np.zeros(len(points))]
+    course = CPath(len(points), *[column.ctypes.data for column in columns])
+    assert controller.c.softsoil_nmpc_path(ctypes.byref(course)) == S["OK"]
+    np.testing.assert_allclose(columns[2:], [path.s, path.psi], atol=1e-12)
+    along, left, near, now = real(-1.0), real(), None, now_type(ocp)()
+    for x, y in places:
+        z = ocp.z.pack(x=x, y=y, psi=1.5, u=SPEED)
+        out = (ctypes.byref(one) for one in (along, left, now))
+        controller.c.softsoil_nmpc_reference(ctypes.byref(course), ctypes.c_void_p(z.ctypes.data), real(SPEED), *out)
+        near, aside = path.project(x, y, near)
+        assert (along.value, left.value) == pytest.approx((near, aside), abs=1e-9)
+        found = np.ctypeslib.as_array(now.ref).reshape(-1, 4)
+        np.testing.assert_allclose(found, reference(ocp, path, near, SPEED, z), atol=1e-9)
+
+
+def test_a_path_of_one_place_is_none():
+    columns = [np.zeros(3) for _ in range(4)]
+    course = CPath(3, *[column.ctypes.data for column in columns])
+    assert started().c.softsoil_nmpc_path(ctypes.byref(course)) == S["BAD_ARGUMENT"]
+    with pytest.raises(ValueError, match="path: expected points of a path, found 3 times"):
+        Path(np.zeros((3, 2)))
+
+
 def test_wrong_calls_are_refused_and_change_nothing():
     ocp, controller = problem("plain"), started()
     z0, first = ocp.z.pack(u=6.0), np.zeros(2)

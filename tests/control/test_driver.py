@@ -320,7 +320,8 @@ def test_a_closed_path_is_driven_from_its_beginning(laps):
     circle = Path(10.0 * np.column_stack([np.sin(turn), 1.0 - np.cos(turn)]))
     for x, y in ((-0.3, 0.0), (0.2, 0.1), (0.0, -0.5)):
         assert abs(circle.project(x, y)[0] - x) < 0.2
-    assert circle.project(-2.5, 0.4)[0] > 50.0, "no place but the nearest one"
+    assert circle.project(-2.5, 0.4)[0] == pytest.approx(-2.5, abs=0.2), "before its beginning, not at its end"
+    assert circle.project(0.0, 20.0)[0] == pytest.approx(10.0 * np.pi, abs=0.2), "half-way round there is no place but that"
     assert circle.project(0.0, 0.0, near=circle.s[-1])[0] == pytest.approx(circle.s[-1], abs=0.1)
 
 
