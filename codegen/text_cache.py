@@ -13,8 +13,8 @@ from pathlib import Path
 from softsoil.files.cache import cache_folder, scratch_folder
 
 WRITERS = (
-    ("symbolic", "**/*"), ("declaration", "*"), ("codegen", "**/*"), ("estimator", "*"), ("control", "*"),
-    ("commands", "*generate*"), ("commands", "options_model*"),
+    ("files", "*"), ("recording", "*"), ("checking", "*"), ("symbolic", "**/*"), ("declaration", "*"), ("codegen", "**/*"),
+    ("windows", "*"), ("estimator", "*"), ("control", "*"), ("commands", "*generate*"), ("commands", "options_model*"),
 )  # fmt: skip
 """Rooms that the texts come from or whose defaults say what is asked for, and which of their files."""
 SUFFIXES = (".py", ".in", ".toml")

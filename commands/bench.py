@@ -35,7 +35,7 @@ from softsoil.recording.log_names import named_soil
 def bench(
     vehicle: VehicleOption = None,
     soil: SoilOption = None,
-    law: LawOption = "turn_slip",
+    law: LawOption = None,
     only: Annotated[
         str | None, typer.Option("--only", help="One subject: filter, nmpc, c_library or whole.", show_default=False)
     ] = None,

@@ -12,12 +12,14 @@ from rich.table import Table
 
 from softsoil.commands.options import SeedOption
 from softsoil.commands.options_model import (
+    DEFAULT_LAW,
     LawOption,
     ModelOption,
     OutOption,
     VehicleOption,
     about_vehicle,
     noted,
+    refuse_beside_model,
     say_vehicle,
 )
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
@@ -59,7 +61,7 @@ def drive(
     ] = None,
     animation: Annotated[bool, typer.Option("--animation/--no-animation", help="Write an animation (GIF).")] = True,
     vehicle: VehicleOption = None,
-    law: LawOption = "turn_slip",
+    law: LawOption = None,
     model: ModelOption = None,
     out: OutOption = None,
 ) -> None:
@@ -69,6 +71,8 @@ def drive(
 
     Example: softsoil drive lane_change_clay --seeds 3
     """
+    if model is not None:
+        refuse_beside_model(("--vehicle", vehicle), ("--law", law))
     driven = load_vehicle(vehicle or PLANT_VEHICLE) if model is None else load_declaration(model).vehicle
     courses, names = _courses(scenario or ["lane_change_clay"], size_of(driven)), _controllers(controllers)
     folder = output_folder(out, "drive")
@@ -118,13 +122,13 @@ def _controllers(asked: str) -> list[str]:
     return names
 
 
-def _loop(course: Scenario, vehicle: Path | None, law: str, model: Path | None, converged: bool) -> ClosedLoop:
+def _loop(course: Scenario, vehicle: Path | None, law: str | None, model: Path | None, converged: bool) -> ClosedLoop:
     """Solver and loop for the soil that the course's controllers believe in."""
     if model is not None:
         declared = load_declaration(model)
         declared = Declaration(declared.vehicle, course.believed, declared.law)
     else:
-        declared = Declaration(load_vehicle(vehicle or PLANT_VEHICLE), course.believed, law)
+        declared = Declaration(load_vehicle(vehicle or PLANT_VEHICLE), course.believed, law or DEFAULT_LAW)
         declared = for_control(declared)
     return loop_for(noted(declared), converged)
 

@@ -37,7 +37,7 @@ def estimate(
     log: Annotated[Path, typer.Argument(help="The log: CSV, CSV.gz or Parquet.", show_default=False)],
     vehicle: VehicleOption = None,
     soil: SoilOption = None,
-    law: LawOption = "turn_slip",
+    law: LawOption = None,
     model: ModelOption = None,
     method: MethodOption = "ukf",
     n0: Annotated[

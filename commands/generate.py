@@ -19,6 +19,7 @@ from softsoil.commands.options_model import (
     SoilOption,
     VehicleOption,
     declaration,
+    said_of,
     say_vehicle,
 )
 from softsoil.commands.output import output_folder, say_written
@@ -32,7 +33,7 @@ def generate(
     ] = None,
     vehicle: VehicleOption = None,
     soil: SoilOption = None,
-    law: LawOption = "turn_slip",
+    law: LawOption = None,
     model: ModelOption = None,
     dt: Annotated[float, typer.Option("--dt", help="Nominal step of the model and the filter (s).")] = STEP,
     controller: Annotated[
@@ -56,16 +57,16 @@ def generate(
     if folder is not None and out is not None:
         raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
 
-    first = say_vehicle(vehicle, model)
+    first, declared = say_vehicle(vehicle, model), declaration(vehicle, soil, law, model)
 
     def make() -> dict[str, str]:
         if controller:
             from softsoil.control.c_folder import controller_texts
 
-            return controller_texts(declaration(vehicle, soil, law, model), dt, fmi, hessian=hessian)
+            return controller_texts(declared, dt, fmi, hessian=hessian)
         from softsoil.control.c_estimator import c_library_texts
 
-        return c_library_texts(declaration(vehicle, soil, law, model), dt, fmi)
+        return c_library_texts(declared, dt, fmi)
 
     written = output_folder(folder or out, "generate").path
     ground = Path(soil) if soil is not None and soil not in SOILS else soil
@@ -73,7 +74,7 @@ def generate(
     texts = texts_from_cache(asked_for(*said), make)
     paths = write_library(written, texts)
     if not fmi:
-        remember(sys.argv[1:], said, written, first)
+        remember(sys.argv[1:], said, written, first, said_of(declared))
     else:
         from softsoil.codegen.c_library.pack_fmu import pack_fmus
 

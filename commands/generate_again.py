@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,13 +17,13 @@ from softsoil.codegen.text_cache import Said, asked_for, keep, kept_texts
 from softsoil.files.cache import cache_folder
 
 
-def remember(arguments: Sequence[str], said: Sequence[Said], folder: Path, first: str = "") -> None:
-    """Keep what a command line, given in this working folder, asked for, where it was written and what the command said first;
-    of softsoil's own alone."""
+def remember(arguments: Sequence[str], said: Sequence[Said], folder: Path, first: str = "", more: Sequence[str] = ()) -> None:
+    """Keep what a command line, given in this working folder, asked for, where it was written, what the command said first, and
+    `more`, its warnings; of softsoil's own alone."""
     if list(arguments[:1]) != ["generate"]:
         return
     told = [["file", str(thing)] if isinstance(thing, Path) else ["text", str(thing)] for thing in said]
-    keep(_place(arguments), json.dumps({"said": told, "folder": str(folder), "first": first}))
+    keep(_place(arguments), json.dumps({"said": told, "folder": str(folder), "first": first, "more": list(more)}))
 
 
 def generated_again(arguments: Sequence[str]) -> bool:
@@ -33,13 +34,15 @@ def generated_again(arguments: Sequence[str]) -> bool:
         texts = kept_texts(asked_for(*said))
         if texts is None:
             return False
-        folder, first = Path(found["folder"]), str(found["first"])
+        folder, first, more = Path(found["folder"]), str(found["first"]), [str(words) for words in found["more"]]
         folder.mkdir(parents=True, exist_ok=True)
         paths = write_library(folder, texts)
     except (OSError, ValueError, KeyError, TypeError):  # whatever is wrong, the command says it
         return False
     if first:
         print(first)
+    for words in more:
+        print(words, file=sys.stderr)
     for path in paths:
         print(f"wrote {path}")
     return True

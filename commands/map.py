@@ -44,7 +44,7 @@ def map_soil(
     logs: Annotated[list[Path], typer.Argument(metavar="LOG ...", help="Drives over one piece of ground.", show_default=False)],
     vehicle: VehicleOption = None,
     soil: SoilOption = None,
-    law: LawOption = "turn_slip",
+    law: LawOption = None,
     model: ModelOption = None,
     cell: Annotated[float, typer.Option("--cell", min=0.1, help="Size of a cell, m.")] = 10.0,
     everything: Annotated[

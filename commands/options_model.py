@@ -35,7 +35,10 @@ SoilsOption = Annotated[
     list[str] | None,
     typer.Option("--soil", help=f"{', '.join(SOILS)}, or a soil TOML: one for all, or one per log.", show_default=False),
 ]
-LawOption = Annotated[str, typer.Option("--law", help=f"Force law: {', '.join(law_names())}.")]
+DEFAULT_LAW = "turn_slip"
+LawOption = Annotated[
+    str | None, typer.Option("--law", help=f"Force law: {', '.join(law_names())}.", show_default=DEFAULT_LAW)
+]
 ModelOption = Annotated[
     Path | None,
     typer.Option(
@@ -89,25 +92,31 @@ def say_vehicle(vehicle: Path | None, model: Path | None = None, default: Path |
     return words
 
 
-def declaration(vehicle: Path | None, soil: str | None, law: str, model: Path | None) -> Declaration:
+def declaration(vehicle: Path | None, soil: str | None, law: str | None, model: Path | None) -> Declaration:
     """What the options declare: `model` alone, or vehicle, soil and law.
 
-    Raises ValueError for a soil or vehicle beside a model, or for neither soil nor model; hard ground needs no soil.
+    Raises ValueError for a soil, vehicle or law beside a model, or for neither soil nor model; hard ground needs no soil.
     """
     from softsoil.declaration.ground import HARD_GROUND
     from softsoil.declaration.model_file import Declaration, load_declaration
 
     if model is not None:
-        for option, value in (("--soil", soil), ("--vehicle", vehicle)):
-            if value is not None:
-                raise ValueError(f"{option}: expected none beside --model, which declares it; found {str(value)!r}")
+        refuse_beside_model(("--soil", soil), ("--vehicle", vehicle), ("--law", law))
         declared = load_declaration(model)
         _trusted(declared.soil)
         return noted(declared)
+    law = law or DEFAULT_LAW
     hard = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), HARD_GROUND, law)
     if soil is None and hard.sinks:
         raise ValueError(f"--soil: expected one of {', '.join(SOILS)} or a TOML file (or --model), found none")
     return noted(hard if soil is None else Declaration(hard.vehicle, ground_of(soil, not hard.sinks), law))
+
+
+def refuse_beside_model(*options: tuple[str, object]) -> None:
+    """Raise ValueError for one of the options (name, value) that is given beside --model, which declares it."""
+    for option, value in options:
+        if value is not None:
+            raise ValueError(f"{option}: expected none beside --model, which declares it; found {str(value)!r}")
 
 
 def soils_of(given: list[str] | None, names: Sequence[str], more: str = "", hard: bool = False) -> list[Soil]:
@@ -136,9 +145,15 @@ def ground_of(source: str, hard: bool) -> Soil:
 
 
 def _trusted(soil: Soil) -> Soil:
-    if soil.verdict not in ("", IDENTIFIED):
-        _say_once(f"warning: soil {soil.name}: softsoil soil said {soil.verdict!r} of its file: not to be used yet")
+    for words in _of_soil(soil):
+        _say_once(words)
     return soil
+
+
+def _of_soil(soil: Soil) -> list[str]:
+    if soil.verdict in ("", IDENTIFIED):
+        return []
+    return [f"warning: soil {soil.name}: softsoil soil said {soil.verdict!r} of its file: not to be used yet"]
 
 
 def about_vehicle(vehicle: Path | None, model: Path | None = None) -> dict[str, str]:
@@ -153,12 +168,21 @@ def about_vehicle(vehicle: Path | None, model: Path | None = None) -> dict[str, 
 
 def noted(declared: Declaration) -> Declaration:
     """The declaration, after a line on the vehicle's numbers that do nothing in its model, where there are any."""
+    for words in _of_vehicle(declared):
+        _say_once(words)
+    return declared
+
+
+def _of_vehicle(declared: Declaration) -> list[str]:
     from softsoil.codegen.idle import idle_numbers
 
     idle = idle_numbers(declared)
-    if idle:
-        _say_once(f"note: vehicle {declared.vehicle.name}: no declared effect uses {', '.join(idle)}")
-    return declared
+    return [f"note: vehicle {declared.vehicle.name}: no declared effect uses {', '.join(idle)}"] if idle else []
+
+
+def said_of(declared: Declaration) -> list[str]:
+    """What `declaration` said on stderr of what it declares."""
+    return _of_soil(declared.soil) + _of_vehicle(declared)
 
 
 @lru_cache(maxsize=32)

@@ -11,6 +11,7 @@ import typer
 from softsoil.commands.invocation import software
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
 from softsoil.commands.options_model import (
+    DEFAULT_LAW,
     LawOption,
     ModelOption,
     OutOption,
@@ -43,7 +44,7 @@ def refine_command(
     ],
     vehicle: VehicleOption = None,
     soil: SoilsOption = None,
-    law: LawOption = "turn_slip",
+    law: LawOption = None,
     model: ModelOption = None,
     plain: Annotated[
         bool, typer.Option("--plain", help="Leave out the declared effects: start from the paper's structure.")
@@ -70,6 +71,7 @@ def refine_command(
         declared = declaration(vehicle, soil[0] if soil else None, law, model)
         soils = [declared.soil] * len(drives)
     else:
+        law = law or DEFAULT_LAW
         hard = Declaration(load_vehicle(vehicle or REFERENCE_VEHICLE), HARD_GROUND, law)
         if soil is None and not hard.sinks:
             soils = [HARD_GROUND] * len(drives)

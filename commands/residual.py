@@ -42,7 +42,7 @@ def residual(
     ],
     vehicle: VehicleOption = None,
     soil: SoilOption = None,
-    law: LawOption = "turn_slip",
+    law: LawOption = None,
     model: ModelOption = None,
     n: Annotated[
         float | None,

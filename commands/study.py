@@ -48,7 +48,7 @@ def study(
     logs: LogsArgument = None,
     vehicle: VehicleOption = None,
     soil: SoilOption = None,
-    law: LawOption = "turn_slip",
+    law: LawOption = None,
     model: ModelOption = None,
     method: MethodOption = "ukf",
     n0: FirstGuessOption = None,

@@ -60,18 +60,21 @@ def inspect_bag(path: Path, progress: Callable[[float], None] = lambda share: No
     """Every topic of a bag with its rate, clock and the spread of its fields; progress: called with the share done."""
     found = []
     with opened(path) as reader:
-        connections = list(reader.connections)
-        for i, connection in enumerate(connections):
-            found.append(_topic(reader, connection, str(path)))
-            progress((i + 1) / len(connections))
+        by_topic: dict[str, list[Any]] = {}
+        for connection in reader.connections:  # one for each publisher
+            by_topic.setdefault(connection.topic, []).append(connection)
+        for i, connections in enumerate(by_topic.values()):
+            found.append(_topic(reader, connections, str(path)))
+            progress((i + 1) / len(by_topic))
     return [holding for holding in found if holding.count]
 
 
-def _topic(reader: Any, connection: Any, file: str) -> Holding:
+def _topic(reader: Any, connections: Sequence[Any], file: str) -> Holding:
     samples: dict[str, list[float]] = {}
     arrivals, stamps, frame = [], [], ""
     transforms: dict[str, Transform] = {}
-    for _, arrival, raw in reader.messages(connections=[connection]):
+    first, count = connections[0], sum(int(connection.msgcount) for connection in connections)
+    for connection, arrival, raw in reader.messages(connections=connections):
         message = _message(reader, connection, raw)
         if message is None:
             break
@@ -90,9 +93,8 @@ def _topic(reader: Any, connection: Any, file: str) -> Holding:
     rate = float(1.0 / np.median(steps)) if len(steps) and np.median(steps) > 0 else float("nan")
     spreads = {key: _spread(np.array(values)) for key, values in samples.items()}
     start = float(clock[0]) if len(clock) else float("nan")
-    return Holding(connection.topic, connection.msgtype, file, int(connection.msgcount), rate, start,
-                   start + (connection.msgcount - 1) / rate, "header stamps" if stamped else "arrival", spreads, frame,
-                   tuple(transforms.values()))  # fmt: skip
+    return Holding(first.topic, first.msgtype, file, count, rate, start, start + (count - 1) / rate,
+                   "header stamps" if stamped else "arrival", spreads, frame, tuple(transforms.values()))  # fmt: skip
 
 
 def _spread(values: np.ndarray) -> Spread:

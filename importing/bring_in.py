@@ -68,7 +68,7 @@ class Import:
             source = origin.source if origin else ""
             shift = self.shifts.get(source.split(":", 1)[0], 0.0) - (origin.late if origin else 0.0)
             channels[name] = {
-                "state": origin.state if origin else self.drive.state_of(name),
+                "state": self.drive.state_of(name),
                 "source": source, "rate_hz": origin.rate_hz if origin else None,
                 "offset_s": shift, "gaps": origin.gaps if origin else None,
             }  # fmt: skip

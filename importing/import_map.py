@@ -76,7 +76,7 @@ class Mapped:
         """(N,) values of its fields in its source's series: their mean, NaN where one is missing, or the rate of that."""
         parts = [series.values[name] for name in self.fields]
         values: Array = np.mean([unwrapped(part)[0] for part in parts] if self.rate else parts, axis=0)
-        return _rate(series.t, values) if self.rate else values
+        return _rate(series.t, values, 2 * math.pi / abs(self.scale)) if self.rate else values
 
     def wraps(self, series: Series) -> int:
         """How often counts, of which the channel is the rate, started anew in its source's series."""
@@ -92,13 +92,16 @@ class Mapped:
         return math.pi / 2 - out if self.compass else out
 
 
-def _rate(t: Array, values: Array) -> Array:
-    """(N,) rate of change of values (N,) over t (N,) (s); an angle that stays within a turn is taken to start anew each turn."""
+def _rate(t: Array, values: Array, turn: float) -> Array:
+    """(N,) rate of change of values (N,) over t (N,) (s); an angle that stays within a turn is taken to start anew each turn.
+
+    turn: of an angle, in the values' unit.
+    """
     good = np.flatnonzero(np.isfinite(values))
     out = np.full(len(values), np.nan)
     if len(good) > 2:
         angle = values[good]
-        out[good] = np.gradient(np.unwrap(angle) if np.ptp(angle) < 2 * math.pi + 0.1 else angle, t[good])
+        out[good] = np.gradient(np.unwrap(angle, period=turn) if np.ptp(angle) < 1.02 * turn else angle, t[good])
     return out
 
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from softsoil.importing.import_map import ImportMap, Mapped, Mount
-from softsoil.importing.sources import GAP, TABLE_SUFFIXES, Series
+from softsoil.importing.import_map import ImportMap, Mapped
+from softsoil.importing.mounted import mounted
+from softsoil.importing.sources import GAP, Series
 from softsoil.recording.between import samples
 from softsoil.recording.clock import at_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, ChannelState, Recording
@@ -22,17 +23,12 @@ from softsoil.recording.geometry import Geometry
 from softsoil.recording.outliers import left_out, outliers
 
 LEAST = ("u", "omega_z", "steer")
-ACCELERATIONS = ("a_x_imu", "a_y_imu")
 FASTEST = 100.0
 """Hz: clock of a drive whose yaw rate comes faster, unless the map says another."""
 SLOWEST = 1.0
 """s between yaw rates: what is farther is no motion of a vehicle."""
 SLOW = 1.5
 """A channel whose samples are farther apart than so many ticks is slower than the clock."""
-GRAVITY = 9.81
-"""m/s^2"""
-CARRIED = 5
-"""Samples to each side for the yaw acceleration that moves an accelerometer to the centre of gravity."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +106,8 @@ def merge(
             state[n] = "derived"
             first = origins[repeated[0]]
             origins[n] = replace(first, state="derived")
-    channels = _mounted(channels, plan, geometry)
+    channels, more = mounted(channels, plan, geometry)
+    notes += more
     for channel, origin in plan.channels.items():
         if origin.late:
             notes += (f"{channel}: {origin.label}: taken as {origin.late:+.3f} s late, as its map says",)
@@ -191,68 +188,3 @@ def _all_from(mean: Array, channels: Mapping[str, Array], geometry: Geometry) ->
     sides = {"l": -1.0, "r": 1.0}
     half = {"f": geometry.track / 2, "r": geometry.rear_track / 2}
     return {name: mean + sides[name[-1]] * half[name[-2]] * turning for name in WHEEL_CHANNELS}
-
-
-def _mounted(channels: dict[str, Array], plan: ImportMap, geometry: Geometry) -> dict[str, Array]:
-    """Channels in the project's frame: (x, y) of the front axle, velocities and accelerations of the centre of gravity."""
-    out = dict(channels)
-    offset = {name: plan.channels[name].offset for name in out if name in plan.channels}
-    for name in ("y", "psi", "v", "omega_z", "a_y_imu"):
-        if name in plan.channels and (m := plan.mount_of(name)) and m.frame == "z-down":
-            out[name] = -out[name]
-    for name in offset.keys() - set(ACCELERATIONS):
-        out[name] = out[name] + offset[name]
-    if m := plan.mount_of("omega_z"):
-        out["omega_z"] = out["omega_z"] / (np.cos(m.pitch) * np.cos(m.roll))
-    reach = len(out["t"])
-    omega = interpolated(out["omega_z"], reach)
-    if "psi" in plan.channels and (m := plan.mount_of("psi")):
-        out["psi"] = out["psi"] - m.yaw
-    if m := plan.mount_of("u"):
-        aside = out["v"] if "v" in out and plan.channels["v"].source == plan.channels["u"].source else None
-        if aside is not None:
-            out["u"], aside = _turned(out["u"], aside, m.yaw)
-            out["v"] = aside - m.x * omega
-        out["u"] = out["u"] + m.y * omega
-    _mount_accelerations(out, plan, omega)
-    for name in offset.keys() & set(ACCELERATIONS):  # what they read beside the motion, as the checks say it
-        out[name] = out[name] + offset[name]
-    if {"x", "y"} <= set(out):
-        place = _place(plan.channels["x"].source, plan.mount_of("x"), geometry)
-        if place is not None and "psi" in out:
-            psi = interpolated(out["psi"], reach)
-            ahead, left = geometry.l_f - place[0], -place[1]
-            out["x"] = out["x"] + ahead * np.cos(psi) - left * np.sin(psi)
-            out["y"] = out["y"] + ahead * np.sin(psi) + left * np.cos(psi)
-    return out
-
-
-def _turned(ahead: Array, aside: Array, yaw: float) -> tuple[Array, Array]:
-    """Components in the vehicle's frame of a vector given in a frame turned to the left by yaw (rad)."""
-    return ahead * np.cos(yaw) - aside * np.sin(yaw), ahead * np.sin(yaw) + aside * np.cos(yaw)
-
-
-def _mount_accelerations(out: dict[str, Array], plan: ImportMap, omega: Array) -> None:
-    """Specific force at the centre of gravity: gravity in a tilted sensor off, turned, moved by its lever arm."""
-    if not set(ACCELERATIONS) <= set(plan.channels):
-        return
-    m = plan.mount_of("a_x_imu")
-    if m is None:
-        return
-    ahead = (out["a_x_imu"] + GRAVITY * np.sin(m.pitch)) / np.cos(m.pitch)
-    aside = (out["a_y_imu"] - GRAVITY * np.sin(m.roll)) / np.cos(m.roll)
-    ahead, aside = _turned(ahead, aside, m.yaw)
-    dt = float(out["t"][1] - out["t"][0])
-    clock = np.arange(-CARRIED, CARRIED + 1) * dt
-    turning = np.convolve(np.pad(omega, CARRIED, mode="edge"), clock[::-1] / float(clock @ clock), mode="valid")
-    out["a_x_imu"] = ahead + turning * m.y + omega**2 * m.x
-    out["a_y_imu"] = aside - turning * m.x + omega**2 * m.y
-
-
-def _place(source: str, mount: Mount | None, geometry: Geometry) -> tuple[float, float] | None:
-    """Place of the positions from the centre of gravity (m); None where they are of the front axle already."""
-    if mount is None:
-        return None if source.endswith(TABLE_SUFFIXES) else (0.0, 0.0)
-    if mount.point == "front_axle":
-        return None
-    return (0.0, 0.0) if mount.point == "centre_of_gravity" else (mount.x, mount.y)

@@ -62,7 +62,9 @@ class Sensors:
         for name in measured:
             late = self.delay.get(name, self.delay.get("all", 0.0))
             if late > 0:
-                channels[name] = np.interp(drive.t - late, drive.t, channels[name])
+                past = np.interp(drive.t - late, drive.t, np.unwrap(channels[name]) if name == "psi" else channels[name])
+                wraps = name == "psi" and np.abs(channels[name]).max() <= np.pi
+                channels[name] = np.arctan2(np.sin(past), np.cos(past)) if wraps else past
             channels[name] = self.scale.get(name, 1.0) * channels[name] + self.bias.get(name, 0.0)
         noisy = add_noise(replace(drive, channels=channels), self.noise, seed)
         channels = dict(noisy.channels)

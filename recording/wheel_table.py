@@ -106,14 +106,14 @@ def _run(
         dt = float(np.median(steps))
     v_x, v_y, angle = _velocity(name, ch)
     omega = _spin(name, ch, v_x, wheel["radius"])
-    rate = np.gradient(angle, dt) if dt else np.zeros(length)
+    rate = np.gradient(angle, ch["t"]) if dt else np.zeros(length)
     yaw_rate = ch.get("yaw_rate", rate)
     rim = wheel["radius"] * omega
     slip = float(np.median((rim - v_x) / np.maximum(np.maximum(rim, v_x), 1e-9)))
     run = WheelRun(
         name, group, {key: float(soil[key]) for key in SOIL_KEYS}, wheel["radius"], wheel["width"], slip, dt,
         v_x=v_x, v_y=v_y, omega=omega, yaw_rate=yaw_rate, steer_rate=ch.get("steer_rate", yaw_rate),
-        dv_y=ch.get("dv_y", np.gradient(v_y, dt) if dt else np.zeros(length)), load=ch["load"],
+        dv_y=ch.get("dv_y", np.gradient(v_y, ch["t"]) if dt else np.zeros(length)), load=ch["load"],
         f_x=ch["f_x"], f_y=ch["f_y"], yaw=np.zeros(length), sinkage=ch.get("sinkage"), m_y=ch.get("m_y"),
         contact_step=wheel.get("contact_step", 0.0),
         patch_length=wheel.get("patch_length", 0.0),

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from softsoil.calibration.single_wheel import call_cost, law_for, predict, quantiles, run_errors
@@ -80,6 +81,14 @@ def write_table(tmp_path, text="v_kmh,alpha,s,load_kN,fx,fy\n18,10,0.1,2.5,50,-3
     (tmp_path / "rig.csv").write_text(text, encoding="utf-8")
     (tmp_path / "map.toml").write_text(MAP, encoding="utf-8")
     return read_wheel_table(tmp_path / "rig.csv", tmp_path / "map.toml", WHEEL, SOIL, "clay")
+
+
+def test_a_pause_of_the_logger_is_no_fast_turn_of_the_wheel(tmp_path):
+    t = np.concatenate([np.arange(0.0, 5.0, 0.01), np.arange(7.0, 12.0, 0.01)])
+    columns = {"t": t, "speed": 1.0, "slip_angle": 0.02 * t, "omega": 3.0, "load": 4000.0, "f_x": 0.0, "f_y": 0.0}
+    pd.DataFrame(columns).to_csv(tmp_path / "rig.csv", index=False)
+    (run,) = read_wheel_table(tmp_path / "rig.csv", None, WHEEL, SOIL, "clay")
+    assert run.yaw_rate == pytest.approx(0.02, abs=1e-6) and np.abs(run.dv_y).max() < 0.03
 
 
 def test_a_users_table_with_its_own_names_and_units(tmp_path):

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from drives import reference_vehicle
+from benchmarks.judges.house import imported
+from drives import PROJECT, reference_vehicle
+from softsoil.codegen.text_cache import WRITERS
 from softsoil.declaration.model_file import Declaration, declaration_toml
 from softsoil.symbolic.soil import CLAY
 
@@ -31,11 +33,21 @@ def model(tmp_path: Path) -> Path:
 
 def softsoil(home: Path, *arguments: str) -> tuple[str, list[str]]:
     """How the command was answered, and the lines before that."""
-    environment = os.environ | {"SOFTSOIL_CACHE": str(home / "cache"), "PYTHONPATH": str(Path(__file__).parents[2])}
-    command = [sys.executable, "-c", RUN, "generate", *arguments]
-    done = subprocess.run(command, cwd=home, env=environment, capture_output=True, text=True, check=True)
+    done = run(home, *arguments)
     *lines, how = done.stdout.splitlines()
     return how, lines
+
+
+def said(home: Path, *arguments: str) -> tuple[str, str]:
+    """What the command said beside its answer, and how it was answered."""
+    done = run(home, *arguments)
+    return done.stderr, done.stdout.splitlines()[-1]
+
+
+def run(home: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"SOFTSOIL_CACHE": str(home / "cache"), "PYTHONPATH": str(Path(__file__).parents[2])}
+    command = [sys.executable, "-c", RUN, "generate", *arguments]
+    return subprocess.run(command, cwd=home, env=environment, capture_output=True, text=True, check=True)
 
 
 def test_what_has_not_changed_is_written_at_once(tmp_path: Path, model: Path) -> None:
@@ -47,6 +59,29 @@ def test_what_has_not_changed_is_written_at_once(tmp_path: Path, model: Path) ->
     again = softsoil(tmp_path, "c", "--model", "refined.toml")
     assert again == ("at once", first[1])
     assert {path: path.read_bytes() for path in texts} == texts
+
+
+def test_its_warnings_are_said_every_time(tmp_path: Path) -> None:
+    soil = "".join(f"{name} = {getattr(CLAY, name)}\n" for name in ("k_phi", "k_c", "n", "c", "phi", "k", "K", "R"))
+    (tmp_path / "field.toml").write_text(f'name = "field"\n{soil}verdict = "needs_data"\n', encoding="utf-8")
+    for folder in ("c", "c", "d"):
+        warned, how = said(tmp_path, folder, "--soil", "field.toml")
+        assert "'needs_data' of its file: not to be used yet" in warned, (folder, how)
+    assert said(tmp_path, "d", "--soil", "field.toml")[1] == "at once"
+
+
+def test_every_room_whose_numbers_go_into_c_counts() -> None:
+    """A change of any of them makes the texts anew."""
+    rooms, ahead = set(), {"control.c_estimator", "control.c_folder"}
+    seen: set[str] = set()
+    while ahead - seen:
+        name = (ahead - seen).pop()
+        seen.add(name)
+        path = PROJECT / f"{name.replace('.', '/')}.py"
+        if path.is_file():
+            rooms.add(name.split(".")[0])
+            ahead |= {".".join(found.split(".")[:k]) for found in imported(path) for k in (2, 3)}
+    assert rooms <= {room for room, _ in WRITERS}
 
 
 def test_another_model_folder_or_option_is_generated(tmp_path: Path, model: Path) -> None:

@@ -108,6 +108,9 @@ def test_sensors() -> None:
     assert np.allclose(Sensors(bias={"omega_z": 0.03}).apply(clean)["omega_z"], clean["omega_z"] + 0.03)
     late = Sensors(delay={"u": 0.024}).apply(clean)
     assert np.allclose(late["u"][2:], clean["u"][:-2])
+    wrapped = clean.with_channels(psi=np.angle(np.exp(1j * (clean["psi"] + np.pi - 0.05))))
+    late = Sensors(delay={"psi": 0.03}).apply(wrapped)["psi"]
+    assert np.ptp(wrapped["psi"]) > 6.0 and np.abs(np.angle(np.exp(1j * (late - wrapped["psi"])))).max() < 0.1
     moved = Sensors(lever_arm=(1.0, 0.0)).apply(clean)
     assert np.allclose(moved["v"], clean["v"] + clean["omega_z"])
     lost = np.isnan(Sensors(dropout=0.2).apply(clean, 1)["u"]).mean()
