@@ -300,9 +300,10 @@ def blocked_rows(model: Model, drive: Drive, fastest: float, slowest: float | No
 def window_rows(
     model: Model, drive: Drive, steps: int, apart: int, fastest: float, slowest: float | None, seen: float
 ) -> NDArray[np.int_]:
-    """First rows (W,) of the windows of so many steps, `apart` rows apart, of a drive; the other arguments: as of `FreeWindows`.
+    """First rows (W,) of the windows of so many steps, `apart` rows apart, of a drive.
 
-    None runs across `blocked_rows`; none has a smaller share than `seen` of the measured rows that most have, as across a gap.
+    model: of the windows; None runs across `blocked_rows` by fastest and slowest; none has a smaller share than `seen` of the
+    measured rows that most have, as across a gap.
     """
     after = round(SETTLING / drive.dt)
     blocked = np.any(list(blocked_rows(model, drive, fastest, slowest).values()), axis=0)
