@@ -240,8 +240,8 @@ def _channel(entry: Any, name: str, where: str) -> Mapped:
         units = ", ".join(u for u, (to, _) in UNITS.items() if to == si and u)
         raise ValueError(f"{at}: expected a unit of {units}; found {unit!r}")
     numbers = {key: _number(table.get(key, 1.0), f"{at}.{key}") for key in ("factor", "sign", "ratio")}
-    if numbers["ratio"] == 0.0 or numbers["sign"] not in (1.0, -1.0):
-        raise ValueError(f"{at}: expected sign of 1 or -1 and a ratio other than 0, found {table!r}")
+    if 0.0 in (numbers["ratio"], numbers["factor"]) or numbers["sign"] not in (1.0, -1.0):
+        raise ValueError(f"{at}: expected sign of 1 or -1 and a ratio and factor other than 0, found {table!r}")
     scale = factor * numbers["factor"] * numbers["sign"] / numbers["ratio"]
     pairs = table.get("table")
     bent = None if pairs is None else _pairs(pairs, f"{at}.table")
