@@ -15,7 +15,7 @@ import numpy as np
 from softsoil.codegen.c_library.kernels import DIGITS, number, write_kernel
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control.c_statuses import status_cases, status_enum
-from softsoil.control.nmpc_clearance import ABSENT
+from softsoil.control.nmpc_clearance import ABSENT, NEARER, closest
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.ocp import CIRCLES, Ocp, half_width
 from softsoil.control.ocp_kernels import Whole, curvature, force_use, model_inputs, rates, roll, stage_terms
@@ -176,7 +176,8 @@ def _numbers(ocp: Ocp) -> dict[str, str]:
     pairs = [f"{{{number(low, 17)}, {number(high, 17)}}}" for low, high in limits]
     return {name: number(value, 17) for name, value in reals.items()} | {
         "default_limits": ", ".join(pairs),
-        "absent": _list(ABSENT), "beyond": _list(by_unit(ocp.z, Tuning().output_limit, 1e9)),
+        "absent": _list(ABSENT), "nearer": number(NEARER, 17), "closest": number(closest(ocp), 17),
+        "beyond": _list(by_unit(ocp.z, Tuning().output_limit, 1e9)),
         "nominal_z": _list(ocp.z.nominal), "nominal_s": _list(ocp.s.nominal),
     }  # fmt: skip
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softsoil.codegen.c_source import write_c
-from softsoil.control.nmpc_clearance import judged, placed, planned_gaps
+from softsoil.control.nmpc_clearance import closest, gaps_now, judged, placed, planned_gaps
 from softsoil.control.nmpc_status import Stats, Status
 from softsoil.control.ocp import CIRCLES, OBSTACLE, REFERENCE, Ocp
 
@@ -142,7 +142,8 @@ class CasadiNmpc:
             self._duals = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
         status, gap, touch = Status.SOLVER_FAILED, np.inf, -1
         if ok:
-            status, gap, touch = judged(Status.CONVERGED, planned_gaps(self.ocp, self.z, self._obstacles))
+            gaps, now = planned_gaps(self.ocp, self.z, self._obstacles), gaps_now(self.ocp, self.z[0], self._obstacles[0])
+            status, gap, touch = judged(Status.CONVERGED, gaps, now, closest(self.ocp))
         seconds = time.perf_counter() - began
         iterations = int(self.nlp.stats().get("iter_count", n))
         self.stats = Stats(status, iterations, 0, seconds, seconds, float(found["f"]), gap=gap, touch=touch)

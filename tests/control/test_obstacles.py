@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from driven_vehicle import ModelVehicle, driven
+from driven_vehicle import Braked, ModelVehicle, driven
 from nmpc_problem import small_ocp
 from softsoil.control.horizon import watched
-from softsoil.control.nmpc_clearance import ABSENT, placed, planned_gaps
+from softsoil.control.nmpc_clearance import ABSENT, gaps_now, judged, placed, planned_gaps
+from softsoil.control.nmpc_status import Status
 from softsoil.control.path import Path
 
 ORIGINS = [(0.0, 0.0), (1100.0, 0.0), (2000.0, 3000.0), (-1000.0, 999.0)]
@@ -39,7 +40,7 @@ def test_a_plan_through_an_obstacle_touches_it_wherever_that_is(origin):
     z[:, :2] = np.array(origin) + LINE[: len(z)]
     there = placed(ocp, [[origin[0] + 3.0, origin[1], 1.0]])
     gaps = planned_gaps(ocp, z, there)
-    assert gaps.min() == pytest.approx(-1.0 - (ocp.body - ocp.settings.margin), abs=0.2)
+    assert gaps[:, 0].min() == pytest.approx(-1.0 - (ocp.body - ocp.settings.margin), abs=0.2)
     assert np.isinf(planned_gaps(ocp, z, placed(ocp, None))).all()
     np.testing.assert_array_equal(there[:, 1:], np.tile(ABSENT, (len(z), ocp.settings.obstacles - 1, 1)))
 
@@ -57,6 +58,41 @@ def test_a_driver_passes_what_stands_on_its_path(origin, beside):
     gaps = np.hypot(way[:, None, 0] - obstacles[:, 0], way[:, None, 1] - obstacles[:, 1]) - obstacles[:, 2]
     assert gaps.min() > 0.4, "the front axle stays clear of all"
     assert way[-1, 0] - origin[0] > 21.0 or log.commands[-1].halt
+
+
+def test_a_vehicle_that_is_close_beside_an_obstacle_drives_on():
+    """Within the margin already, at a walking pace: every plan began there, none was clear, and it stood there for good."""
+    ocp = small_ocp()
+    for gap, goes in ((-0.04, True), (0.05, True)):
+        vehicle = Braked(y=0.0)
+        vehicle.z[:4] = [19.0, 0.0, 0.0, 2.0]
+        aside = ocp.body - ocp.settings.margin + 0.6 + gap
+        _, log = driven(vehicle, 4.0, path=Path(LINE), obstacles=[[17.5, aside, 0.6, 0.0, 0.0]])
+        assert (vehicle.z[0] > 26.0 and not log.commands[-1].halt) is goes, gap
+    ahead = Braked(y=0.0)
+    ahead.z[:4] = [15.6, 0.0, 0.0, 2.0]
+    _, log = driven(ahead, 3.0, path=Path(LINE), obstacles=[[17.2, 0.0, 0.6, 0.0, 0.0]])
+    assert ahead.z[0] < 17.2 - 0.6 and log.commands[-1].halt, "one that would come nearer is none"
+
+
+def test_a_plan_that_comes_no_nearer_than_now_touches_nothing():
+    gaps = np.array([[-0.05, 0.5], [-0.05, 0.3], [0.2, 0.1]])
+
+    def found(less=0.0, first=0.0):
+        return judged(Status.CONVERGED, gaps - less, gaps[0] - [first, 0.0], -0.1)[::2]
+
+    clear = (Status.CONVERGED, -1)
+    assert found() == clear and found([[0.0, 0.0], [0.02, 0.0], [0.0, 0.0]]) == clear
+    assert found([[0.0, 0.0], [0.04, 0.0], [0.0, 0.0]]) == (Status.BLOCKED, 1), "nearer by more than a little"
+    assert found([[0.0, 0.0], [0.0, 0.0], [0.0, 0.11]]) == (Status.BLOCKED, 2), "another one"
+    assert found([[0.0, 0.0], [0.06, 0.0], [0.0, 0.0]], 0.04) == (Status.BLOCKED, 1), "never beyond the nearest"
+    assert found([[0.0, 0.0], [0.10, 0.0], [0.0, 0.0]], 0.10) == clear, "which it is already, and stays"
+    ocp = small_ocp()
+    z = ocp.z.pack(x=3.0, y=1.0, psi=0.5)
+    ahead, left = np.array([np.cos(0.5), np.sin(0.5)]), np.array([-np.sin(0.5), np.cos(0.5)])
+    there = np.array([[*(z[:2] - ahead + 2.0 * left), 0.5], ABSENT])
+    assert gaps_now(ocp, z, there) == pytest.approx([1.5 - ocp.body + ocp.settings.margin, np.inf]), "straight beside it"
+    assert judged(Status.CONVERGED, np.zeros((3, 0)), np.zeros(0), -0.1) == (Status.CONVERGED, np.inf, -1)
 
 
 def test_what_stands_on_the_path_is_watched_before_what_stands_beside_it():
