@@ -47,13 +47,14 @@ def find_compiler() -> str | None:
 
 
 @lru_cache(maxsize=1)
-def _compiler_version(compiler: str) -> str:
+def compiler_version(compiler: str) -> str:
+    """The first line of what a compiler says of its version."""
     run = subprocess.run([compiler, "--version"], capture_output=True, text=True, check=False)
     return run.stdout.splitlines()[0] if run.stdout else compiler
 
 
 @lru_cache(maxsize=1)
-def _machine() -> str:
+def machine() -> str:
     """What -march=native depends on, so that a cache on a shared disk is not used by another processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -170,7 +171,7 @@ def _built(
 
 
 def _key(compiler: str, flags: Sequence[str], *sources: str) -> str:
-    facts = repr((sources, _compiler_version(compiler), tuple(flags), _machine()))
+    facts = repr((sources, compiler_version(compiler), tuple(flags), machine()))
     return hashlib.sha256(facts.encode()).hexdigest()[:24]
 
 

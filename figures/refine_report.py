@@ -35,14 +35,15 @@ def write_report(
     """
     views = drive_views(result, start)
     names = ", ".join(view.name for view in views)
-    errors = rms_table(result.before, result.after if result.effects else None)
+    refined = bool(result.effects or result.contradicted)
+    errors = rms_table(result.before, result.after if refined else None)
     parts = [
         _head(names, declared, result),
         section("Parameters", _parameters(declared, result)),
-        section("Residual, before and after" if result.effects else "Residual", *(_axles(view) for view in views)),
+        section("Residual, before and after" if refined else "Residual", *(_axles(view) for view in views)),
         section("Candidates", _ranking(declared, result)),
         section("Held-out predictions", *(_paths(view) for view in views), paragraph("Rms error on held-out windows."), errors),
-        section("What is left", _left(views, bool(result.effects))),
+        section("What is left", _left(views, refined)),
         section("What was done", _done(declared, result)),
         section("Notes", items(result.notes)) if result.notes else "",
         section("Provenance", provenance(about)),

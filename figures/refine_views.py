@@ -58,10 +58,10 @@ def drive_views(result: Refinement, start: float) -> list[DriveView]:
 
 def _view(recording: Recording, result: Refinement, i: int, start: float) -> DriveView:
     before, after = result.bench, result.selection.bench
-    vehicle = result.declaration.vehicle
+    declared, vehicle = before.model.geometry, result.declaration.vehicle
     first, second = before.absent[i], after.absent[i]
-    residual = drive_residual(recording, before.model, vehicle, first, start)
-    _, _, signals = axle_windows(recording, before.model, vehicle, residual.t)
+    residual = drive_residual(recording, before.model, declared, first, start)
+    _, _, signals = axle_windows(recording, before.model, declared, residual.t)
     shooting, held = before.shootings[i], before.held[i]
     row = shooting.rows[held[0]]
     horizon, recorded, path_before = _paths(before, i, first, row)
@@ -71,7 +71,7 @@ def _view(recording: Recording, result: Refinement, i: int, start: float) -> Dri
         held_from=float(shooting.drive.t[row]),
         before=residual,
         after=drive_residual(recording, after.model, vehicle, second, start),
-        structure_before=structure(recording, before.model, vehicle, first, start),
+        structure_before=structure(recording, before.model, declared, first, start),
         structure_after=result.structure[i],
         signals=signals,
         horizon=horizon,

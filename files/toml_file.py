@@ -58,5 +58,10 @@ def toml_number(value: float) -> str:
 
 def toml_text(value: str) -> str:
     """A string as TOML text, quoted and escaped."""
-    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c):04x}" for c in value)
-    return f'"{escaped}"'
+    return f'"{"".join(map(_escaped, value))}"'
+
+
+def _escaped(c: str) -> str:
+    if c.isprintable() and c not in '"\\':
+        return c
+    return f"\\u{ord(c):04x}" if ord(c) <= 0xFFFF else f"\\U{ord(c):08x}"

@@ -202,7 +202,7 @@ def _fit(bench: Bench, places: AxlePlaces, rules: Rules, progress: Callable[[flo
         last = fit_numbers(bench, free_numbers(bench, kept, doubted, places.left), values, n)
         values, n = {**values, **_values(last)}, _n(last)
     progress(0.8)
-    moved = unmeasured(bench, free(doubted), fit)
+    moved = unmeasured(bench, free(doubted), fit, places.values)
     progress(0.9)
     every = fit_numbers(bench, free_numbers(bench, [number.name for number in NUMBERS], doubted, places.left), values, n, 0)
     # Standard errors are those with every number free: fixing one does not make it known. What the model misses is in them.

@@ -65,7 +65,7 @@ def _declared(bench: Bench) -> Bench:
 def path_errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict[str, dict[str, float]]:
     """Horizon (s) -> state -> mean squared error over windows after `row` that start at the recorded states.
 
-    p (n_p,): parameters of the compiled model.
+    p (n_p,): parameters of the compiled model. NaN for a channel that is not measured, or too few windows.
     """
     table = {}
     for horizon in HORIZONS:
@@ -75,7 +75,7 @@ def path_errors(compiled: WindowModel, drive: Drive, p: Array, row: int) -> dict
         if len(window_rows(compiled.model, later, steps, steps, np.inf, None, 0.0)) >= FEWEST_PATHS:
             long = FreeWindows(compiled, later, horizon, np.ones(len(STATE_CHANNELS)))
             error = long.residual(p, long.first).reshape(len(long.rows), -1, len(STATE_CHANNELS))[:, 1:]
-            seen = np.isfinite(long.recorded[:, 1:])
-            means = (error**2).sum(axis=(0, 1)) / np.maximum(seen.sum(axis=(0, 1)), 1)
+            seen = np.isfinite(long.recorded[:, 1:]).sum(axis=(0, 1))
+            means = np.where(seen > 0, (error**2).sum(axis=(0, 1)) / np.maximum(seen, 1), np.nan)
         table[f"{horizon:.1f}"] = dict(zip(STATE_CHANNELS, map(float, means), strict=True))
     return table

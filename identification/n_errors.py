@@ -47,14 +47,15 @@ def n_stds(bench: Bench, n: Sequence[float], errors: Errors, moved: Mapping[str,
     return tuple(stds)
 
 
-def unmeasured(bench: Bench, free: Sequence[Free], fit: WindowFit) -> dict[str, Array]:
+def unmeasured(bench: Bench, free: Sequence[Free], fit: WindowFit, fixed: Mapping[str, float]) -> dict[str, Array]:
     """Number that no log moves and nobody measured -> change of n of each drive (D,), as a share of it, where the number is one
     standard deviation larger and all others are fitted anew.
 
-    free, fit: of a fit with every number free that logs may move. One derivative would miss most of it: others change along.
+    free, fit: of a fit with every number free that logs may move; fixed: numbers that it holds elsewhere than they were given.
+    One derivative would miss most of it: others change along.
     """
     before = expected(bench.known)
-    values = {f.name: float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is None}
+    values = {**fixed, **{f.name: float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is None}}
     n = np.array([float(v) for f, v in zip(fit.free, fit.value, strict=True) if f.drive is not None])
     moved = {}
     for number in NUMBERS:

@@ -73,6 +73,11 @@ class WheelBalance:
         self._sigma = sigma if open_axles else np.array([sigma[0], np.inf, np.inf])
 
     @property
+    def prior(self) -> bool:
+        """It is measured."""
+        return False
+
+    @property
     def times(self) -> Array:
         """(C,) time of each cluster (s)."""
         return self._drive.t[self._rows]

@@ -66,11 +66,12 @@ class Sensors:
                 wraps = name == "psi" and np.abs(channels[name]).max() <= np.pi
                 channels[name] = np.arctan2(np.sin(past), np.cos(past)) if wraps else past
             channels[name] = self.scale.get(name, 1.0) * channels[name] + self.bias.get(name, 0.0)
+        clear = channels
         noisy = add_noise(replace(drive, channels=channels), self.noise, seed)
         channels = dict(noisy.channels)
         for name in measured:
             if self.outliers > 0:
-                spread = float(np.std(channels[name] - drive[name])) or float(np.std(channels[name]))
+                spread = float(np.std(channels[name] - clear[name])) or float(np.std(channels[name]))
                 hit = rng.random(len(clean)) < self.outliers
                 jump = self.outlier_size * spread * rng.choice([-1.0, 1.0], len(clean))
                 channels[name] = np.where(hit, channels[name] + jump, channels[name])

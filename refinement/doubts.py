@@ -37,9 +37,9 @@ class Doubt:
 
 
 def known_of(vehicle: Vehicle) -> Known:
-    """What the owner of a complete vehicle file knows: a number at its default was not measured."""
+    """What the owner of a complete vehicle file knows: a number at its default was not measured, unless its error is stated."""
     values = {n.name: float(getattr(vehicle, n.name)) for n in NUMBERS}
-    numbers = {n.name: values[n.name] for n in NUMBERS if values[n.name] != n.default}
+    numbers = {n.name: values[n.name] for n in NUMBERS if values[n.name] != n.default or n.name in vehicle.uncertainty}
     given = (vehicle.effects, vehicle.uncertainty, vehicle.source, vehicle.simulator)
     return Known(vehicle.name, numbers, *given, driveline=vehicle.driveline)
 

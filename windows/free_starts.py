@@ -64,6 +64,11 @@ class JointPrior:
         """(1,) time of the observation (s): before the drive."""
         return np.zeros(1)
 
+    @property
+    def prior(self) -> bool:
+        """It is what is known beforehand."""
+        return True
+
     def residual(self, p: Array) -> Array:
         """(1, K) residuals in standard deviations for parameters p (n_p,)."""
         values = np.array([p[self.model.p.index(name)] for name in self.names])

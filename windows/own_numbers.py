@@ -36,9 +36,10 @@ def with_own_numbers(model: Model, names: Sequence[str]) -> Model:
     vehicle = model.geometry
     free = [name for name in names if name in MODELLED and name not in model.p]
     values = {name: vehicle.rear_track if name == "track_rear" else float(getattr(vehicle, name)) for name in free}
+    own = (*(name for name in model.p.names if name in MODELLED), *free)
     layout = Layout(tuple(Signal(name, MODELLED[name].unit, MODELLED[name].doc, value) for name, value in values.items()))
     stages = tuple(
-        replace(s, compute=lambda q: vehicle_quantities(vehicle, {name: q[name] for name in layout.names}))
+        replace(s, compute=lambda q: vehicle_quantities(vehicle, {name: q[name] for name in own}))
         if s.name == "vehicle" and free else s
         for s in model.stages
     )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -29,5 +30,6 @@ class Free:
 
     def at_bound(self, value: float) -> bool:
         """Whether `value` lies on one of the bounds."""
-        near = 1e-6 * max(self.upper - self.lower, 1e-9)
+        span = self.upper - self.lower
+        near = 1e-6 * max(span if math.isfinite(span) else self.scale, 1e-9)
         return value <= self.lower + near or value >= self.upper - near

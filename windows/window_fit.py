@@ -39,6 +39,11 @@ class Beside(Protocol):
         """(C,) time of each cluster (s)."""
         ...
 
+    @property
+    def prior(self) -> bool:
+        """Whether it is what is known beforehand, which scatters as it is stated to, and no data."""
+        ...
+
     def residual(self, p: Array) -> Array:
         """(C, m) residuals in standard deviations for parameters p (n_p,)."""
         ...
@@ -240,6 +245,19 @@ class _Problem:
         joined, stacked = np.concatenate(scores), np.concatenate(hessians)
         return stacked.sum(axis=0) + np.diag(slope**2), joined.sum(axis=0) + slope * away, joined, stacked
 
+    def joint(self, full: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Information (K, K) of what is known of numbers together, at full (D, n_p), and which clusters (C,) are data: what is
+        known beforehand is one observation, whose own score says nothing of how it scatters."""
+        known, at = np.zeros((len(self.free), len(self.free))), sum(len(windows.rows) for windows in self.drives)
+        data = np.ones(at + sum(len(more.times) for more in self.beside), dtype=bool)
+        for more, row, mine in zip(self.beside, full, self.mine, strict=False):
+            if more.prior:
+                root = more.linearise(row, [self.free[k] for k in mine]).by_free.reshape(-1, len(mine)) * self.scale[mine]
+                known[np.ix_(mine, mine)] += root.T @ root
+                data[at : at + len(more.times)] = False
+            at += len(more.times)
+        return known, data
+
     def places(self) -> Array:
         """(C, 2) drive and time (s) of each cluster."""
         rows = [windows.drive.t[windows.rows] for windows in self.drives] + [more.times for more in self.beside]
@@ -274,11 +292,11 @@ class _Problem:
         parts = self.reduced(value, x0)
         hessian, _, scores, hessians = self.normal(value, parts)
         scale = self.scale
-        known = np.diag((self.prior(value)[1] * scale) ** 2)
-        centred = (scores - scores.mean(axis=0)) * scale
+        known, full = np.diag((self.prior(value)[1] * scale) ** 2), self.full(value)
+        joint, data = self.joint(full)
+        centred = (scores[data] - scores[data].mean(axis=0)) * scale
         scaled = hessian * np.outer(scale, scale)
-        covariance = cluster_covariance(scaled, centred, known, rcond=1e-12) * np.outer(scale, scale)
-        full = self.full(value)
+        covariance = cluster_covariance(scaled, centred, known + joint, rcond=1e-12) * np.outer(scale, scale)
         residuals = [windows.residual(row, states) for windows, row, states in zip(self.drives, full, x0, strict=True)]
         costs = np.concatenate([window_costs(z) for z in residuals])
         return WindowFit(

@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from softsoil.codegen.compiled import find_compiler
+from softsoil.codegen.compiled import compiler_version, find_compiler, machine
 from softsoil.files.cache import scratch_folder, writable_cache
 
 FLAGS = ("-O3", "-march=native", "-fno-math-errno")
@@ -23,7 +23,7 @@ def sources(folder: Path) -> list[Path]:
 
 
 def build_c_library(folder: str | Path, flags: Sequence[str] = FLAGS, compiler: str | None = None) -> Path:
-    """The library in `folder` as a shared library, kept in the cache under its content, compiler and flags.
+    """The library in `folder` as a shared library, kept in the cache under its content, compiler, processor and flags.
 
     Raises ValueError where there is no compiler or it refuses.
     """
@@ -32,7 +32,8 @@ def build_c_library(folder: str | Path, flags: Sequence[str] = FLAGS, compiler: 
         raise ValueError("C library: expected a C compiler ($CC, cc, gcc or clang), found none")
     folder = Path(folder)
     texts = [path.read_bytes() for path in sorted(folder.rglob("*.[ch]"))]
-    key = hashlib.sha256(b"\0".join([*texts, compiler.encode(), *(flag.encode() for flag in flags)])).hexdigest()
+    built_by = (compiler, compiler_version(compiler), machine(), *flags)
+    key = hashlib.sha256(b"\0".join([*texts, *(part.encode() for part in built_by)])).hexdigest()
     library = writable_cache() / f"softsoil_{key[:24]}.so"
     if not library.is_file():
         with scratch_folder(library.parent) as scratch:
