@@ -8,6 +8,7 @@ import pytest
 
 from c_folders import NAMES, SCALAR, declared, library
 from drives import clay_drive, reference_vehicle
+from softsoil.codegen.c_library import build
 from softsoil.codegen.c_library.binding import CFilter, CLibrary
 from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.c_library.folder import write_library
@@ -169,3 +170,14 @@ def test_replay_is_the_loop(name):
             other.update(y[k], t[k])
     assert np.array_equal(one.x, other.x) and np.array_equal(found["x"][-1], other.x)
     assert np.array_equal(one.P, other.P)
+
+
+def test_a_library_in_the_cache_is_of_its_processor_and_compiler(tmp_path, monkeypatch):
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / "softsoil_filter.c").write_text("int f(void) { return 1; }\n", encoding="utf-8")
+    found = set()
+    for processor, version in (("flags: avx512f", "gcc 12"), ("flags: sse2", "gcc 12"), ("flags: sse2", "gcc 14")):
+        monkeypatch.setattr(build, "machine", lambda processor=processor: processor)
+        monkeypatch.setattr(build, "compiler_version", lambda _, version=version: version)
+        found.add(build.build_c_library(tmp_path).name)
+    assert len(found) == 3

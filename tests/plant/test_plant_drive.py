@@ -130,3 +130,14 @@ def test_a_step_in_a_logs_steering_stays_a_step() -> None:
     found = driver(np.array([0.012, 0.017, 0.019, 0.030, 0.054]), None)  # type: ignore[arg-type]
     assert found[:, 0] == pytest.approx([0.30, 0.30, -0.01, -0.015, -0.035])
     assert found[:, 1] == pytest.approx(np.array([0.012, 0.017, 0.019, 0.030, 0.054]) / 0.06)
+
+
+def test_outliers_are_as_large_as_the_noise_says_whatever_else_a_sensor_does() -> None:
+    clean = simulate(LEFT, CLAY, 2.4)
+    sizes = []
+    for more in ({}, {"delay": {"omega_z": 0.2}}, {"scale": {"omega_z": 1.3}}):
+        sensors = [Sensors("table5", outliers=share, outlier_size=50.0, **more) for share in (0.0, 0.2)]
+        whole, hit = (one.apply(clean, 3)["omega_z"] for one in sensors)
+        jumps = np.abs(hit - whole)
+        sizes.append(float(jumps[jumps > 0].max()))
+    assert sizes == pytest.approx([sizes[0]] * 3, rel=0.05)
