@@ -86,7 +86,7 @@ def test_a_load_that_the_tracing_names_is_sized_by_free_starts():
         assert not any("free initial states" in note for note in found.notes), "the tracing itself names it"
         masses.append(found.effects[0].parameters["payload_mass"])
     (recorded, recorded_std, _), (free, std, _) = masses
-    assert std < 0.5 * recorded_std
+    assert std < 0.7 * recorded_std, "with the error that the vehicle's numbers have together"
     assert abs(free / LOAD - 1) < 0.05 < abs(recorded / LOAD - 1), "noise at recorded starts biases the size"
     assert abs(found.n_after[0] / N - 1) < 0.03
     assert found.declaration.vehicle.effects["payload"]["payload_mass"] == free
