@@ -125,63 +125,25 @@ def steering_checks(m: Motion, geometry: Geometry) -> list[Check]:
         return []
     delta, turning = delta[good], turning[good]
     one_sided = all(abs(np.mean(x)) > np.std(x) for x in (delta, turning))
+    name, expected = ("steer_yaw_rate", "steer"), "a yaw rate that follows the steering angle, L omega_z/u = gain steer"
     if np.std(delta) < 1e-6 and not one_sided:
         found = f"a constant angle of {np.median(delta):.4f} rad while the path's curvature varies"
-        return [
-            Check(
-                "steer_yaw_rate",
-                "steer",
-                False,
-                found,
-                "a steering angle that turns the vehicle",
-                "map another column to steer",
-                True,
-            )
-        ]
+        return [Check(*name, False, found, "a steering angle that turns the vehicle", "map another column to steer", True)]
     correlation = [lagged(delta, turning, lag, one_sided) for lag in range(-2, 3)]
     best, worst = max(correlation), min(correlation)
     gain = float(np.sqrt(np.mean(turning**2) / np.mean(delta**2)) if one_sided else np.std(turning) / np.std(delta))
     found = f"correlation {correlation[2]:+.2f} ({best:+.2f} at best within 1 s), gain {gain:.3f}"
-    expected = "a yaw rate that follows the steering angle, L omega_z/u = gain steer"
     if best < 0.3 and worst < -0.6:
-        return [
-            Check(
-                "steer_yaw_rate",
-                "steer",
-                False,
-                found,
-                expected,
-                "sign = -1 for steer (positive to the left), or its clock is off by a second or more",
-                True,
-            )
-        ]
+        cure = "sign = -1 for steer (positive to the left), or its clock is off by a second or more"
+        return [Check(*name, False, found, expected, cure, True)]
     low, high = LIMITS.steer_gain
     if best > 0.6 and not low <= gain <= high:
         hint = unit_hint("steer", 1.0 / gain) or " (the angle of the steering wheel? give ratio)"
-        return [
-            Check(
-                "steer_yaw_rate",
-                "steer",
-                False,
-                found,
-                f"{expected}, gain {low:g} to {high:g}",
-                f"correct the unit of steer{hint}",
-                True,
-            )
-        ]
+        return [Check(*name, False, found, f"{expected}, gain {low:g} to {high:g}", f"correct the unit of steer{hint}", True)]
     if best < 0.6:
-        return [
-            Check(
-                "steer_yaw_rate",
-                "steer",
-                False,
-                found,
-                expected,
-                "steer does not explain the turning: another column, clock or vehicle?",
-                best < 0.15,
-            )
-        ]
-    return [Check("steer_yaw_rate", "steer", True, found, expected)]
+        cure = "steer does not explain the turning: another column, clock or vehicle?"
+        return [Check(*name, False, found, expected, cure, best < 0.15)]
+    return [Check(*name, True, found, expected)]
 
 
 def turned_over(steering: list[Check], sides: list[Check]) -> list[Check]:

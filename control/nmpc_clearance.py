@@ -33,7 +33,7 @@ def placed(ocp: Ocp, obstacles: ArrayLike | None) -> Array:
     given = np.broadcast_to(given, (n + 1, *given.shape)) if given.ndim == 2 else given
     if given.ndim != 3 or given.shape[0] != n + 1 or given.shape[1] > most or given.shape[2] != 3:
         raise ValueError(f"obstacles: expected up to {most} as (x, y, radius), found shape {given.shape}")
-    full[:, : given.shape[1]] = given
+    full[:, : given.shape[1]] = np.where(given[:, :, 2:] < 0.0, ABSENT, given)
     return full
 
 
@@ -74,7 +74,7 @@ def judged(status: Status, gaps: Array, now: Array, nearest: float) -> tuple[Sta
     nothing, no plan can change it; where an obstacle is inside the room around it already, a plan may come NEARER by a little, as
     the rear does when it steers away, but not beyond `nearest`.
     """
-    least_of = np.minimum(np.maximum(now - NEARER, np.minimum(now, nearest)), 0.0)
-    touching = np.flatnonzero((gaps[1:] < np.where(now < 0.0, least_of, 0.0)).any(axis=1))
+    limit = np.where(now < 0.0, np.maximum(now - NEARER, np.minimum(now, nearest)), 0.0)
+    touching = np.flatnonzero((gaps[1:] < limit).any(axis=1))
     least, stage = float(gaps[1:].min(initial=np.inf)), int(touching[0]) + 1 if len(touching) else -1
     return (Status.BLOCKED if status.usable and stage > 0 else status), least, stage

@@ -54,7 +54,10 @@ def _of_the_earth(name: str, plan: ImportMap) -> bool:
 
 
 def _turned(ahead: Array, aside: Array, yaw: float) -> tuple[Array, Array]:
-    """Components in the vehicle's frame of a vector given in a frame turned to the left by yaw (rad)."""
+    """Components in the vehicle's frame of a vector given in a frame turned to the left by yaw (rad); where it is not turned, a
+    sample that one of them lacks is none of the other's."""
+    if yaw == 0.0:
+        return ahead, aside
     return ahead * np.cos(yaw) - aside * np.sin(yaw), ahead * np.sin(yaw) + aside * np.cos(yaw)
 
 

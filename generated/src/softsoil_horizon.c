@@ -179,6 +179,7 @@ int softsoil_horizon_init(softsoil_horizon_t *h, const softsoil_horizon_options_
   h->options = chosen;
   h->clock = t - chosen.dt;
   h->heard = t;
+  h->doubt = -HUGE_VAL;
   h->t = h->changed_at = t;
   for (int i = 0; i < SOFTSOIL_N_U; ++i) h->inputs[i] = first_u[i];
   for (int i = 0; i < SOFTSOIL_N_Y; ++i) h->good_row[i] = -1;
@@ -276,6 +277,7 @@ int softsoil_horizon_push(softsoil_horizon_t *h, const double u[SOFTSOIL_N_U], c
   }
   int status = SOFTSOIL_OK, any = 0;
   h->doubted = 0.0;
+  h->doubt = -HUGE_VAL;
   if (!(since >= 0.5) || (t - h->clock) > 1.0 + h->options.dt) {
     h->clock = t - h->options.dt;
     h->first_row = h->next_row = h->rows;

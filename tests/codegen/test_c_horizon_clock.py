@@ -63,6 +63,17 @@ def test_samples_of_a_second_source_that_is_always_late_are_left_out():
     assert late == 400
 
 
+@pytest.mark.parametrize("first", [1.005, 40.0])
+def test_a_slow_source_that_is_always_late_is_left_out(first):
+    """Once in about a second, among samples that are in time: it is no clock that was set back."""
+    c, nothing = CHorizon(library("tracks", FLAGS), 50.0), np.full(6, np.nan)
+    u = np.zeros(len(c.library.formulation["inputs"]))
+    for k in range(500):
+        assert c.push(u, nothing, 50.0 + 0.012 * (k + 1)) != LATE
+        if k % 83 == 0:
+            assert c.push(u, nothing, first + 1.005 * (k // 83)) == LATE
+
+
 def test_zeros_are_no_verdict_to_drive_on():
     """A horizon in static memory that was never started, or whose start was refused."""
     c = CHorizon(library("tracks", FLAGS))

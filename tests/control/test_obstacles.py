@@ -42,6 +42,7 @@ def test_a_plan_through_an_obstacle_touches_it_wherever_that_is(origin):
     gaps = planned_gaps(ocp, z, there)
     assert gaps[:, 0].min() == pytest.approx(-1.0 - (ocp.body - ocp.settings.margin), abs=0.2)
     assert np.isinf(planned_gaps(ocp, z, placed(ocp, None))).all()
+    np.testing.assert_array_equal(placed(ocp, [[origin[0] + 3.0, origin[1], -0.5]]), placed(ocp, None))
     np.testing.assert_array_equal(there[:, 1:], np.tile(ABSENT, (len(z), ocp.settings.obstacles - 1, 1)))
 
 

@@ -73,6 +73,17 @@ def test_a_sensor_of_v_alone_has_its_place_and_turn(clean, mount):
     assert np.allclose(drive["v"], clean["v"][: len(drive)], atol=0.02 if mount == "velocity" else 1e-9)
 
 
+def test_a_gap_of_v_is_none_of_u(clean):
+    """Of one sensor that is not turned: a v that is missing took u with it."""
+    rows = slice(300, 420)
+    gap = clean["v"].copy()
+    gap[rows] = np.nan
+    series = {"log.csv": Series("log.csv", clean.t, {name: clean[name] for name in ("u", "omega_z", "steer")} | {"v": gap})}
+    channels = {name: f"log.csv:{name}" for name in ("u", "v", "omega_z", "steer")}
+    drive = merge("log", map_from_table({"channels": channels}, "map"), series, VEHICLE).recording
+    assert np.isfinite(drive["u"]).all() and np.isnan(drive["v"]).sum() > 80
+
+
 def test_an_accelerometer_of_one_axis_has_its_place_and_tilt(clean):
     turning = np.gradient(clean["omega_z"], clean.t)
     roll = 0.1
