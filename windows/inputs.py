@@ -61,9 +61,10 @@ def _slope(values: Array, dt: float) -> Array:
 
 
 def _longitudinal(filled: dict[str, Array], recording: Recording) -> Array:
-    """du/dt - v omega_z in the sense of the model's input: the accelerometer's, and where it is missing the slope of u."""
+    """du/dt (m/s^2), (N,): by the accelerometer, a_x_imu + v omega_z, and where it is missing the slope of u."""
+    known = accelerometer_known(recording) & ("a_x_imu" in filled)
+    measured = filled["a_x_imu"] + filled["v"] * filled["omega_z"] if known.any() else np.zeros(len(recording))
+    if known.all():
+        return measured
     window = min(2 * round(0.1 / recording.dt) + 1, len(filled["u"]) // 2 * 2 - 1)
-    slope: Array = savgol_filter(filled["u"], max(window, 3), 1, deriv=1, delta=recording.dt)
-    if "a_x_imu" not in filled:
-        return slope
-    return np.where(accelerometer_known(recording), filled["a_x_imu"] + filled["v"] * filled["omega_z"], slope)
+    return np.where(known, measured, savgol_filter(filled["u"], max(window, 3), 1, deriv=1, delta=recording.dt))

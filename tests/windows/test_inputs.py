@@ -42,6 +42,15 @@ def test_where_the_accelerometer_is_silent_the_speed_says_how_it_changes(gap):
     assert np.allclose(measured_inputs(short, clay_bicycle().external)[0][:, column], whole, atol=0.02)
 
 
+def test_an_accelerometer_asks_nothing_of_the_speed():
+    """Not even that there are enough rows for its slope."""
+    drive = clay_drive(3.0)
+    short = drive.with_channels(t=drive.t).between(0.0, 0.013)
+    assert len(short) == 2
+    found = measured_inputs(short, clay_bicycle().external)[0][:, clay_bicycle().external.index("a_x")]
+    assert np.allclose(found, short["a_x_imu"] + short["v"] * short["omega_z"])
+
+
 def test_a_step_of_the_steering_stays_a_step():
     drive = clay_drive(3.0)
     steer = np.where(drive.t < 1.5, 0.0, 0.2)
