@@ -42,7 +42,7 @@ def test_a_gap_in_an_input_is_left_out():
 
 
 def test_what_the_model_leaves_of_a_slow_log_is_asked_too():
-    """A steering 0.02 rad off at 40 Hz, with a vehicle's file that states no errors: n was identified, 12 % low."""
+    """A steering 0.02 rad off at 40 Hz, with a vehicle's file that states no errors: n was identified."""
     drive = add_noise(read_drive(MULTI_LOG).between(0.0, 25.0), "good", 1)
     slow = replace(drive, channels={name: values[::2] for name, values in drive.channels.items()}, truth={})
     model = bicycle(reference_vehicle().with_(joint_error=None, uncertainty={}), CLAY)
