@@ -1,10 +1,12 @@
 """What the C library must stand, at length: python -m benchmarks.clibrary_trust WHAT [--amount N].
 
-WHAT is storm, fuzz, arm, generate, controller or driver.
+WHAT is storm, fuzz, arm, memory, generate, controller or driver.
 
 storm: ten million steps of random driving with everything that can go wrong, under address and undefined sanitizers;
 fuzz: libFuzzer (clang) for ten minutes on the estimator from the corpus in tests/codegen/clibrary_corpus, or with --of on the
 controller or the driver; arm: the library on 32-bit ARM under emulation against this machine, and the instructions of a step;
+memory: bytes of code, of the largest stack frame and of the structure, source by source, by this machine's gcc at
+-O2 in scalars, then of all the stack that a drive writes to;
 generate: `softsoil generate --model refined.toml` with an empty cache and again, in seconds, and its bytes (--model: another
 refined.toml than one made of the reference vehicle);
 controller: a million solves of the controller on the plain bicycle with everything that can go wrong, under sanitizers;
@@ -22,10 +24,14 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.judges.c_library import CORPUS, SANITIZERS, arm_instructions, arm_numbers, build
+from benchmarks.judges.c_library import CORPUS, SANITIZERS, arm_instructions, arm_numbers, build, parts_memory
 
 PROJECT = Path(__file__).resolve().parents[1]
 STEPS, SECONDS = 10_000_000, 600
+SMALL = ("gcc", "-O2", "-fno-math-errno", "-DSOFTSOIL_SCALAR")
+"""As a small processor would have it."""
+FAST = ("gcc", "-O3", "-march=native", "-fno-math-errno")
+"""As the README's line builds it."""
 
 
 def storm(folder: Path, scratch: Path, steps: int, sanitizers: tuple[str, ...] = SANITIZERS) -> None:
@@ -93,6 +99,35 @@ def arm(folder: Path, scratch: Path) -> None:
     print(f"one prediction, update and model step on 32-bit ARM: {arm_instructions(folder, scratch):.0f} instructions")
 
 
+def memory(folder: Path, scratch: Path) -> None:
+    """A line for every source of the library, then what a drive writes to on the stack."""
+    sizes = structures(folder, scratch)
+    print(f"{'source':<20}{'code':>9}{'data':>6}{'structure':>11}{'largest frame':>15}")
+    for part in parts_memory(SMALL, folder, scratch):
+        print(f"{part.name:<20}{part.code:>9}{part.data:>6}{sizes.get(part.name, 0):>11}{part.frame:>15}  {part.function}")
+    look = ("-DLOOK",) if (folder / "include" / "softsoil_vehicle.h").is_file() else ()
+    for words, compiler in (("in scalars", SMALL), ("in this machine's vectors", FAST)):
+        program = build(list(compiler), folder, "clibrary_stack.c", scratch / "stack", (*look, "-pthread"))
+        done = subprocess.run([str(program)], capture_output=True, text=True, check=True)
+        alone, *more = (int(line.split()[1]) for line in done.stdout.splitlines())
+        beside = zip(("the horizon", "the look at the vehicle"), more, strict=False)
+        print(f"bytes of stack, {words}: filter {alone}", *(f"with {name} {size}" for name, size in beside), sep="; ")
+
+
+def structures(folder: Path, scratch: Path) -> dict[str, int]:
+    """Bytes of the structure that each source works on, by the source's name."""
+    sources = {"softsoil": "softsoil_filter"}
+    headers = sorted((folder / "include").glob("softsoil*.h"))
+    names = [file.stem for file in headers if f"{file.stem}_size(void)" in file.read_text(encoding="utf-8")]
+    includes = "".join(f'#include "{name}.h"\n' for name in names)
+    lines = "".join(f'  printf("{sources.get(name, name)} %lu\\n", (unsigned long){name}_size());\n' for name in names)
+    source = scratch / "structures.c"
+    source.write_text(f"#include <stdio.h>\n{includes}int main(void) {{\n{lines}  return 0;\n}}\n", encoding="utf-8")
+    program = build(list(SMALL), folder, str(source), scratch / "structures")
+    done = subprocess.run([str(program)], capture_output=True, text=True, check=True)
+    return {name: int(size) for name, size in (line.split() for line in done.stdout.splitlines())}
+
+
 def reference_declaration() -> str:
     """A refined.toml of the reference vehicle with its effects, on clay."""
     from softsoil.declaration.model_file import Declaration, declaration_toml
@@ -137,7 +172,7 @@ def generate(model: Path | None, scratch: Path) -> None:
 def main() -> None:
     """Read the command line and run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("storm", "fuzz", "arm", "generate", "controller", "driver"))
+    parser.add_argument("what", choices=("storm", "fuzz", "arm", "memory", "generate", "controller", "driver"))
     parser.add_argument("--amount", type=int, help="steps of the storm, seconds of fuzzing")
     parser.add_argument("--of", choices=("estimator", *LIBRARIES), default="estimator", help="what is fuzzed")
     parser.add_argument("--folder", type=Path, default=PROJECT / "generated")
@@ -148,7 +183,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as scratch:
             generate(given.model, Path(scratch))
         return
-    amounts = {"storm": STEPS, "fuzz": SECONDS, "arm": 0, "controller": STEPS // 10, "driver": STEPS // 50}
+    amounts = {"storm": STEPS, "fuzz": SECONDS, "arm": 0, "memory": 0, "controller": STEPS // 10, "driver": STEPS // 50}
     amount, sanitizers = given.amount or amounts[given.what], () if given.plain else SANITIZERS
     with tempfile.TemporaryDirectory() as scratch:
         if given.what in LIBRARIES:
@@ -157,6 +192,8 @@ def main() -> None:
             fuzz(given.of, given.folder, Path(scratch), amount)
         elif given.what == "storm":
             storm(given.folder, Path(scratch), amount, sanitizers)
+        elif given.what == "memory":
+            memory(given.folder, Path(scratch))
         else:
             arm(given.folder, Path(scratch))
 

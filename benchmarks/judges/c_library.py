@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from tempfile import mkdtemp
@@ -39,6 +40,32 @@ def objects(compiler: tuple[str, ...], folder: Path) -> tuple[str, ...]:
         made.append(str(there / f"{file.stem}.o"))
         subprocess.run([*compiler, f"-I{folder / 'include'}", "-c", str(file), "-o", made[-1]], check=True)
     return tuple(made)
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a source of the library takes (bytes): code with its constants, data that can be written to, the largest frame of a
+    function on the stack, and which function's it is."""
+
+    name: str
+    code: int
+    data: int
+    frame: int
+    function: str
+
+
+def parts_memory(compiler: tuple[str, ...], folder: Path, scratch: Path) -> list[Part]:
+    """Memory of every source, compiled by gcc with its flags; `size` of the binutils reads the objects."""
+    found = []
+    for file in sorted((folder / "src").glob("*.c")):
+        made = scratch / f"{file.stem}.o"
+        command = [*compiler, "-fstack-usage", f"-I{folder / 'include'}", "-c", str(file), "-o", str(made)]
+        subprocess.run(command, check=True)
+        sized = subprocess.run(["size", str(made)], capture_output=True, text=True, check=True).stdout.splitlines()[1].split()
+        frames = [line.split("\t")[:2] for line in made.with_suffix(".su").read_text(encoding="utf-8").splitlines()]
+        frame, function = max((int(size), place.rsplit(":", 1)[1]) for place, size in frames)
+        found.append(Part(file.stem, int(sized[0]), int(sized[1]) + int(sized[2]), frame, function.split(".")[0]))
+    return found
 
 
 def arm_numbers(folder: Path, scratch: Path, source: str = "clibrary_arm.c") -> tuple[list[float], list[float]]:

@@ -1,6 +1,7 @@
 """The generated controller: the same plan as Python's, its promises, and the folder as an engineer meets it."""
 
 import ctypes
+import os
 import re
 import shutil
 import subprocess
@@ -439,9 +440,9 @@ def test_the_example_closes_the_loop(tmp_path):
 
 
 def test_cmake_takes_it_as_a_subdirectory_and_as_a_package(tmp_path):
+    """The filter as a subdirectory, filter and controller as a package, by CMake and by pkg-config."""
     if shutil.which("cmake") is None:
         pytest.skip("cmake is not installed")
-    """The filter as a subdirectory, filter and controller as a package."""
     for name, text in (("added", FILTER), ("found", BOTH)):
         (tmp_path / name).mkdir()
         (tmp_path / name / "main.c").write_text(text, encoding="utf-8")
@@ -467,6 +468,12 @@ def test_cmake_takes_it_as_a_subdirectory_and_as_a_package(tmp_path):
     run("cmake", "-B", "one", "-S", "found", f"-DCMAKE_PREFIX_PATH={tmp_path / 'installed'}")
     run("cmake", "--build", "one")
     run("one/own")
+    if shutil.which("pkg-config"):
+        described = next((tmp_path / "installed").rglob("softsoil.pc"))
+        asked, where = ["pkg-config", "--cflags", "--libs", "softsoil"], {"PKG_CONFIG_PATH": str(described.parent)}
+        flags = subprocess.run(asked, capture_output=True, text=True, check=True, env={**os.environ, **where}).stdout.split()
+        run("cc", "found/main.c", *flags, "-o", "three")
+        run("./three")
     run("cmake", "-B", "two", "-S", "added", quick)
     run("cmake", "--build", "two", "-j2")
     run("two/own")
