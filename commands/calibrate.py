@@ -84,7 +84,14 @@ def split(
                 f"expected single-wheel runs (.npz, .csv, .csv.gz, .parquet or a folder), found none at {path}"
             )
     if judge:
-        return read_wheel_runs(data, columns, wheel, soil), read_wheel_runs(judge, columns, wheel, soil)
+        fitted, judging = read_wheel_runs(data, columns, wheel, soil), read_wheel_runs(judge, columns, wheel, soil)
+        known = {(run.f_x.tobytes(), run.f_y.tobytes()) for run in fitted}
+        again = [run.name for run in judging if (run.f_x.tobytes(), run.f_y.tobytes()) in known]
+        if again:
+            raise ValueError(
+                f"--judge: expected other runs than the {len(fitted)} fitted ones, found {len(again)} of them again: {again[0]}"
+            )
+        return fitted, judging
     if len(data) == 1 and data[0].is_dir():
         cal, val = sorted(data[0].glob("*_cal.npz")), sorted(data[0].glob("*_val.npz"))
         if cal and val:

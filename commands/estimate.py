@@ -56,7 +56,7 @@ def estimate(
 
     Example: softsoil estimate data/multi_clay_n0.50.parquet --soil clay --n0 0.7
     """
-    folder = output_folder(out, "estimate")
+    folder = output_folder(out, "estimate", ("estimate.json", "estimate.png"))
     say_vehicle(vehicle, model)
     declared = declaration(vehicle, soil, law, model)
     clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
@@ -70,7 +70,7 @@ def estimate(
     if not np.isfinite(found.n_front[-1]):  # no soil: nothing to draw
         say_written([write_result(folder / "estimate.json", as_json(found, clocks), about_vehicle(vehicle, model))])
         return
-    figure = draw_estimate(clean.name, clean, found, first, named_n(clean.name), folder / "estimate.png")
+    figure = draw_estimate(clean.name, clean, found, named_n(clean.name), folder / "estimate.png")
     say_written([write_result(folder / "estimate.json", as_json(found, clocks), about_vehicle(vehicle, model)), figure])
 
 
@@ -85,6 +85,7 @@ def as_json(found: TerrainEstimate, clocks: Sequence[LateClock] = ()) -> dict:
         "n_rear": found.n_rear[-1],
         "n_front_std": found.n_front_std[-1],
         "n_rear_std": found.n_rear_std[-1],
+        "n0": found.n0 if np.isfinite(found.n0) else None,
         "converged_s": found.converged_s,
         "nis_inside_95": found.nis_inside_95 if len(found.nis) and not found.noise_free else None,
         "filter": _filter(found),

@@ -45,7 +45,7 @@ def identify_command(
     Example: softsoil identify lock.csv multi.csv other.csv --vehicle known.toml --soil clay --soil sandy_loam --soil clay
     """
     paths, judged = _judged(logs, judge)
-    folder = output_folder(out, "identify")
+    folder = output_folder(out, "identify", ("identify.json", "vehicle.toml", "report.html"))
     known = load_known(vehicle)
     geometry = declared_vehicle(known)
     drives = [open_drive(path, columns, noise, seed + 10 * i, geometry=geometry)[1] for i, path in enumerate(paths)]
@@ -62,14 +62,13 @@ def identify_command(
 
 def _judged(logs: list[Path], judge: Path | None) -> tuple[list[Path], int]:
     """All logs, and which of them judges: the last, or `judge`, which may stand among the logs or beside them."""
+    where = [path.resolve() for path in logs]
     if judge is None:
         paths, judged = logs, len(logs) - 1
-    elif judge in logs:
-        paths, judged = logs, logs.index(judge)
+    elif judge.resolve() in where:
+        paths, judged = logs, where.index(judge.resolve())
     else:
         paths, judged = [*logs, judge], len(logs)
     if len(paths) < 2:
         raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(paths)}")
-    if len(set(paths)) < len(paths):
-        raise ValueError("identify: expected different logs, found one twice: a log that is fitted cannot judge")
     return paths, judged

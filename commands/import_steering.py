@@ -10,6 +10,7 @@ import numpy as np
 
 from softsoil.commands.output import console
 from softsoil.importing.import_map import STEER_COMMAND, ImportMap, Mapped
+from softsoil.importing.merge import wanted_span
 from softsoil.importing.sources import Series
 from softsoil.importing.steering_fit import SteeringFit, fit_steering_map
 from softsoil.symbolic.vehicle import Vehicle
@@ -40,14 +41,15 @@ def without_command(plan: ImportMap) -> ImportMap:
 
 
 def fitted_map(plan: ImportMap, series: Mapping[str, Series]) -> SteeringFit | None:
-    """The steering map of a log with both channels, None for one without.
+    """The steering map of a log with both channels, None for one without; of the part that the map's [clock] wants.
 
     plan: the import's; series: by source. Raises ValueError where the angles do not follow the command.
     """
     if STEER_COMMAND not in plan.channels:
         return None
     (t, command), (of_angle, angle) = (_values(plan.channels[name], series) for name in (STEER_COMMAND, "steer"))
-    inside = (of_angle >= t[0]) & (of_angle <= t[-1])
+    begin, end = wanted_span(plan, series)
+    inside = (of_angle >= max(t[0], begin)) & (of_angle <= min(t[-1], end))
     return fit_steering_map(of_angle[inside], np.interp(of_angle[inside], t, command), angle[inside])
 
 

@@ -37,9 +37,12 @@ def inspect(
         fields = " and ".join((offer.path, *offer.beside)) + (" (rate)" if offer.rate else "")
         unit = f" [{offer.unit}]" if offer.unit else ""
         console.print(f"{offer.channel}: {offer.source}:{fields}{unit}, by {offer.why}", highlight=False)
-    folder = output_folder(out, "inspect")
-    toml = folder / "map.toml"
-    toml.write_text(draft(holdings), encoding="utf-8")
+    folder = output_folder(out, "inspect", ("inspect.json",))
+    toml, text = folder / "map.toml", draft(holdings)
+    if toml.is_file() and toml.read_text(encoding="utf-8") != text:
+        earlier = toml.replace(folder / "map.before.toml")  # somebody may have edited it
+        console.print(f"the earlier {toml} is now {earlier}", highlight=False)
+    toml.write_text(text, encoding="utf-8")
     content = {"sources": [holding.as_json() for holding in holdings]}
     say_written([toml, write_result(folder / "inspect.json", content)])
 

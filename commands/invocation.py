@@ -15,13 +15,19 @@ from pathlib import Path
 @dataclass
 class Invocation:
     """arguments: as typed after `softsoil`; began: time of the clock (s); folder: where the command writes, once it is
-    chosen; resumes: file of results from which the same command goes on after an interruption.
+    chosen, and writes: the names that its files have there; resumes: file of results from which the same command goes on
+    after an interruption.
     """
 
     arguments: tuple[str, ...] = ()
     began: float = field(default_factory=time.time)
     folder: Path | None = None
+    writes: tuple[str, ...] = ()
     resumes: Path | None = None
+
+    def given(self) -> set[Path]:
+        """What the arguments may name of files, with or without an option's name before them."""
+        return {Path(word).resolve() for argument in self.arguments for word in (argument, argument.partition("=")[2]) if word}
 
     def left_behind(self) -> str:
         """What an interruption keeps, as the end of a sentence."""

@@ -68,7 +68,7 @@ def map_soil(
 
     Example: softsoil map data/multi_clay_n0.50.parquet data/paper_clay_n0.50.csv.gz --soil clay
     """
-    folder = output_folder(out, "map")
+    folder = output_folder(out, "map", ("map.json", "map.png"))
     say_vehicle(vehicle, model)
     declared = declaration(vehicle, soil, law, model)
     built, n0 = declared.build(), float(declared.soil.n)

@@ -41,16 +41,20 @@ class OutputFolder(os.PathLike[str]):
         return str(self.path)
 
 
-def output_folder(out: Path | None, command: str) -> OutputFolder:
+def output_folder(out: Path | None, command: str, writes: Sequence[str] = ()) -> OutputFolder:
     """The folder that a command writes in: `out`, or runs/<command>; checked before any work, made with its first file.
 
-    Raises ValueError where it is a file or cannot be written.
+    writes: names that its files may have there: what an earlier run left of them goes once this one has written its own. Raises
+    ValueError where it is a file or cannot be written, or where an input would be written over.
     """
     folder = out if out is not None else RUNS / command
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"--out: expected a folder, found a file at {folder}")
+    for name in writes:
+        if (folder / name).is_file() and (folder / name).resolve() in current().given():
+            raise ValueError(f"--out: expected a folder where no input is written over, found {folder / name}: name another one")
     _check_writable(folder)
-    current().folder = folder
+    current().folder, current().writes = folder, tuple(writes)
     return OutputFolder(folder)
 
 
@@ -79,7 +83,13 @@ def write_result(path: Path, content: Mapping[str, Any], vehicle: Mapping[str, s
 
 
 def say_written(paths: Sequence[Path]) -> None:
-    """The last lines of a command: what it wrote."""
+    """The last lines of a command: what it wrote. What an earlier run wrote and this one did not is taken away: it would be read
+    as this one's."""
+    folder, names = current().folder, current().writes
+    if folder is not None:
+        for path in (folder / name for name in names):
+            if path not in paths:
+                path.unlink(missing_ok=True)
     for path in paths:
         # Not wrapped at the width of the terminal: paths are copied from here.
         console.print(f"wrote {path}", soft_wrap=True, highlight=False)

@@ -62,7 +62,7 @@ def refine_command(
 
     Example: softsoil refine data/multi_clay_n0.50.parquet data/paper_sandyloam_n0.70.parquet --soil clay --soil sandy_loam
     """
-    folder = output_folder(out, "refine")
+    folder = output_folder(out, "refine", ("refine.json", "refined.toml", "report.html"))
     say_vehicle(vehicle, model)
     drives = [
         open_drive(path, columns, noise, seed + i, vehicle=vehicle, model=model)[1] for i, path in enumerate(data)

@@ -53,6 +53,6 @@ def ranking_table(found: Refinement) -> Table:
     for heading in ("candidate", "held-out gain", "std", ""):
         table.add_column(heading, justify="right" if heading in ("held-out gain", "std") else "left")
     for candidate in found.ranking[:SHOWN]:
-        gain, std = f"{100 * candidate.gain:.1f} %", f"{100 * candidate.std:.1f} %"
+        gain, std = f"{100 * candidate.gain:z.1f} %", f"{100 * candidate.std:.1f} %"
         table.add_row(candidate.name, gain, std, bound_words(candidate))
     return table

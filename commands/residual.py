@@ -62,8 +62,13 @@ def residual(
 
     Example: softsoil residual data/multi_clay_n0.50.parquet --soil clay
     """
-    folder = output_folder(out, "residual")
+    folder = output_folder(out, "residual", ("residual.json", "residual.png", "force.png", "errors.png"))
     if is_wheel_data(data, wheel):
+        given = {"--vehicle": vehicle, "--law": law, "--model": model, "--n": n}
+        given |= {"--noise": noise != "none", "--seed": seed, "--skip": skip != START_UP}
+        idle = [name for name, value in given.items() if value is not None and value is not False and value != 0]
+        if idle:
+            raise ValueError(f"{', '.join(idle)}: expected none beside single-wheel data, on which all laws are judged")
         report_on_wheel_data(data, columns, wheel, soil, folder)
         return
     say_vehicle(vehicle, model)

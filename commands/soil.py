@@ -45,7 +45,7 @@ def soil_command(
 
     Example: softsoil soil multi.csv lock.csv --vehicle vehicle.toml --soil field.toml
     """
-    folder = output_folder(out, "soil")
+    folder = output_folder(out, "soil", ("soil.json", "soil.toml", "report.html"))
     say_vehicle(vehicle)
     declared, geometry = load_soil(soil), declared_vehicle(vehicle, None)
     drives = [open_drive(path, columns, noise, seed + 10 * i, geometry=geometry)[1] for i, path in enumerate(logs)]

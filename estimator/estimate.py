@@ -172,5 +172,5 @@ def run_method(
         t=found.t, n_front=front, n_rear=rear, n_front_std=found.std[:, 0], n_rear_std=found.std[:, -1],
         states=np.array(found.summary.states)[:, : len(STATE_CHANNELS)], nis=np.zeros(0), dof=np.zeros(0, dtype=int),
         counts=Counts(), step_us=found.step_us, parameters={"n_f": float(front[-1]), "n_r": float(rear[-1])},
-        changes=found.changes, begun=found.begun,
+        changes=found.changes, begun=found.begun, n0=n0,
     )  # fmt: skip

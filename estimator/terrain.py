@@ -46,8 +46,8 @@ class TerrainEstimate:
     to have changed (s), and at which it was but the seconds after did not bear it out; noise_free: whether the log carries
     far less noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be used,
     None where nobody judged; begun: when estimating began (s), None: with the first update; by_filter: n and its standard
-    deviation, front and rear, that the filter itself had at the end where windows corrected it, else None. Without soil,
-    one row of NaN and the verdict "no_soil".
+    deviation, front and rear, that the filter itself had at the end where windows corrected it, else None; n0: the initial
+    guess that it starts from, NaN without soil. Without soil, one row of NaN and the verdict "no_soil".
     """
 
     t: Array
@@ -68,6 +68,7 @@ class TerrainEstimate:
     verdict: Verdict | None = None
     begun: float | None = None
     by_filter: tuple[tuple[float, float], tuple[float, float]] | None = None
+    n0: float = np.nan
 
     @property
     def nis_inside_95(self) -> float:
@@ -138,7 +139,8 @@ def estimate_terrain(
     found = TerrainEstimate(
         t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
         states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=own.ukf.counts, step_us=np.array(step_us),
-        parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])}, changes=tuple(own.changes), revoked=tuple(own.revoked),
+        parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])}, changes=tuple(own.changes),
+        revoked=tuple(own.revoked), n0=n0,
         drift=own.drift.first_alarm(catalogue(load_vehicle("reference")).values()),
         noise_free=bool(np.all(sensor_std(log, np.zeros(len(STATE_CHANNELS))) < NOISE_FREE * np.array(tuning.sensor_floor))),
     )  # fmt: skip

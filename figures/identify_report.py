@@ -43,7 +43,8 @@ def write_report(result: Identification, path: Path, about: Mapping[str, Mapping
 
 NUMBERS_CAPTION = (
     "Grey bars: what was expected before the logs, as given with the error of measuring it or as of any vehicle. A number whose "
-    "standard error the logs hardly reduce is not identifiable: it stays as expected."
+    "error the logs hardly reduce is not identifiable: it stays as expected. Fitted is one that moves with the others though its "
+    "error, by stretches left out, is no smaller than before."
 )
 COSTS_CAPTION = (
     "Change of n when one number is wrong by its standard deviation and all others are right; the largest over the logs."

@@ -42,7 +42,7 @@ def _over_time(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -
     axis.axhline(0, color=TRUE, lw=0.8)
     shares = [100 * s.share[axle] for s in (view.structure_before, view.structure_after)]
     said = [f"{share:.0f} %" for share in shares]
-    words = f"{said[0]} of its force" + (f", then {said[1]}" if said[1] != said[0] else "")
+    words = f"{said[0]} of its force" + (f", then {said[1]}" if view.refined and said[1] != said[0] else "")
     if not np.isfinite(shares).all():
         words = "not judged: lateral velocity or yaw rate is not measured"
     axis.set(title=f"{axle.capitalize()} axle: {words}", ylabel="unexplained force, N")

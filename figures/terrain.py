@@ -27,7 +27,7 @@ def draw_study(study: LogStudy, path: Path) -> Path:
     """One page for one log: the drive, n over time, paths, and prediction errors."""
     with page(path, f"{study.log}: {_verdict(study)}", 11, 7.2, 2, 3) as axes:
         _drive(axes[0, 0], study.clean)
-        _n_over_time(axes[0, 1], study.estimate, study.n_true, study.n_initial)
+        _n_over_time(axes[0, 1], study.estimate, study.n_true)
         _paths(axes[0, 2], study)
         for axis, horizon in zip(axes[1], study.initial, strict=True):
             _errors(axis, study.initial[horizon], study.estimated[horizon])
@@ -37,7 +37,7 @@ def draw_study(study: LogStudy, path: Path) -> Path:
 
 
 def draw_estimate(
-    name: str, drive: Recording, estimate: TerrainEstimate, n0: float, n_true: float | None, path: Path
+    name: str, drive: Recording, estimate: TerrainEstimate, n_true: float | None, path: Path
 ) -> Path:
     """One page for one estimate: the drive, n over time, NIS."""
     front, rear = (
@@ -49,7 +49,7 @@ def draw_estimate(
     innovations = len(estimate.nis) > 0
     with page(path, f"{name}: {word}{end}", 9, 6.5 if innovations else 4.6, 3 if innovations else 2, 1, sharex=True) as axes:
         _drive(axes[0], drive)
-        _n_over_time(axes[1], estimate, n_true, n0)
+        _n_over_time(axes[1], estimate, n_true)
         if innovations:
             _nis(axes[2], estimate)
         for axis in axes[:-1]:
@@ -77,7 +77,7 @@ def _drive(axis: Any, drive: Recording) -> None:
     right.set_ylim(float(np.nanmin(speed, initial=0.0)), None)
 
 
-def _n_over_time(axis: Any, estimate: TerrainEstimate, n_true: float | None, n0: float) -> None:
+def _n_over_time(axis: Any, estimate: TerrainEstimate, n_true: float | None) -> None:
     series = [("estimate, front", estimate.n_front, estimate.n_front_std, ESTIMATED)]
     if not np.allclose(estimate.n_front, estimate.n_rear, equal_nan=True):
         series.append(("estimate, rear", estimate.n_rear, estimate.n_rear_std, REAR))
@@ -90,7 +90,7 @@ def _n_over_time(axis: Any, estimate: TerrainEstimate, n_true: float | None, n0:
         if estimate.by_filter is not None:
             mark = {"fmt": "o", "ms": 5, "capsize": 4, "color": TRUE if color == ESTIMATED else color}
             axis.errorbar(estimate.t[-1], n[-1], 2 * std[-1], label=label.replace("estimate", "corrected by windows"), **mark)
-    axis.axhline(n0, color=INITIAL, ls=":", label="first guess")
+    axis.axhline(estimate.n0, color=INITIAL, ls=":", label="first guess")
     if n_true is not None:
         axis.axhline(n_true, color=TRUE, ls="--", label="true")
     axis.set(title="Sinkage exponent, ±2 std", xlabel="time, s", ylabel="n")
@@ -143,12 +143,11 @@ def _errors(axis: Any, initial: Windows, estimated: Windows) -> None:
 
 
 def _nis(axis: Any, estimate: TerrainEstimate) -> None:
-    dof = int(np.max(estimate.dof, initial=1))
-    low, high = chdtri(dof, [0.975, 0.025])
-    axis.axhspan(low, high, color=ESTIMATED, alpha=0.15, lw=0, label="95 % band")
+    low, high = (chdtri(np.maximum(estimate.dof, 1), share) for share in (0.975, 0.025))  # sensors differ from update to update
+    axis.fill_between(estimate.t, low, high, step="mid", color=ESTIMATED, alpha=0.15, lw=0, label="95 % band")
     axis.plot(estimate.t, estimate.nis, ".", color=TRUE, ms=2)
     axis.set_yscale("log")
-    axis.set_ylim(min(1e-2, 0.5 * float(np.quantile(estimate.nis, 0.01))), max(10 * high, 10))
+    axis.set_ylim(min(1e-2, 0.5 * float(np.quantile(estimate.nis, 0.01))), max(10 * float(high.max()), 10))
     axis.set(
         title="Normalised innovation squared: "
         + ("a log without sensor noise" if estimate.noise_free else f"{100 * estimate.nis_inside_95:.0f} % inside the band"),

@@ -22,6 +22,8 @@ from softsoil.identification.n_errors import model_error, n_error, n_stds, unmea
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
 from softsoil.identification.unexplained import doubt, more_than_right, own_logs, own_unexplained
+from softsoil.identification.words import NO_BETTER
+from softsoil.recording.copies import refuse_copies
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
 from softsoil.refinement.known_vehicle import Known, as_known
@@ -74,6 +76,7 @@ def identify(
     known = as_known(known)
     owned = declared_vehicle(known)
     recordings = distinct([usable(log, owned, late_steering(owned)) for log in logs])
+    refuse_copies(recordings)
     if len(absent_wheels(recordings)) == len(WHEEL_CHANNELS) and not known.driveline:
         raise ValueError(
             f"{known.file or 'known'}: expected the table [driveline] with centre_lock and front_drive, which wheels are driven, "
@@ -318,7 +321,9 @@ def _verdict(state: _State, numbers: Mapping[str, Found], bench: Bench, had: Exc
             tied = state.errors.correlation(f"n_{i}", "yaw_inertia")
             if abs(tied) > rules.correlation:
                 return "needs_data", f"{log} cannot tell n from the yaw inertia: their errors are correlated by {tied:+.2f}."
-    seen = sum(1 for f in numbers.values() if f.state == "identified")
+    seen = sum(f.state == "identified" and not f.no_better for f in numbers.values())
+    vague = sum(f.no_better for f in numbers.values())
+    others = f", {vague} are fitted and {NO_BETTER}" if vague else ""
     open_ = [name for name, f in numbers.items() if f.state == "not_identifiable"]
     rest = f"; as expected of any vehicle stays what they do not show: {', '.join(open_)}" if open_ else ""
-    return "identified", f"{seen} numbers are identified from {len(bench.names)} logs{rest}."
+    return "identified", f"{seen} numbers are identified from {len(bench.names)} logs{others}{rest}."

@@ -25,6 +25,7 @@ from softsoil.identification.judge import path_errors
 from softsoil.identification.result import mse_ratio
 from softsoil.identification.rules import RULES, Rules
 from softsoil.identification.unexplained import Unexplained, doubt, own_logs
+from softsoil.recording.copies import refuse_copies
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import distinct
 from softsoil.refinement.doubts import departure
@@ -69,6 +70,11 @@ class SoilNumber:
     def before(self) -> tuple[float, float]:
         """Value and standard deviation before any drive: those given."""
         return self.given, self.given_std
+
+    @property
+    def no_better(self) -> bool:
+        """Whether the drives move it and leave its error as it was given."""
+        return self.state == "identified" and self.std >= self.given_std
 
 
 @dataclass(frozen=True)
@@ -139,6 +145,7 @@ def identify_soil(
     if not soil.uncertainty:
         raise ValueError(f"soil {soil.name}: expected a table [uncertainty] with the errors of its numbers, found none")
     recordings = distinct([usable(log, vehicle, late_steering(vehicle)) for log in logs])
+    refuse_copies(recordings)
     bench = _Bench.of(recordings, soil, vehicle, start, rules)
     progress(0.2)
     first = bench.first_n()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from softsoil.files.toml_file import toml_text
 from softsoil.identification.result import Found, Identification
+from softsoil.identification.rules import RULES
 from softsoil.identification.words import NO_BETTER
 from softsoil.refinement.vehicle_numbers import FIXED, by_name
 from softsoil.symbolic.vehicle import NUMBERS
@@ -32,10 +33,16 @@ def vehicle_toml(found: Identification) -> str:
         for key, value in values.items():
             lines.append(_line(key, value, found.numbers.get(key), _unit(key), key in FIXED.get(effect, {})))
     lines += _unexplained(found)
-    alone = "# Standard deviations with all other numbers as they are, for commands that doubt the vehicle."
+    alone = (
+        f"# Standard deviations with all other numbers as they are, {RULES.model_error:g} times what noise alone makes since the "
+        "force law errs, for commands that doubt the vehicle."
+    )
     lines += ["", alone, "[uncertainty]"]
     lines += [f"{key} = {std:.4g}" for key, std in vehicle.uncertainty.items()]
-    joint = "# The same whatever the other numbers are, with their correlation, for commands that free all of them at once."
+    joint = (
+        f"# Those whatever the other numbers are, {RULES.model_error_joint:g} times what noise alone makes, with their "
+        "correlation, for commands that free all of them at once."
+    )
     lines += [] if vehicle.joint_error is None else ["", joint, *vehicle.joint_error.toml()]
     return "\n".join(lines) + "\n"
 

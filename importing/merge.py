@@ -63,9 +63,7 @@ def merge(
     name: of the drive; plan: the map; series: by source; geometry: of the vehicle; shifts: source -> seconds added to its times.
     Raises ValueError where speed, yaw rate or steering angle is not mapped or the sources do not overlap.
     """
-    for channel in LEAST:
-        if channel not in plan.channels:
-            raise ValueError(f"map: expected at least channels u, omega_z and steer; found no {channel}")
+    _ask_least(plan)
     moved = {key: s.t + (shifts or {}).get(key, 0.0) for key, s in series.items()}
     clock = _clock(plan, moved)
     dt = float(clock[1] - clock[0])
@@ -127,9 +125,27 @@ def _origin(plan: ImportMap, series: Mapping[str, Series]) -> tuple[float, float
     return series[x.source].origin
 
 
+def wanted_span(plan: ImportMap, series: Mapping[str, Series]) -> tuple[float, float]:
+    """Times (s) between which the map wants the recording, as its sources stamp them; ValueError as `merge`."""
+    _ask_least(plan)
+    begin = max(t[0] for t in _times(plan, {key: one.t for key, one in series.items()}).values())
+    return begin + plan.start, begin + plan.end
+
+
+def _ask_least(plan: ImportMap) -> None:
+    for channel in LEAST:
+        if channel not in plan.channels:
+            raise ValueError(f"map: expected at least channels u, omega_z and steer; found no {channel}")
+
+
+def _times(plan: ImportMap, moved: Mapping[str, Array]) -> dict[str, Array]:
+    """Times of the channels that a drive has to have."""
+    return {channel: moved[plan.channels[channel].source] - plan.channels[channel].late for channel in LEAST}
+
+
 def _clock(plan: ImportMap, moved: Mapping[str, Array]) -> Array:
     """Equal steps over what speed, yaw rate and steering have in common, at the yaw rate's own rate, cut as the map says."""
-    times = {channel: moved[plan.channels[channel].source] - plan.channels[channel].late for channel in LEAST}
+    times = _times(plan, moved)
     turning = times["omega_z"]
     step = float(np.median(np.diff(turning))) if len(turning) > 1 else float("nan")
     if not step > 0:

@@ -8,6 +8,7 @@ import numpy as np
 
 from softsoil.importing.local_frame import LARGEST_LATITUDE, LARGEST_LONGITUDE, other_frame
 from softsoil.mapping.place import misplaced
+from softsoil.recording.copies import copied_from
 from softsoil.recording.drive import Recording
 
 OFF_THE_MAP = 0.25
@@ -35,7 +36,7 @@ def placed(recordings: Sequence[Recording], frame: Origin, size: float) -> list[
 
     recordings: `usable`; frame: as of `frame_of`.
     """
-    return [_elsewhere(one, frame) or _same_as(one, recordings[:i]) or misplaced(one, OFF_THE_MAP * size)
+    return [_elsewhere(one, frame) or _copied(one, recordings[:i]) or misplaced(one, OFF_THE_MAP * size)
             for i, one in enumerate(recordings)]  # fmt: skip
 
 
@@ -50,10 +51,7 @@ def _elsewhere(recording: Recording, frame: Origin) -> str:
     return f"it is on another piece of ground, {away / 1e3:.0f} km from the map's origin" if away > FIELD else ""
 
 
-def _same_as(recording: Recording, others: Sequence[Recording]) -> str:
+def _copied(recording: Recording, others: Sequence[Recording]) -> str:
     """Says so where another drive has the same rows."""
-    for other in others:
-        pairs = ((recording.channels.get(name), other.channels.get(name)) for name in ("x", "y", "u", "omega_z"))
-        if all(a is not None and b is not None and np.array_equal(a, b, equal_nan=True) for a, b in pairs):
-            return f"it has the rows of {other.name}"
-    return ""
+    other = copied_from(recording, others)
+    return f"it has the rows of {other}" if other else ""

@@ -1,7 +1,7 @@
 """Sweeps: many independent tasks on all cores, or on a Dask cluster, with progress, and resumable where they stopped.
 
-Each finished task is one line of JSON in `results.jsonl`, under a key made of the task's name and its point; a sweep that
-runs again skips what is there. Results are data only: no pickle is written or read.
+Each finished task is one line of JSON in `results.jsonl`, under a key made of the software's version, the task's name and its
+point; a sweep that runs again skips what is there. Results are data only: no pickle is written or read.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -78,9 +79,11 @@ def run_sweep(
 
 
 def point_key(task: Callable[..., Any], point: Point) -> str:
-    """Key of a result: a hash of the task's qualified name and the point; ValueError for a point that is not JSON."""
+    """Key of a result: a hash of the software's version, the task's qualified name and the point; ValueError for a point that is
+    not JSON."""
     try:
-        text = json.dumps([f"{task.__module__}.{task.__qualname__}", dict(point)], sort_keys=True, allow_nan=False)
+        of_task = f"{version('softsoil')} {task.__module__}.{task.__qualname__}"
+        text = json.dumps([of_task, dict(point)], sort_keys=True, allow_nan=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"sweep: expected points of finite JSON values, found {dict(point)!r}: {error}") from None
     return hashlib.sha256(text.encode()).hexdigest()[:24]

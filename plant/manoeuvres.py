@@ -159,6 +159,7 @@ class PathFollower:
     limit: float = 0.47
     name: str = "path"
     _at: int = 0
+    _until: float = -math.inf
 
     def __post_init__(self) -> None:
         self.path = np.asarray(self.path, dtype=float)
@@ -166,7 +167,10 @@ class PathFollower:
             raise ValueError(f"path: expected points (N, 2) with N >= 2, found shape {self.path.shape}")
 
     def __call__(self, t: Array, sample: Sample) -> Array:
-        """Commands at t, held."""
+        """Commands at t, held; a time before the last one begins the path anew."""
+        if t[0] <= self._until:
+            self._at = 0
+        self._until = float(t[-1])
         here = np.array([sample["x"], sample["y"]])
         ahead = self.path[self._at : self._at + 400]
         self._at += int(np.argmin(np.linalg.norm(ahead - here, axis=1)))

@@ -27,7 +27,8 @@ class Sensors:
     is: position, u, v and the accelerations are those of the point there; delay (s) by channel, or one for all under
     "all"; dropout: share of rows lost, in gaps of `gap` s on average (NaN in every measured channel); outliers: share
     of values hit, by `outlier_size` standard deviations of the noise (or of the channel where it has none).
-    ValueError for an unknown channel, a negative delay, or a share outside [0, 1).
+    ValueError for a channel that is unknown or known without a sensor (time, steering, pedals), a negative delay, or a share
+    outside [0, 1).
     """
 
     noise: str | Mapping[str, float] = "none"
@@ -41,10 +42,13 @@ class Sensors:
     outlier_size: float = 10.0
 
     def __post_init__(self) -> None:
-        for table in (self.bias, self.scale, self.delay):
+        sensed = [name for name in CHANNEL_UNITS if name != "t" and name not in COMMANDS]
+        noise = {} if isinstance(self.noise, str) else self.noise
+        for kind, table in (("bias", self.bias), ("scale", self.scale), ("delay", self.delay), ("noise", noise)):
+            known = [*sensed, *(["all"] if kind == "delay" else ["steer"] if kind == "noise" else [])]
             for name in table:
-                if name not in CHANNEL_UNITS and not (name == "all" and table is self.delay):
-                    raise ValueError(f"sensors: expected one of {', '.join(CHANNEL_UNITS)}; found {name!r}")
+                if name not in known:
+                    raise ValueError(f"sensors: {kind}: expected some of {', '.join(known)}; found {name!r}")
         if any(value < 0 for value in self.delay.values()):
             raise ValueError(f"sensors: expected delays >= 0 s, found {dict(self.delay)}")
         if not (0 <= self.dropout < 1 and 0 <= self.outliers < 1 and self.gap > 0):

@@ -10,7 +10,7 @@ from scipy.optimize import fsolve
 
 from softsoil.plant.machine import Machine, PlantVehicle
 from softsoil.plant.masses import GRAVITY
-from softsoil.plant.soil_field import SoilField
+from softsoil.plant.soil_field import SoilField, soil_at
 from softsoil.plant.state import (
     GEAR,
     POSITION,
@@ -33,8 +33,8 @@ class Start:
     """Where and how fast a drive begins.
 
     x, y: of the point on the front axle (m); psi (rad); u, v: of the centre of gravity in the yaw frame (m/s);
-    omega_z (rad/s); spin: wheel speeds (rad/s; default: rolling freely); roll, pitch (rad), height of the front axle's
-    middle (m) and wheel heights (m): default at rest on the soil; gear: counted from 0 (default: what the speed calls
+    omega_z (rad/s); spin: wheel speeds (rad/s; default: rolling freely); roll, pitch (rad), height of the vehicle's centre of
+    gravity (m) and wheel heights (m): default at rest on the soil there; gear: counted from 0 (default: what the speed calls
     for).
     """
 
@@ -106,7 +106,8 @@ def start_state(start: Start, vehicle: PlantVehicle, soil: SoilField) -> Array:
     """(SIZE,) state of the plant at the start."""
     machine = vehicle.machine
     state = blank_state()
-    ground = soil.values[0, 0, 0]
+    ground = np.empty(8)
+    soil_at(soil.values, 0, soil.meta, start.x, start.y, ground)
     loads = machine.total_mass * GRAVITY / (2.0 * (vehicle.l_f + vehicle.l_r)) * np.array([vehicle.l_r, vehicle.l_f])
     sinkage = np.array([rest_sinkage(machine, float(load), ground) for load in loads])
     height, pitch, travel = rest_pose(machine, sinkage)

@@ -135,14 +135,16 @@ class Plant:
         return Sample(row)
 
     def save(self, path: str | Path) -> None:
-        """Write the whole state, soil memory and settings (not the vehicle) as an npz without pickles."""
+        """Write the whole state, soil memory and settings (not the vehicle) as an npz without pickles, at `path` whatever it ends
+        in."""
         g = self.grid
-        np.savez_compressed(
-            path, state=self.state, command=self._command, info=self.info, extra=self.extra, step=self.dt,
-            keys=g.keys, slots=g.slots, count=g.count, nodes=g.nodes, spacing=g.spacing, cast=self._world.cast,
-            soil_values=self.soil.values, soil_meta=self.soil.meta, effects=json.dumps(asdict(self.effects)),
-            vehicle=self.vehicle.name,
-        )  # fmt: skip
+        with Path(path).open("wb") as file:
+            np.savez_compressed(
+                file, state=self.state, command=self._command, info=self.info, extra=self.extra, step=self.dt,
+                keys=g.keys, slots=g.slots, count=g.count, nodes=g.nodes, spacing=g.spacing, cast=self._world.cast,
+                soil_values=self.soil.values, soil_meta=self.soil.meta, effects=json.dumps(asdict(self.effects)),
+                vehicle=self.vehicle.name,
+            )  # fmt: skip
 
     @classmethod
     def load(cls, path: str | Path, vehicle: PlantVehicle | None = None) -> Plant:

@@ -53,10 +53,10 @@ def handed_on(
     vehicle, fits, final = declaration.vehicle, look.fits, selection.bench
     if selection.accepted:
         whole, last = (fits.whole, fits.last) if fits else settled(everything(benches[0]), everything(final))
-        free = _fitted(vehicle, whole, last)
+        free = _fitted(vehicle, whole, last, joint=fits is not None)
     else:
         whole = final
-        free = _fitted(vehicle, *(look.declared or (benches[1], fit_base(benches[1]))))
+        free = _fitted(vehicle, *(look.declared or (benches[1], fit_base(benches[1]))), joint=look.declared is not None)
     accepted = [candidate.name for candidate in selection.accepted]
     effects = tuple(_traced(known[name], whole, last) for name in accepted if name in known)
     contradicted = tuple(number for number in free if number.name in accepted)
@@ -68,11 +68,15 @@ def handed_on(
     return HandedOn(effects, contradicted, free, refined, tuple(one.n for one in after), after, last)
 
 
-def _fitted(vehicle: Vehicle, bench: Bench, last: Fit) -> tuple[FittedNumber, ...]:
-    """The declared numbers that were free in a fit, with what is known of them beforehand."""
+def _fitted(vehicle: Vehicle, bench: Bench, last: Fit, joint: bool) -> tuple[FittedNumber, ...]:
+    """The declared numbers that were free in a fit, with what is known of them beforehand: by themselves, or, where the fit had
+    that, by the joint error of the vehicle's file whatever the others are."""
     table, values = doubts(vehicle), last.named()
+    stated = {name: doubt.std for name, doubt in table.items()}
+    if joint and vehicle.joint_error is not None:
+        stated |= dict(zip(vehicle.joint_error.names, vehicle.joint_error.std, strict=True))
     return tuple(
-        FittedNumber(name, table[name].signal.unit, float(table[name].signal.nominal), table[name].std, *values[name])
+        FittedNumber(name, table[name].signal.unit, float(table[name].signal.nominal), float(stated[name]), *values[name])
         for name in (free.name for free in bench.known)
         if name in table
     )

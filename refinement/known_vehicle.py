@@ -20,6 +20,8 @@ UNITS: Mapping[str, float] = MappingProxyType({"kg": 1.0, "N": 9.81, "kN": 9.81e
 """In which axles are weighed: unit -> what a kg weighs in it."""
 WEIGHED = 0.03
 """Share of the mass that the axles' loads may miss, as two scales do."""
+TAPED = 0.01
+"""Share of the wheelbase that l_f and l_r may miss."""
 SEARCH = "contact_search"
 """Key of [simulator] that only known numbers have: an identified radius is the one that rolls."""
 HEIGHT_OVER_TRACK = 0.38
@@ -130,6 +132,12 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
                 f"{where}: expected load_front and load_rear that make up the mass of {mass:g} kg, in "
                 f"{', '.join(UNITS)}; found {front:g} and {rear:g}, {front + rear:g} together"
             )
+        share = rear / (front + rear)
+        if {"l_f", "l_r"} <= numbers.keys() and abs(numbers["l_f"] / (numbers["l_f"] + numbers["l_r"]) - share) > WEIGHED:
+            raise ValueError(
+                f"{where}: expected l_f and l_r as the axle loads have them, l_f {100 * share:.1f} % of the wheelbase; found "
+                f"{numbers['l_f']:g} and {numbers['l_r']:g} m"
+            )
         if "wheelbase" in numbers:
             numbers.setdefault("l_f", numbers["wheelbase"] * rear / (front + rear))
             numbers.setdefault("l_r", numbers["wheelbase"] * front / (front + rear))
@@ -137,6 +145,9 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
         if key not in numbers:
             beside = " (or wheelbase, load_front and load_rear)" if key in ("l_f", "l_r") else ""
             raise ValueError(f"{where}: expected key {key!r}{beside}, found {', '.join(numbers) or 'none'}")
+    together = numbers["l_f"] + numbers["l_r"]
+    if "wheelbase" in numbers and not abs(numbers["wheelbase"] - together) <= TAPED * abs(together):
+        raise ValueError(f"{where}: expected l_f + l_r to be the wheelbase of {numbers['wheelbase']:g} m, found {together:g} m")
     for key in LOADS:
         numbers.pop(key, None)
     for key, value in numbers.items():

@@ -19,6 +19,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.estimator.late_clocks import LateClock
+from softsoil.recording.copies import refuse_copies
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
 from softsoil.refinement.doubts import loosened
@@ -81,6 +82,7 @@ def refine(
         raise ValueError(f"soils: expected one per drive ({len(logs)}), found {len(soils)}")
     declaration = Declaration(declaration.vehicle, soils[0], declaration.law)
     recordings = distinct([usable(log, declaration.vehicle, late_steering(declaration.vehicle)) for log in logs])
+    refuse_copies(recordings)
     choice = _driveline(recordings, declaration, soils, start)
     if choice is not None:
         declaration = replace(declaration, vehicle=declaration.vehicle.with_(driveline=choice.numbers))

@@ -91,6 +91,7 @@ typedef double ssv;
 
 typedef double ssv __attribute__((vector_size(8 * SOFTSOIL_LANES)));
 typedef long long ssv_bits __attribute__((vector_size(8 * SOFTSOIL_LANES)));
+typedef unsigned long long ssv_words __attribute__((vector_size(8 * SOFTSOIL_LANES))); /* of sums and shifts that may wrap */
 
 /* Compilers would call some of these, and every call puts away all vector registers. */
 #define SSV_INLINE static inline __attribute__((always_inline))
@@ -209,14 +210,15 @@ SSV_INLINE ssv ssv_exp(ssv x) {
   odd = odd * z + 0.008333333333330062;
   even = even * z + 0.5;
   odd = odd * z + 0.16666666666666669;
-  return (z * (odd * r + even) + (r + 1.0)) * (ssv)((ssv_bits)t << 52);
+  return (z * (odd * r + even) + (r + 1.0)) * (ssv)((ssv_words)t << 52);
 }
 
 /* e ln(2) + log(m), m in [sqrt(1/2), sqrt(2)), log(m) = 2 atanh((m - 1)/(m + 1)) by fdlibm's polynomial; NaN at and below
  * zero. */
 SSV_INLINE ssv ssv_log(ssv x) {
-  const ssv_bits bits = (ssv_bits)x, e = (bits - ssv_all_bits(0x3fe6a09e667f3bcdLL)) >> 52;
-  const ssv m = (ssv)(bits - (e << 52)), k = (ssv)(e + ssv_all_bits(0x4338000000000000LL)) - 6755399441055744.0;
+  const ssv_words bits = (ssv_words)x, least = (ssv_words)ssv_all_bits(0x3fe6a09e667f3bcdLL);
+  const ssv_words e = (ssv_words)((ssv_bits)(bits - least) >> 52);
+  const ssv m = (ssv)(bits - (e << 52)), k = (ssv)(e + (ssv_words)ssv_all_bits(0x4338000000000000LL)) - 6755399441055744.0;
   const ssv f = m - 1.0, s = ssv_div(f, f + 2.0), z = s * s, w = z * z;
   ssv even = w * 1.479819860511658591e-01 + 1.818357216161805012e-01;
   ssv odd = w * 1.531383769920937332e-01 + 2.222219843214978396e-01;
@@ -246,11 +248,11 @@ SSV_INLINE void ssv_sincos(ssv x, ssv *sine, ssv *cosine) {
   c = c * z - 1.38888888888741095749e-03;
   c = c * z + 4.16666666666666019037e-02;
   c = (1.0 - 0.5 * z) + z * z * c;
-  const ssv_bits quadrant = (ssv_bits)t, odd = ssv_all_bits(0) - (quadrant & ssv_all_bits(1));
-  const ssv_bits sine_sign = (quadrant & ssv_all_bits(2)) << 62;
-  const ssv_bits cosine_sign = ((quadrant + ssv_all_bits(1)) & ssv_all_bits(2)) << 62;
-  *sine = (ssv)((ssv_bits)ssv_pick(odd, c, s) ^ sine_sign);
-  *cosine = (ssv)((ssv_bits)ssv_pick(odd, s, c) ^ cosine_sign);
+  const ssv_words quadrant = (ssv_words)t, one = (ssv_words)ssv_all_bits(1), two = one + one;
+  const ssv_bits odd = (ssv_bits)(-(quadrant & one));
+  const ssv_words sine_sign = (quadrant & two) << 62, cosine_sign = ((quadrant + one) & two) << 62;
+  *sine = (ssv)((ssv_words)ssv_pick(odd, c, s) ^ sine_sign);
+  *cosine = (ssv)((ssv_words)ssv_pick(odd, s, c) ^ cosine_sign);
 }
 static inline ssv ssv_sin(ssv x) {
   ssv s, c;

@@ -147,6 +147,10 @@ static int bad_step(double dt) {
 int softsoil_history(const double p[SOFTSOIL_N_P], const double x[SOFTSOIL_N_X], const double u[SOFTSOIL_N_U],
                      double *m) {
   if (!p || !x || !u || (SOFTSOIL_N_M > 0 && !m)) return SOFTSOIL_NULL_POINTER;
+  for (int i = 0; i < SOFTSOIL_N_X; ++i)
+    if (!isfinite(x[i])) return SOFTSOIL_BAD_ARGUMENT;
+  for (int i = 0; i < SOFTSOIL_N_U; ++i)
+    if (!isfinite(u[i])) return SOFTSOIL_BAD_ARGUMENT;
   if (SOFTSOIL_N_M > 0) softsoil_model_start(x, u, p, m);
   return SOFTSOIL_OK;
 }

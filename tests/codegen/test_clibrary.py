@@ -59,6 +59,9 @@ def test_steps_and_rollouts_equal_casadi(name, flags):
     u, _ = drive(model)
     p, x0 = model.p.nominal, model.x.pack(u=6.0, v=0.1, omega_z=0.2)
     expected = casadi_rollout(model, STEP, x0, u[:150], p)
+    for wrong in ((np.full_like(x0, np.nan), u[0]), (x0, np.full_like(u[0], np.inf))):
+        with pytest.raises(ValueError, match="not a finite number"):
+            lib.history(p, *wrong)
     x, m = x0, lib.history(p, x0, u[0])
     for k in range(150):
         x, m = lib.step(p, STEP, x, m, u[k])

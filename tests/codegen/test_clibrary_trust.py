@@ -244,3 +244,33 @@ def test_storm_under_sanitizers(name, tmp_path):
     target = str(judge.build(compiler, folder(name), "clibrary_storm.c", tmp_path / "storm"))
     done = subprocess.run([target, "8000", "1"], capture_output=True, text=True, check=False)
     assert done.returncode == 0 and "nothing broke" in done.stdout, done.stderr[-2000:]
+
+
+LANES = """
+#include <stdio.h>
+#include "softsoil_lanes.h"
+int main(void) {
+  const double hard[] = {-0.0, 0.0, -1.0, INFINITY, -INFINITY, NAN, 5e-309, 1e300, 3e5};
+  for (unsigned i = 0; i < sizeof hard / sizeof *hard; ++i) {
+    double out[4][SOFTSOIL_LANES], in[SOFTSOIL_LANES];
+    for (int l = 0; l < SOFTSOIL_LANES; ++l) in[l] = hard[i];
+    const ssv x = ssv_load(in);
+    ssv_store(out[0], ssv_log(x)), ssv_store(out[1], ssv_exp(x)), ssv_store(out[2], ssv_sin(x)), ssv_store(out[3], ssv_cos(x));
+    printf("%g %g %g %g\\n", out[0][0], out[1][0], out[2][0], out[3][0]);
+  }
+  return 0;
+}
+"""
+
+
+def test_vector_functions_have_no_undefined_behaviour(tmp_path):
+    """Sums and shifts of their bits wrap: of signed integers that would be undefined, and a compiler may assume that it does not
+    happen."""
+    compiler = ["gcc", "-O1", "-march=native", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
+    if not judge.compiles(compiler):
+        pytest.skip("the compiler has no sanitizers")
+    (tmp_path / "lanes.c").write_text(LANES, encoding="utf-8")
+    program = tmp_path / "lanes"
+    subprocess.run([*compiler, f"-I{folder('plain') / 'src'}", str(tmp_path / "lanes.c"), "-lm", "-o", str(program)], check=True)
+    done = subprocess.run([str(program)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and not done.stderr, done.stderr[-2000:]

@@ -41,6 +41,11 @@ def test_calibrate_on_a_users_table(rig_table, tmp_path):
     assert "calibrated.toml" in done.output
 
 
+def test_runs_that_are_fitted_do_not_judge(rig_table, tmp_path):
+    done = CliRunner().invoke(app, ["calibrate", *rig_table, "--judge", rig_table[0], "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2 and "--judge: expected other runs than the" in done.output
+
+
 def test_residual_on_a_users_table(rig_table, tmp_path):
     out = tmp_path / "out"
     done = CliRunner().invoke(app, ["residual", *rig_table, "--out", str(out)])

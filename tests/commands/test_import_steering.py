@@ -65,3 +65,24 @@ def test_the_command_alone_needs_a_vehicle_with_a_map(table):
     assert done.exit_code == 2 and "[steering]" in done.output and not out.exists()
     _, done = run(table, write_map(table, 'steer_command = {source = "log.csv:wheel", unit = "m"}'))
     assert done.exit_code == 2 and "expected a unit of" in done.output
+
+
+def test_the_map_is_of_the_part_that_is_wanted(table):
+    """After 20 s the linkage has another ratio; the part that [clock] wants ends before."""
+    columns = pd.read_csv(table)
+    late = columns["t"] > 20.0
+    columns.loc[late, "wheel"] *= 1.5
+    columns.to_csv(table, index=False)
+    lines = ('steer_command = {source = "log.csv:wheel", unit = "rad"}', 'steer = "log.csv:road"')
+    slopes = []
+    for more in ((), ("[clock]", "end = 19.5")):
+        out, done = run(table, write_map(table, *lines, *more))
+        if more:
+            assert done.exit_code == 0, done.output
+            entry = json.loads((out / "import.json").read_text(encoding="utf-8"))["steering"]
+            fitted = SteeringMap(tuple(entry["command"]), tuple(entry["angle"]))
+            slopes.append(fitted.angle_of(np.array([4.0]))[0] / RATIO.angle_of(np.array([4.0]))[0])
+            assert entry["residual"] < 0.01
+        else:
+            assert done.exit_code != 0 or "rms of their angle" in done.output
+    assert slopes == [pytest.approx(1.0, abs=0.05)]

@@ -9,6 +9,7 @@ import pytest
 
 from drives import clay_drive, reference_vehicle
 from softsoil.checking.geometry_check import beyond_doubt, front_axle, rolling_radius
+from softsoil.figures.numbers import shown_states
 from softsoil.identification.asks import MANOEUVRES, Excitation, asks, excitation
 from softsoil.identification.axle_places import axle_places
 from softsoil.identification.errors import Errors, departures, errors_of, n_costs
@@ -49,10 +50,11 @@ def test_an_identified_number_that_is_no_better_known_than_before_says_so(state,
 @pytest.mark.parametrize("unit", (1.0, 9.81, 9.81e-3, 2.2046), ids=("kg", "N", "kN", "lb"))
 def test_axle_loads_make_up_the_mass(unit):
     """In any unit of a scale; a mass that is half of what the axles bear would make every n wrong, and no log shows it."""
-    loads = {"wheelbase": 2.7, "load_front": 790.0 * unit, "load_rear": 620.0 * unit}
-    assert known_from_table({**NUMBERS_GIVEN, **loads}, "car.toml", "car")["mass"] == 1400.0
+    weighed = {name: value for name, value in NUMBERS_GIVEN.items() if name not in ("l_f", "l_r")}
+    weighed |= {"wheelbase": 2.7, "load_front": 790.0 * unit, "load_rear": 620.0 * unit}
+    assert known_from_table(dict(weighed), "car.toml", "car")["mass"] == 1400.0
     with pytest.raises(ValueError, match=r"car\.toml: expected load_front and load_rear that make up the mass of 700 kg"):
-        known_from_table({**NUMBERS_GIVEN, **loads, "mass": 700.0}, "car.toml", "car")
+        known_from_table({**weighed, "mass": 700.0}, "car.toml", "car")
 
 
 @pytest.mark.parametrize(
@@ -310,3 +312,19 @@ def test_what_an_unmeasured_number_makes_of_n_is_in_its_standard_deviation():
     own = n_stds(bench, [0.5], errors, {}, RULES)[0]
     with_arms = n_stds(bench, [0.5], errors, {"swing_rear": np.array([-0.06])}, RULES)[0]
     assert own > 0.01 and with_arms == pytest.approx(np.hypot(own, 0.06 * 0.5))
+
+
+def test_what_scale_and_tape_say_of_the_same_must_agree():
+    taped = {**NUMBERS_GIVEN, "wheelbase": NUMBERS_GIVEN["l_f"] + NUMBERS_GIVEN["l_r"]}
+    assert known_from_table(taped, "car.toml", "car")["l_f"] == NUMBERS_GIVEN["l_f"]
+    with pytest.raises(ValueError, match=r"car\.toml: expected l_f \+ l_r to be the wheelbase of 3\.5 m"):
+        known_from_table({**taped, "wheelbase": 3.5}, "car.toml", "car")
+    front, rear = taped["l_r"] / taped["wheelbase"] * 1400.0, taped["l_f"] / taped["wheelbase"] * 1400.0
+    known_from_table({**taped, "load_front": front, "load_rear": rear}, "car.toml", "car")
+    with pytest.raises(ValueError, match=r"car\.toml: expected l_f and l_r as the axle loads have them"):
+        known_from_table({**taped, "load_front": rear, "load_rear": front}, "car.toml", "car")
+
+
+def test_a_number_that_is_no_better_known_is_not_drawn_as_identified():
+    better, vague = (Found(1.1, std, "m", "identified", 0.5, None, (1.0, 0.2)) for std in (0.1, 0.2))
+    assert shown_states({"toe": better, "scrub": vague}) == {"toe": "identified", "scrub": "fitted"}

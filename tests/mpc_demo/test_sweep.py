@@ -98,3 +98,9 @@ def test_warnings_of_tasks_stay_with_them(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert not run_sweep(noisy, POINTS[:2], tmp_path, workers=1).failures
+
+
+def test_results_of_another_version_do_not_count(monkeypatch):
+    key = point_key(root, {"a": 1})
+    monkeypatch.setattr("softsoil.mpc_demo.sweep.version", lambda _: "9.9.9")
+    assert point_key(root, {"a": 1}) != key

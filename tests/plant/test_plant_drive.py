@@ -118,7 +118,7 @@ def test_sensors() -> None:
     assert np.all(np.isfinite(Sensors(dropout=0.2).apply(clean, 1)["steer"]))
     for name in clean.truth:
         assert np.array_equal(Sensors("table5").apply(clean).truth[name], clean.truth[name])
-    with pytest.raises(ValueError, match="expected one of"):
+    with pytest.raises(ValueError, match="expected some of"):
         Sensors(bias={"speed": 1.0})
 
 

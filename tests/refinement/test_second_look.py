@@ -140,6 +140,8 @@ def test_nothing_is_named_where_nothing_is_missing(clean):
     share, std = clean.load
     assert abs(share) < 3.0 * std < 0.3 and clean.as_json()["load"] == {"share": share, "std": std}
     assert [verdict.word for verdict in clean.judged] == ["identified"]
+    stated = {one.name: one.stated for one in clean.fitted}
+    assert [stated[name] for name in NUMBERS] == pytest.approx(STD), "the error that the fit had"
 
 
 @pytest.mark.slow
