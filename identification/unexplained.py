@@ -119,7 +119,8 @@ def doubt(
     )
     friction = _friction(recordings[i], bicycle(before, soils[i]), worst.n, start)
     if friction > 0.0:
-        return f"{said}; hard ground with a coefficient of friction of {friction:.2f} leaves less: this is no soft soil."
+        ground = f"hard ground with a coefficient of friction of {friction:.2f} leaves less"
+        return f"{said}; {ground}: this is no soft soil, or none as the force law has it."
     until = f" Until that is mended, nothing is to be made of what contradicts {', '.join(contradicted)}." if contradicted else ""
     return (
         f"{said}: its soil is of another class than declared, something acts that is not declared, or a channel is wrong (a "

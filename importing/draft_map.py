@@ -57,8 +57,12 @@ NAMES: tuple[tuple[str, str], ...] = (
     ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|long\w*)(_?(imu|cg))?\Z|linear_acceleration\.x"),
     ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*)(_?(imu|cg))?\Z|linear_acceleration\.y"),
     ("psi", r"(?<!wheel_)(yaw|heading|hdg|psi|bearing|azimuth|gierwinkel)\Z"),
-    ("v", r"(?<![a-z])(v(el\w*)?_?(y|lat\w*)|lateral_?(vel\w*|speed)|v)\Z"),
-    ("u", r"(?<![a-z])(v(el\w*)?_?(x|long\w*)|longitudinal_?(vel\w*|speed)|speed(_?[a-z]*)?|velocity|geschwindigkeit|u)\Z"),
+    ("v", r"(?<![a-z])(v(el\w*?)?_?(y|lat\w*|left)|lateral_?(vel\w*|speed)|v)\Z"),
+    (
+        "u",
+        r"(?<![a-z])(v(el\w*?)?_?(x|long\w*|forwards?|fwd|ahead)|longitudinal_?(vel\w*|speed)|speed(_?[a-z]*)?|velocity|"
+        r"geschwindigkeit|u)\Z",
+    ),
     ("throttle", r"throttle|gas"), ("brake", r"brake"),
     ("x", r"(?<![a-z])(x|pos\w*_?\.?x|east(ing)?)\Z"), ("y", r"(?<![a-z])(y|pos\w*_?\.?y|north(ing)?)\Z"),
 )  # fmt: skip

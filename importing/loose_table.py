@@ -25,7 +25,7 @@ TIME = re.compile(
 )
 UNIT_IN_NAME = re.compile(r"\s*[\[(]([^\])]+)[\])]\s*\Z")
 FEWEST_NUMBERS = 0.5
-"""Share of a column that must be numbers for it to count as one."""
+"""Share of what stands in a column that must be numbers for it to count as one; a slow sensor's cells are empty in most rows."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,8 @@ def inspect_table(path: Path, progress: Callable[[float], None] = lambda share: 
     for name in table.frame.columns:
         values = pd.to_numeric(table.frame[name], errors="coerce").to_numpy(dtype=float)
         good = values[np.isfinite(values)]
-        if name != table.time.name and len(good) >= FEWEST_NUMBERS * len(values):
+        filled = int(table.frame[name].notna().sum())
+        if name != table.time.name and len(good) >= max(FEWEST_NUMBERS * filled, 1):
             unit = table.units.get(str(name), "")
             spreads[str(name)] = Spread(float(good.min()), float(good.max()), bool(np.ptp(good) > 0), unit)
     steps = np.diff(t[np.isfinite(t)])

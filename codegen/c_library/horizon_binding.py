@@ -96,7 +96,7 @@ def _structures(sizes: dict[str, int], k: int) -> tuple[type[ctypes.Structure], 
 
         _fields_ = [
             ("p", real * p), ("r_std", real * y), ("model_error", real * y), ("guess", real * k), ("guess_std", real * k),
-            ("dt", real), ("start_up", real),
+            ("dt", real), ("start_up", real), ("look", whole),
         ]  # fmt: skip
 
     class Head(ctypes.Structure):

@@ -143,7 +143,7 @@ def library_files(
     values |= horizon_values(parts, horizon, dt)
     values["magic"] = hashlib.sha256(text.encode()).hexdigest()[:8]
     values["h_magic"] = hashlib.sha256(repr((text, horizon)).encode()).hexdigest()[:8]
-    values |= vehicle_words(vehicle is not None, template("README_vehicle.md.in"))
+    values |= vehicle_words(vehicle is not None, template("README_vehicle.md.in")) | {"h_look": str(int(vehicle is not None))}
     rows = rows_values(model)
     values |= rows | rows_words(bool(rows))
     templates = TEMPLATES | HORIZON_FILES | (ROWS_FILES if rows else {})

@@ -43,6 +43,8 @@ typedef struct {
   double guess_std[SOFTSOIL_HORIZON_N];     /* its standard deviation */
   double dt;                                /* s, between samples */
   double start_up;                          /* s after the first sample in which no window starts */
+  int32_t look;                             /* 1: n is identified only while softsoil_vehicle_update finds the vehicle as it was
+                                               (the default where the library has it); 0: without that */
 } softsoil_horizon_options_t;
 
 typedef struct {

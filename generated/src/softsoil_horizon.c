@@ -150,7 +150,7 @@ static int invert(int n, const double *a, double *inverse) {
 
 int softsoil_horizon_defaults(softsoil_horizon_options_t *options) {
   static const softsoil_horizon_options_t declared = {
-      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 0.901, -0.145, 0.965, 0.953, 0.095, 23.0}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, {0.03, 0.03, 0.012, 0.02, 0.015, 0.024}, {0.5}, {0.3}, SOFTSOIL_STEP, 2.0};
+      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 0.901, -0.145, 0.965, 0.953, 0.095, 23.0}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, {0.03, 0.03, 0.012, 0.02, 0.015, 0.024}, {0.5}, {0.3}, SOFTSOIL_STEP, 2.0, 1};
   if (!options) return SOFTSOIL_NULL_POINTER;
   *options = declared;
   return SOFTSOIL_OK;
@@ -906,7 +906,8 @@ int softsoil_horizon_verdict(const softsoil_horizon_t *h) {
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k] && h->law_std[k] <= most_law_std * h->n[k]))
       return SOFTSOIL_VERDICT_NOT_EXCITED;
-  if (h->vehicle == SOFTSOIL_VEHICLE_UNKNOWN) return SOFTSOIL_VERDICT_NOT_EXCITED;
+  if (h->vehicle == SOFTSOIL_VEHICLE_UNKNOWN || (h->vehicle == SOFTSOIL_VEHICLE_NOT_LOOKED_AT && h->options.look))
+    return SOFTSOIL_VERDICT_NOT_EXCITED;
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && (h->n[k] < lowest[k] + bound || h->n[k] > highest[k] - bound)) return SOFTSOIL_VERDICT_AT_BOUND;
   for (int k = 0; k < K; ++k)

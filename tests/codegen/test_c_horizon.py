@@ -144,7 +144,7 @@ def ran(recording, change=None):
     """A C horizon after a drive; change(k, u, y, t) -> (u, y, t) or None for a sample that never came."""
     drive = shooting_drive(recording, declared("tracks").build(), 1.0)
     c = CHorizon(library("tracks", FLAGS))
-    c.options.dt, c.options.start_up = drive.dt, 1.0
+    c.options.dt, c.options.start_up, c.options.look = drive.dt, 1.0, 0  # of the horizon alone
     c.options.r_std[:] = sensor_std(recording, LEAST_NOISE)
     c.options.guess[:] = [N_0]
     c.start(drive.t[0])

@@ -178,7 +178,7 @@ def test_a_robots_messages_give_the_n_of_the_drive(log):
     drive = drive.between(drive.t[0] + 2.0, drive.t[-1])
     n = float(log.name.split("_n")[1][:4])
     rows, own, held, horizon = Rows(delay=0.12), None, None, CHorizon(library("tracks"))
-    horizon.options.dt, horizon.options.start_up = 0.012, 0.0
+    horizon.options.dt, horizon.options.start_up, horizon.options.look = 0.012, 0.0, 0  # of the rows and the horizon alone
     for arrival, stamp, name, value in messages(drive):
         while (row := rows.next(arrival, own)) is not None:
             t, u, y = row

@@ -85,12 +85,15 @@ def test_the_vehicle_itself_is_the_same(logs):
 
 
 def test_a_verdict_waits_until_a_load_would_show():
-    """With noisy sensors n takes up a load, 25 % too high, before windows show it; without the look it would be identified."""
+    """With noisy sensors n takes up a load, 25 % too high, before windows show it; it would be identified if nobody asked."""
     c, look = ran(identified.drive(identified.LOAD, "table5"), seconds=12.0)
     assert look.change == "unknown" and c.head.vehicle == UNKNOWN and c.verdict == "not_excited"
     assert look.head.load_std > 0.06 and c.n[0] > 1.15 * identified.N
     c.head.vehicle = NOT_LOOKED_AT
-    assert VERDICTS[c.c.softsoil_horizon_verdict(ctypes.byref(c.head))] == "identified"
+    for look_asked, word in ((1, "not_excited"), (0, "identified")):
+        c.head.options.look = look_asked
+        assert VERDICTS[c.c.softsoil_horizon_verdict(ctypes.byref(c.head))] == word
+    assert c.options.look == 1, "the library's own default, as it can look"
 
 
 def test_another_soil_begins_anew(logs):
@@ -125,8 +128,10 @@ def test_without_a_start_nothing_is_done(logs):
 
 def test_a_library_without_stated_errors_says_so():
     bare = Declaration(reference_vehicle().with_(effects={}, uncertainty={}), CLAY)
+    horizon = CHorizon(library_of(bare))
+    assert horizon.options.look == 0, "there is nothing to look at"
     with pytest.raises(ValueError, match="joint_error"):
-        CVehicle(CHorizon(library_of(bare)))
+        CVehicle(horizon)
 
 
 def test_numbers_stated_one_by_one_are_looked_at_too():

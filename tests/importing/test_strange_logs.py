@@ -15,7 +15,7 @@ from softsoil.checking.offsets import time_offsets
 from softsoil.commands.cli import app
 from softsoil.importing.draft_map import draft, hangs, offers
 from softsoil.importing.import_map import map_from_table
-from softsoil.importing.loose_table import read_columns
+from softsoil.importing.loose_table import inspect_table, read_columns
 from softsoil.importing.merge import merge
 from softsoil.importing.messages import fields_of, reader_of
 from softsoil.importing.sources import Holding, Series, Spread, ordered
@@ -64,6 +64,21 @@ def test_a_slow_table_in_degrees_and_kilometres_per_hour_needs_no_map(words, opt
     for name in ("u", "omega_z", "steer"):
         assert np.allclose(drive[name], np.interp(t, clean.t, clean[name]), atol=0.02), name
     assert drive.measured("psi") and drive.state_of("v") == "derived" and "vehicle: reference" in done.output
+
+
+def test_columns_that_are_empty_in_most_rows_are_drafted(clean, tmp_path):
+    """A logger with one row per inertial sample: position and heading stand in every tenth."""
+    frame = pd.DataFrame({
+        "t": clean.t, "pos_x": clean["x"], "pos_y": clean["y"], "heading": clean["psi"], "VelForward_kmh": 3.6 * clean["u"],
+        "VelLeft_kmh": 3.6 * clean["v"], "yaw_rate": clean["omega_z"], "steer": clean["steer"], "note": "",
+    })  # fmt: skip
+    frame.loc[np.arange(len(frame)) % 10 > 0, ["pos_x", "pos_y", "heading"]] = np.nan
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    (holding,) = inspect_table(tmp_path / "log.csv")
+    fields = {offer.channel: (offer.path, offer.unit) for offer in offers([holding])}
+    assert fields["x"] == ("pos_x", "") and fields["y"] == ("pos_y", "") and fields["psi"] == ("heading", "")
+    assert fields["u"] == ("VelForward_kmh", "km/h") and fields["v"] == ("VelLeft_kmh", "km/h")
+    assert "note" not in holding.fields
 
 
 @pytest.mark.parametrize(("name", "scale"), [("timestamp_ns", 1e9), ("time_us", 1e6), ("t_ms", 1e3), ("stamp_s", 1.0)])
