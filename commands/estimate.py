@@ -26,6 +26,7 @@ from softsoil.estimator.estimate import estimate as estimate_log
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.late_clocks import LateClock, late_clocks
 from softsoil.estimator.terrain import TerrainEstimate
+from softsoil.estimator.tuning import UNSTATED_ERROR
 from softsoil.estimator.verdict import Verdict
 from softsoil.figures.labels import plain
 from softsoil.figures.terrain import draw_estimate
@@ -66,7 +67,7 @@ def estimate(
     with progress(clean.name) as told:
         found = estimate_log(noisy, built, first, method=method, start=skip, progress=told)
     clocks = late_clocks(noisy, built, found, start=skip)
-    _say(found, noisy, clocks, built.doubted)
+    _say(found, noisy, clocks, built.doubted, unstated=not declared.vehicle.states_errors)
     if not np.isfinite(found.n_front[-1]):  # no soil: nothing to draw
         say_written([write_result(folder / "estimate.json", as_json(found, clocks), about_vehicle(vehicle, model))])
         return
@@ -161,18 +162,21 @@ def _of_class(found: TerrainEstimate) -> list[str]:
     return [line + (stated if evidence.soil.std > 0.0 else NOT_STATED), law] if moved else []
 
 
-def _not_looked_at(found: TerrainEstimate) -> list[str]:
-    """What a verdict knows nothing of, as the vehicle's file states no errors."""
+def _not_looked_at(found: TerrainEstimate, unstated: bool) -> list[str]:
+    """What a verdict knows nothing of, as the vehicle's file states no errors; unstated: not even the one that they make of n."""
     evidence = None if found.verdict is None else found.verdict.evidence
     if evidence is None or evidence.change is not None:
         return []
+    allowed = f": {100 * UNSTATED_ERROR:.0f} % of n is in its standard deviation for them" if unstated else ""
     return [
         "not looked at: a load, the steering's scale and the vehicle's numbers, since its file states no errors of them (that of "
-        "softsoil identify does)"
+        f"softsoil identify does){allowed}"
     ]
 
 
-def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock], doubted: Sequence[str]) -> None:
+def _say(
+    found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock], doubted: Sequence[str], unstated: bool
+) -> None:
     if found.verdict is None:
         raise ValueError("estimate: expected an estimate with its verdict, found none")
     console.print(verdict_line(found.verdict), style="bold" if found.verdict.usable else "bold red", highlight=False)
@@ -204,7 +208,7 @@ def _say(found: TerrainEstimate, drive: Recording, clocks: Sequence[LateClock], 
             if found.noise_free
             else f"NIS inside its 95 % band {100 * found.nis_inside_95:.1f} % of the time"
         )
-    lines += _of_class(found) + _not_looked_at(found)
+    lines += _of_class(found) + _not_looked_at(found, unstated)
     lines += [f"soil taken to have changed at {t:.1f} s" for t in found.changes]
     if found.drift is not None:
         classes = ", or ".join((found.drift.likely, *found.drift.also))

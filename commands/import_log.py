@@ -21,7 +21,7 @@ from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_
 from softsoil.importing.draft_map import draft, hangs
 from softsoil.importing.import_map import STEER_COMMAND, ImportMap, load_map, map_from_table
 from softsoil.importing.merge import LEAST
-from softsoil.recording.read import write_drive
+from softsoil.recording.read import IMPORTED, write_drive
 
 MOST_NAMED = 12
 """Fields that the message names where a needed channel is not recognised."""
@@ -55,7 +55,7 @@ def import_log(
 
     Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
     """
-    folder = output_folder(out, "import", ("import.json", "drive.parquet", "steering.toml", "report.html"))
+    folder = output_folder(out, "import", ("import.json", IMPORTED, "steering.toml", "report.html"))
     say_vehicle(vehicle)
     geometry = measured_vehicle(vehicle)
     with progress(", ".join(path.name for path in sources)) as told:
@@ -66,7 +66,7 @@ def import_log(
         found = bring_in(_name(sources[0]), without_command(plan), series, geometry, align)
     _say(found, plan)
     refuse_contradictions(str(_source_of(found.checks, plan, sources)), found.checks)
-    drive = write_drive(found.drive, folder / "drive.parquet")
+    drive = write_drive(found.drive, folder / IMPORTED, named=True)
     content = found.as_json()
     written = [drive]
     if steering is not None:
@@ -102,7 +102,8 @@ def drafted(sources: list[Path]) -> ImportMap:
 
 
 def _name(source: Path) -> str:
-    return source.name.split(".")[0] or "drive"
+    """Of the drive: that of a folder, or of a file without its endings."""
+    return source.name if source.is_dir() else Path(source.name.removesuffix(".gz")).stem
 
 
 def _source_of(checks: Sequence[Check], plan: ImportMap, sources: Sequence[Path]) -> Path:

@@ -11,9 +11,14 @@ from softsoil.declaration.driveline import turns_wheels
 from softsoil.recording.forward import HELD_INPUTS
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.signals import Layout
+from softsoil.symbolic.vehicle import Vehicle
 
 ABSENT_WHEELS_ERROR = 0.03
 """Share of n by which estimates with and without wheel speeds differ on the same drives (rms; vehicles 0 to 2 of the plant)."""
+UNSTATED_ERROR = 0.05
+"""Share of n by which a vehicle's numbers may put it off where its file states no error of any: what `identify` accepts at most
+of numbers that it has found (`identification.rules`). Those of scale and tape alone do worse, and every drive contradicts them
+(`python -m benchmarks.hand_written`)."""
 N_NAMES = ("n", "n_f", "n_r")
 """States that are the sinkage exponent: of both axles, or of each."""
 POSE = ("x", "y", "psi")
@@ -104,13 +109,18 @@ EXACT_MODEL = Tuning(
 
 
 def common_error(own: float, model: Model) -> float:
-    """Share of n that an error common to all measurements makes: root of the sum of squares of `own`, of n_error of the model's
-    vehicle, and of ABSENT_WHEELS_ERROR where the model turns its wheels itself.
+    """Share of n that an error common to all measurements makes: root of the sum of squares of `own`, of what the model's vehicle
+    makes (n_error of its file, UNSTATED_ERROR where that states no error of any of its numbers), and of ABSENT_WHEELS_ERROR where
+    the model turns its wheels itself.
 
-    own: share by what the force law misses of any drive.
+    own: share by what the force law misses of any drive; 0, of a model's own drives: nothing but what the file states.
     """
+    vehicle = model.geometry if isinstance(model.geometry, Vehicle) else None
+    of_vehicle = 0.0 if vehicle is None else vehicle.n_error
+    if vehicle is not None and own > 0.0 and not vehicle.states_errors:
+        of_vehicle = UNSTATED_ERROR
     absent = ABSENT_WHEELS_ERROR if turns_wheels(model) else 0.0
-    return float(np.linalg.norm([own, getattr(model.geometry, "n_error", 0.0), absent]))
+    return float(np.linalg.norm([own, of_vehicle, absent]))
 
 
 def by_unit(layout: Layout, numbers: ByUnit, default: float) -> NDArray[np.float64]:

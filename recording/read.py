@@ -22,6 +22,10 @@ STATES_KEY = "softsoil_channel_states"
 """Key of the metadata of a Parquet file under which the channels' states stand."""
 ORIGIN_KEY = "softsoil_origin"
 """Key of that metadata under which latitude and longitude (deg) of the drive's frame stand."""
+NAME_KEY = "softsoil_name"
+"""Key of that metadata under which the name of what was imported stands."""
+IMPORTED = "drive.parquet"
+"""What an import calls its drive's file; such a drive has the name of what was imported, every other file's its own."""
 TABLE_NAME = "table"
 """Name of a drive from a table in memory."""
 GAP_STEPS = 2.5
@@ -67,7 +71,9 @@ def _drive(
     check_units(path, sources, channels)
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
     states, origin = _states(path, table, channels), _origin(path, table)
-    recording = Recording(_stem(path), channels, truth, tuple(notes), meta, states, origin)
+    kept = table.attrs.get(NAME_KEY) if path.name == IMPORTED else None
+    name = kept if isinstance(kept, str) and kept else _stem(path)
+    recording = Recording(name, channels, truth, tuple(notes), meta, states, origin)
     return without_outliers(only_samples(without_absurd(recording)))
 
 
@@ -96,9 +102,9 @@ def as_drive(log: Recording | pd.DataFrame | str | Path) -> Recording:
     return log if isinstance(log, Recording) else read_drive(log)
 
 
-def write_drive(recording: Recording, path: str | Path) -> Path:
+def write_drive(recording: Recording, path: str | Path, named: bool = False) -> Path:
     """Write a drive as CSV, CSV.gz or Parquet with the default column names; returns the path. Parquet keeps channel
-    states and the origin of the frame.
+    states, the origin of the frame and, where it is `named`, what an import calls it.
 
     Example:
         >>> import softsoil, tempfile
@@ -111,6 +117,8 @@ def write_drive(recording: Recording, path: str | Path) -> Path:
     path = Path(path)
     table = pd.DataFrame({**recording.channels, **recording.truth})
     table.attrs[STATES_KEY] = {name: recording.state_of(name) for name in recording.channels}
+    if named:
+        table.attrs[NAME_KEY] = recording.name
     if recording.origin is not None:
         table.attrs[ORIGIN_KEY] = list(recording.origin)
     path.parent.mkdir(parents=True, exist_ok=True)

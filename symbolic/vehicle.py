@@ -118,6 +118,11 @@ class Vehicle:
         """l_f + l_r, m."""
         return self.l_f + self.l_r
 
+    @property
+    def states_errors(self) -> bool:
+        """Whether its file states the error of any of its numbers, or the one that they make of n."""
+        return bool(self.uncertainty) or self.joint_error is not None or self.n_error > 0.0
+
     def with_(self, **values: Any) -> Vehicle:
         """The same vehicle with other numbers, by name."""
         return replace(self, **values)

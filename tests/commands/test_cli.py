@@ -106,7 +106,7 @@ def test_estimate_writes_what_it_says(home, short_log):
     assert result.exit_code == 0, result.output
     assert files(home) == ["e/estimate.json", "e/estimate.png"]
     found = json.loads((home / "e/estimate.json").read_text(encoding="utf-8"))
-    keys = {"software", "vehicle", "n_front", "n_rear", "n_front_std", "n_rear_std", "converged_s", "late_clocks"}
+    keys = {"software", "vehicle", "n_front", "n_rear", "n_front_std", "n_rear_std", "n0", "converged_s", "late_clocks"}
     keys |= {"nis_inside_95", "step_us", "trace", "verdict", "reason", "changes_s", "revoked_s", "drift", "filter", "windows"}
     missing = {"nis_inside_95", "drift"}  # the log carries no sensor noise, and drifts nowhere
     assert set(found) == keys and finite({key: value for key, value in found.items() if key not in missing})

@@ -66,6 +66,15 @@ def test_a_slow_table_in_degrees_and_kilometres_per_hour_needs_no_map(words, opt
     assert drive.measured("psi") and drive.state_of("v") == "derived" and "vehicle: reference" in done.output
 
 
+def test_an_imported_drive_has_the_name_of_what_was_imported(clean, tmp_path):
+    path = tmp_path / "lap 3.monday.csv"
+    table(clean, HEADINGS["rover"]).to_csv(path, index=False)
+    assert imported(path, tmp_path).exit_code == 0
+    kept = tmp_path / "out" / "drive.parquet"
+    assert read_drive(kept).name == "lap 3.monday"
+    assert read_drive(kept.rename(tmp_path / "mine.parquet")).name == "mine", "a file that somebody named has that name"
+
+
 def test_columns_that_are_empty_in_most_rows_are_drafted(clean, tmp_path):
     """A logger with one row per inertial sample: position and heading stand in every tenth."""
     frame = pd.DataFrame({
