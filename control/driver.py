@@ -92,6 +92,7 @@ class Driver:
         self._begun: float | None = None
         self._origin, self._last, self._corrected = math.nan, -math.inf, math.nan
         self._waiting: tuple[int, tuple] | None = None
+        self._unused = np.full(len(STATE_CHANNELS), math.nan)
         self._halting, self._still, self.status = 0, 0, Status.NO_STATE
         self.verdict = NOT_JUDGED
         """On the estimated n, of the last tick: that of `judge` unless the filter contests its n, "not_judged" without one."""
@@ -166,6 +167,7 @@ class Driver:
         self._begun = self._corrected = t
         self._origin = t if math.isnan(self._origin) else self._origin
         self._ticks, self._waiting, self._halting = 0, None, 0
+        self._unused = np.full(len(STATE_CHANNELS), math.nan)
         self.inbox.begin(t)
         self.estimator.start(first, self.n0, self.learn, spread)
         if self.judge is not None:
@@ -190,21 +192,22 @@ class Driver:
         a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else max(self.a_x, slowest)
         wheels = {name: _given(measured, name, np.nan) for name in WHEEL_CHANNELS}
         seen = np.array(list(wheels.values()))
-        if np.isfinite(seen).all():
-            slip = float(np.clip(1.0 - u / max(self.ocp.vehicle.radius * seen.mean(), 0.1), -0.3, 0.6))
-        else:
+        slip, way = self.slip, self.ocp.vehicle.radius * seen.mean()
+        if not np.isfinite(way):
             inputs = self.solver.model_inputs(
                 self._z0(), np.array([self.steer_rate, a_x]), self._parameters(self.estimator.n)
             )
             assumed = dict(zip(self.ocp.model.external.names, inputs, strict=True))
             wheels = {name: value if np.isfinite(value) else assumed[name] for name, value in wheels.items()}
-            slip = self.slip
-        sample, y = {"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, _states(measured)
+        elif max(abs(u), way) >= self.settings.standing:  # wheels of a vehicle that stands do not slip
+            slip = float(np.clip(1.0 - u / max(way, 0.1), -0.3, 0.6))
+        sample, fresh = {"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, _states(measured)
+        y, nothing = np.where(np.isfinite(fresh), fresh, self._unused), np.full_like(fresh, math.nan)
         for left in reversed(range(steps)):
-            seen = y if left == 0 else np.full_like(y, math.nan)
-            self.estimator.tick(sample, seen)
+            self.estimator.tick(sample, nothing if left else y)
             if self.judge is not None:
-                self.judge.tick(t - left * self.settings.tick, sample, seen)
+                self.judge.tick(t - left * self.settings.tick, sample, nothing if left else fresh)
+        self._unused = nothing if self.estimator.updated else y
         if self.estimator.corrected:
             self._corrected = t
         self.slip += self.settings.slip_share * (slip - self.slip)

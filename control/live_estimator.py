@@ -47,7 +47,7 @@ class LiveEstimator:
         first = first_state(self.augmented, np.asarray(x0, dtype=float), n0)
         std0 = self.tuning.std0(self.augmented.x, np.asarray(spread, dtype=float))
         self.terrain.start(first, std0, learn=learn)
-        self._count, self.corrected = 0, False
+        self._count, self.corrected, self.updated = 0, False, False
 
     def set_n(self, n: float) -> None:
         """Set n of a filter that does not learn."""
@@ -56,12 +56,12 @@ class LiveEstimator:
     def tick(self, inputs: Mapping[str, float], y: Array) -> None:
         """Predict over one tick with the inputs by name, update with y (6,); NaN where none was measured.
 
-        Of every `update_every` ticks of the tuning the last one updates.
+        Of every `update_every` ticks of the tuning the last one updates (`updated`); a caller keeps what another one measured.
         """
         self.terrain.predict(np.array([inputs[name] for name in self._names]))
         self._count += 1
-        self.corrected = False
-        if self._count % self.tuning.update_every == 0:
+        self.corrected, self.updated = False, self._count % self.tuning.update_every == 0
+        if self.updated:
             used = self.terrain.update(y).used
             self.corrected = bool(used[self._seen].any()) and not self.status.refused
 

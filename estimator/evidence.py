@@ -19,14 +19,13 @@ from softsoil.estimator.moving_horizon import HorizonRules, MovingHorizon, expon
 from softsoil.estimator.soil_error import SoilError, soil_error
 from softsoil.estimator.strain import VehicleChange, vehicle_change
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.recording.noise_level import noise_level, own_samples
+from softsoil.recording.noise_level import noise_level, own_samples, third_differences
 from softsoil.symbolic.vehicle import JUDGED
 from softsoil.windows.free_windows import FreeWindows
 from softsoil.windows.window_fit import reduce_windows
 
 Array = NDArray[np.float64]
 
-THIRD = np.array([1.0, -3.0, 3.0, -1.0])
 TRIMMED = 4.0
 """Third differences beyond this many robust standard deviations are outliers or steps, not noise."""
 
@@ -92,7 +91,7 @@ def gather(windows: FreeWindows, guesses: Sequence[float], tied: bool, rules: Ho
         motion_of(windows), len(windows.rows), runs[0].guess,
         tuple((run.guess, float(run.horizon.n[0]), run.worse) for run in left_out),
         tuple(float(windows.drive.t[row]) for row in first.changes),
-        noise_level(windows.drive.measured[windows.under(), STATE_CHANNELS.index("omega_z")], windows.drive.dt).late,
+        noise_level(_beneath(windows, "omega_z", windows.under()), windows.drive.dt).late,
     )  # fmt: skip
 
 
@@ -108,6 +107,13 @@ def _by_axle(windows: FreeWindows, horizon: MovingHorizon, tied: bool, rules: Ho
     prior = np.full(2, float(horizon.n[0])), np.full(2, rules.prior)
     n, _ = apart.summary.minimum(weight, prior)
     return n, np.sqrt(apart.summary.variance(n, weight, prior))
+
+
+def _beneath(windows: FreeWindows, name: str, rows: NDArray[np.intp]) -> Array:
+    """(N,) a channel at rows of the drive, NaN at the others: differences of its samples span no gap between windows."""
+    kept = np.full(len(windows.drive.measured), np.nan)
+    kept[rows] = windows.drive.measured[rows, STATE_CHANNELS.index(name)]
+    return kept
 
 
 def motion_of(windows: FreeWindows) -> float:
@@ -141,7 +147,7 @@ def unexplained(windows: FreeWindows, horizon: MovingHorizon) -> tuple[dict[str,
         # Medians over windows: a few that hit an obstacle or a kick of the steering are no fault of the model.
         per_window = (residual[..., i] ** 2).sum(axis=1) / np.maximum((seen - leverage[..., i] * seen).sum(axis=1), 1.0)
         per_window = per_window[seen.any(axis=1)]
-        noise, noise_error = sensor_variance(windows.drive.measured[under, i], windows.drive.dt)
+        noise, noise_error = sensor_variance(_beneath(windows, name, under), windows.drive.dt)
         left, count = float(np.median(per_window)), len(per_window)
         motion = float(np.nanmean(windows.drive.smooth[under, i] ** 2)) + 1e-12
         error = max(float(np.hypot(1.25 * float(per_window.std()) / np.sqrt(count), noise_error)), 1e-15)
@@ -157,7 +163,8 @@ def sensor_variance(values: Array, dt: float) -> tuple[float, float]:
     samples, which makes the error sqrt(4.6/N) of the variance. Of correlated noise (`noise_level`) they show a share, and fewer
     samples count.
     """
-    third = np.convolve(own_samples(values, dt)[0], THIRD, mode="valid")
+    own, _, stretch = own_samples(values, dt)
+    third = third_differences(own, stretch)
     if len(third) < 8:
         return 0.0, np.inf
     robust = 1.4826 * float(np.median(np.abs(third))) + 1e-15

@@ -27,6 +27,8 @@ FARTHEST = 3.0
 SHORT = (2.0, 0.75)
 """Time constants of a low-pass run forwards, and forwards and backwards, from which on its noise looks like a motion, over the
 distance of the samples."""
+GAP = 2.5
+"""Steps between a channel's samples over the usual one beyond which there is a gap, which no difference spans."""
 HALF = 0.25
 """s: distance of the samples of second differences, in which a vehicle's motion shows."""
 OF_MOTION = 0.08
@@ -54,43 +56,51 @@ def noise_level(values: Array, dt: float) -> NoiseLevel:
     values (N,): NaN between the samples of a channel that is slower than the clock; dt: of the clock (s). Noise is matched to
     what a first-order low-pass leaves of white noise, run forwards, or forwards and backwards.
     """
-    own, period = own_samples(values, dt)
-    if len(own) < 4:
+    own, period, stretch = own_samples(values, dt)
+    if len(own) < 4 or not (stretch[3:] == stretch[:-3]).any():
         return NoiseLevel(0.0, 0.0, 0.0)
-    levels = [_third(own, 1)]
-    while (stride := 2 ** len(levels)) * period <= LONGEST and 3 * stride < len(own):
-        level = _third(own, stride)
+    levels = [_third(own, stretch, 1)]
+    while (stride := 2 ** len(levels)) * period <= LONGEST and (stretch[3 * stride :] == stretch[: -3 * stride]).any():
+        level = _third(own, stretch, stride)
         if level > MOTION * levels[-1]:
             break
         levels.append(level)
     if len(levels) < FEWEST or levels[1] <= GROWS * levels[0]:
         return NoiseLevel(levels[0], levels[0], levels[0])
     matched = _matched(np.array(levels))
-    if matched is None or matched[0] < OF_MOTION * _motion(own, max(round(HALF / period), 1)):
+    if matched is None or matched[0] < OF_MOTION * _motion(own, stretch, max(round(HALF / period), 1)):
         return NoiseLevel(levels[0], levels[0], levels[0])
     std, correlated, late = matched
     std = min(std, FARTHEST * levels[-1])
     return NoiseLevel(std, std * float(np.sqrt(correlated)), levels[0], late * period)
 
 
-def own_samples(values: Array, dt: float) -> tuple[Array, float]:
-    """The finite values (M,) of a channel and the time from one to the next (s), whatever gaps it has.
+def own_samples(values: Array, dt: float) -> tuple[Array, float, NDArray[np.int_]]:
+    """The finite values (M,) of a channel, the time from one to the next (s), and the stretch between gaps that each is of (M,).
 
     values (N,): NaN between the samples of a channel that is slower than the clock; dt: of the clock (s).
     """
     own = np.flatnonzero(np.isfinite(values))
-    return values[own], dt * (float(np.median(np.diff(own))) if len(own) > 1 else 1.0)
+    steps = np.diff(own)
+    usual = float(np.median(steps)) if len(steps) else 1.0
+    return values[own], dt * usual, np.cumsum(np.concatenate([np.zeros(1, dtype=int), steps > GAP * usual]))[: len(own)]
 
 
-def _third(values: Array, stride: int) -> float:
-    """Standard deviation of white noise with the third differences of values (N,) at a distance of `stride` samples."""
+def third_differences(values: Array, stretch: NDArray[np.int_], stride: int = 1) -> Array:
+    """Third differences of values (M,) at a distance of `stride` samples, none across a gap; stretch (M,): by `own_samples`."""
     third = values[3 * stride :] - 3.0 * values[2 * stride : -stride] + 3.0 * values[stride : -2 * stride] - values[: -3 * stride]
-    return 1.4826 * float(np.median(np.abs(third))) / float(np.sqrt(20.0))
+    return third[stretch[3 * stride :] == stretch[: -3 * stride]]
 
 
-def _motion(values: Array, stride: int) -> float:
-    """Standard deviation of white noise with the second differences of values (N,) at a distance of `stride` samples."""
+def _third(values: Array, stretch: NDArray[np.int_], stride: int) -> float:
+    """Standard deviation of white noise with these third differences."""
+    return 1.4826 * float(np.median(np.abs(third_differences(values, stretch, stride)))) / float(np.sqrt(20.0))
+
+
+def _motion(values: Array, stretch: NDArray[np.int_], stride: int) -> float:
+    """Standard deviation of white noise with the second differences of values (M,) at a distance of `stride` samples."""
     second = values[2 * stride :] - 2.0 * values[stride:-stride] + values[: -2 * stride]
+    second = second[stretch[2 * stride :] == stretch[: -2 * stride]]
     return float(np.sqrt(np.mean(second**2) / 6.0)) if len(second) else 0.0
 
 

@@ -158,7 +158,9 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     if not isinstance(declared, dict):
         raise ValueError(f"{where}: expected a table [effects], found {declared!r}")
     effects = {effect: number_table(declared, effect, f"{where}: effects") for effect in declared}
-    stated, simulator = number_table(table, "uncertainty", where), number_table(table, "simulator", where)
+    there = {*numbers, *(key for values in effects.values() for key in values)}
+    stated = number_table(table, "uncertainty", where, dict.fromkeys(sorted(there), (1e-12, 1e12)))
+    simulator = number_table(table, "simulator", where)
     search = simulator.pop(SEARCH, 0.0)
     if not 0.0 <= search <= numbers["radius"] / 10:
         raise ValueError(f"{where}: simulator.{SEARCH}: expected 0 to a tenth of the radius (m), found {search:g}")

@@ -45,7 +45,8 @@ typedef struct {
 int softsoil_rows_init(softsoil_rows_t *rows, double dt, double delay);
 
 /* A sample of a sensor, at its own time stamp (s), in any order. SOFTSOIL_MEASUREMENT_LATE where its row has been made,
- * SOFTSOIL_MEASUREMENT_NOT_FINITE for a number that is not finite, SOFTSOIL_BAD_ARGUMENT for no sensor: nothing was done. */
+ * SOFTSOIL_MEASUREMENT_NOT_FINITE for a number that is not finite, SOFTSOIL_BAD_ARGUMENT for no sensor: nothing was done.
+ * Of a sensor so fast that what its rows still need would not fit into SOFTSOIL_ROWS_SAMPLES, samples are thinned. */
 int softsoil_rows_put(softsoil_rows_t *rows, int sensor, double t, double value);
 
 /* The next row, where one is due at `now` (s, the clock of the time stamps): its time, inputs and measurements, NaN for what was not

@@ -735,6 +735,8 @@ int softsoil_restart(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned
   s->started = 0;
   s->since = 0;
   forget_soil(s, s->options.change_after);
+  memset(s->trial_variance, 0, sizeof s->trial_variance); /* what was known before a jump is of another clock */
+  s->flags = 0;
   s->run_in_to = t + s->options.run_in;
   forget_drift(s);
   s->consistency = s->soil_consistency = 1.0;

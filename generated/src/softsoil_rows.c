@@ -53,6 +53,9 @@ int softsoil_rows_put(softsoil_rows_t *r, int sensor, double t, double value) {
     values[at - 1] = value;
     return SOFTSOIL_OK;
   }
+  /* What a row still needs has to fit: of a fast sensor with a long delay, samples are thinned. */
+  const double apart = (r->delay + 2.0 * together + most_gap) / (SAMPLES - 2);
+  if (at == r->count[sensor] && at > SAMPLES / 2 && t - times[at - 1] < apart) return SOFTSOIL_OK;
   if (r->count[sensor] == SAMPLES) { /* the oldest goes */
     if (at == 0) {
       ++r->late[sensor];
@@ -120,7 +123,7 @@ static void forget(softsoil_rows_t *r) {
 int softsoil_rows_next(softsoil_rows_t *r, double now, const softsoil_t *filter, double *t, double u[SOFTSOIL_N_U],
                        double y[SOFTSOIL_N_Y]) {
   if (!r || !t || !u || !y || r->magic != MAGIC || !(fabs(now) < farthest)) return 0;
-  if (now < r->asked - pause || now > r->next + r->delay + pause) begin_anew(r);
+  if (now < r->asked - pause || now > r->next + r->delay + pause || r->next > now + pause) begin_anew(r);
   r->asked = now;
   if (!(now >= r->next + r->delay)) return 0;
   const double at = *t = r->next;
@@ -130,8 +133,8 @@ int softsoil_rows_next(softsoil_rows_t *r, double now, const softsoil_t *filter,
   if (!isfinite(turns)) turns = filter ? filter->x[SOFTSOIL_X_omega_z] : 0.0;
   u[SOFTSOIL_U_steer] = value_at(r, SOFTSOIL_SENSOR_steer, at, most_gap);
   u[SOFTSOIL_U_steer_rate] = slope(r, SOFTSOIL_SENSOR_steer, at, r->dt);
-  u[SOFTSOIL_U_a_x] = r->count[SOFTSOIL_SENSOR_a_x_imu] ? value_at(r, SOFTSOIL_SENSOR_a_x_imu, at, most_gap) + v * turns
-                                                        : slope(r, SOFTSOIL_SENSOR_u, at, slope_over);
+  const double reads = value_at(r, SOFTSOIL_SENSOR_a_x_imu, at, most_gap); /* NaN of one that is absent, or silent */
+  u[SOFTSOIL_U_a_x] = isfinite(reads) ? reads + v * turns : slope(r, SOFTSOIL_SENSOR_u, at, slope_over);
   for (int i = 0; i < 4; ++i) u[input_of[i]] = value_at(r, SOFTSOIL_SENSOR_omega_fl + i, at, most_gap);
   r->next += r->dt;
   forget(r);

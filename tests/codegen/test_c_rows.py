@@ -198,3 +198,42 @@ def test_a_robots_messages_give_the_n_of_the_drive(log):
     assert own is not None and sum(rows.late(name) for name in SENSORS) < 5
     assert own.x[6] == pytest.approx(n, rel=0.1)
     assert horizon.verdict == "identified" and horizon.n[0] == pytest.approx(n, rel=0.06)
+
+
+def test_fast_sensors_and_a_long_delay_fit():
+    """200 Hz and 0.8 s: samples that rows still needed were thrown away, and every row was NaN."""
+    rows, made = Rows(delay=0.8), []
+    for k in range(600):
+        t = 0.005 * k
+        for name in ("steer", "omega_z", "a_x_imu", "omega_fl", "v", "u"):
+            rows.put(name, t, np.sin(t))
+        made += rows.all(t) if k % 2 == 0 else []
+    at, inputs, seen = (np.array(column)[50:] for column in zip(*made, strict=True))
+    assert len(at) > 100 and sum(rows.late(name) for name in SENSORS) == 0
+    np.testing.assert_allclose(inputs[:, 0], np.sin(at), atol=1e-4)
+    there = np.isfinite(seen[:, 5])
+    assert there.mean() > 0.5  # samples thinned to 67 Hz, rows at 83 Hz
+    np.testing.assert_allclose(seen[there, 5], np.sin(at[there]), atol=1e-4)
+
+
+def test_a_first_stamp_of_another_clock_does_not_block_the_rows():
+    rows, made = Rows(delay=0.1), []
+    rows.put("x", 1.7e9, 1.0)
+    for k in range(300):
+        rows.put("steer", 0.01 * k, 0.1)
+        rows.put("u", 0.01 * k, 5.0)
+        made += rows.all(0.01 * k)
+    assert len(made) > 200 and rows.restarts == 1
+
+
+def test_the_slope_of_the_speed_stands_for_an_accelerometer_that_fell_silent():
+    rows, made = Rows(delay=0.15), []
+    for k in range(400):
+        t = 0.01 * k
+        for name, value in (("u", 3.0 + 0.7 * t), ("steer", 0.1), ("v", 0.0), ("omega_z", 0.0)):
+            rows.put(name, t, value)
+        if t < 1.0:
+            rows.put("a_x_imu", t, 0.7)
+        made += rows.all(t)
+    late = np.array([inputs[2] for at, inputs, _ in made if at > 0.5])
+    np.testing.assert_allclose(late, 0.7, atol=1e-6)

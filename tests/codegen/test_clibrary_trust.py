@@ -196,7 +196,9 @@ def test_restart_keeps_the_soil(noisy):
         own.predict(u[k], STEP)
         own.update(y[k + 1], own.state.t)
     n, std = own.x[6:].copy(), own.std[6:].copy()
+    own.state.trial_variance[0] = 0.01  # a jump of n on trial
     assert own.restart(y[800], 9.6) == S["OK"]
+    assert own.state.trial_variance[0] == 0.0, "what was known before it is of another clock"
     assert np.array_equal(own.x[6:], n) and np.allclose(own.std[6:], std)
     assert np.allclose(own.x[:6], y[800]) and np.allclose(own.std[:6], NOISE)
     before = own.x.copy()

@@ -25,6 +25,7 @@ from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp, OcpSettings
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.tuning import Tuning
 from softsoil.symbolic.soil import CLAY
 
 pytestmark = [pytest.mark.compiler, pytest.mark.slow]
@@ -231,6 +232,57 @@ def test_late_calls_and_pauses_are_the_same_in_both():
                 measured = vehicle.measure()
             t += pause
     assert restarted and ours.started and theirs.dead_reckoned < 0.2
+
+
+def rolling(x: float, u: float = 6.0) -> dict[str, float]:
+    return {"x": x, "y": 0.0, "psi": 0.0, "u": u, "v": 0.0, "omega_z": 0.0, "steer": 0.0}
+
+
+def test_a_plan_that_calls_came_too_late_for_is_lost_in_both():
+    """The solves fail from some tick on, and the next call comes two seconds later: the plan is older than is followed."""
+    one, other = (make(obstacles=np.array([[20.0, 30.0, 1.0, 0.0, 0.0]])) for make in (in_python, started))
+    for k in range(60):
+        t = k * TICK
+        ours, theirs = other.tick(t, rolling(6.0 * t)), one.tick(t, rolling(6.0 * t))
+    assert not ours.lost and not theirs.lost
+    one.obstacles[0, 2] = other._kept[4][0, 2] = np.nan  # memory of the caller's
+    for j in range(8):
+        late = t + 2.0 + j * TICK
+        ours, theirs = other.tick(late, rolling(6.0 * late)), one.tick(late, rolling(6.0 * late))
+    assert theirs.lost and ours.lost and ours.a_x == pytest.approx(theirs.a_x) == pytest.approx(-1.5)
+
+
+def test_a_verdict_of_before_a_pause_does_not_count_in_either():
+    one, other = in_python(judge=Sure(), obstacles=()), started(obstacles=np.zeros((0, 5)))
+    for k in range(200):
+        if k * TICK > 1.5:
+            other.judge(True, Sure.n, Sure.n_std)
+        ours, theirs = (driver.tick(k * TICK, rolling(6.0 * k * TICK)) for driver in (other, one))
+    assert ours.n_used == theirs.n_used == Sure.n
+    one.judge.verdict = "not_excited"
+    one.judge.tick = lambda *_: None  # its windows begin anew
+    for k in range(6):
+        ours, theirs = (driver.tick(600.0 + k * TICK, rolling(5.0 + 6.0 * k * TICK)) for driver in (other, one))
+    assert theirs.verdict != "identified" and ours.n_std == pytest.approx(theirs.n_std, rel=1e-6) and ours.n_std > 0.1
+    assert ours.n_used == pytest.approx(theirs.n_used, abs=1e-6)
+
+
+def test_wheels_of_a_vehicle_that_stands_do_not_slip():
+    one, other = in_python(obstacles=()), started(obstacles=np.zeros((0, 5)))
+    stands = {**rolling(1.0, 0.0), "a_x_imu": 0.0, **dict.fromkeys(("omega_fl", "omega_fr", "omega_rl", "omega_rr"), 0.0)}
+    for k in range(200):
+        theirs, ours = one.tick(k * TICK, stands), other.tick(k * TICK, stands)
+    assert ours.slip == theirs.slip == problem().settings.slip
+
+
+@pytest.mark.parametrize("phase", (0, 1))
+def test_what_is_measured_between_updates_waits(phase):
+    """An estimator that updates at every second tick, sensors at every eighth: of one phase all was lost, and it halted."""
+    estimator = LiveEstimator(problem().model, SENSORS.sensor_std, tuning=Tuning(update_every=2))
+    driver = in_python(obstacles=(), estimator=estimator)
+    for k in range(120):
+        last = driver.tick(k * TICK, rolling(6.0 * k * TICK) if k == 0 or k % 8 == phase else {"steer": 0.0})
+    assert last.dead_reckoned < 10 * TICK and last.status is not Status.POSITION_UNKNOWN
 
 
 def test_both_learn_the_lag_of_a_steering_and_halt_where_it_is_stuck():

@@ -328,3 +328,11 @@ def test_what_scale_and_tape_say_of_the_same_must_agree():
 def test_a_number_that_is_no_better_known_is_not_drawn_as_identified():
     better, vague = (Found(1.1, std, "m", "identified", 0.5, None, (1.0, 0.2)) for std in (0.1, 0.2))
     assert shown_states({"toe": better, "scrub": vague}) == {"toe": "identified", "scrub": "fitted"}
+
+
+@pytest.mark.parametrize(("stated", "words"), [({"track": -0.01}, "track"), ({"trakc": 0.05}, "trakc"), ({"l_f": 0.0}, "l_f")])
+def test_errors_of_known_numbers_are_checked(stated, words):
+    """A standard deviation below zero was taken for a number that is known exactly, a key that is none for nothing."""
+    assert known_from_table({**NUMBERS_GIVEN, "uncertainty": {"track": 0.01}}, "car.toml", "car").stated == {"track": 0.01}
+    with pytest.raises(ValueError, match=rf"car\.toml: uncertainty.*{words}"):
+        known_from_table({**NUMBERS_GIVEN, "uncertainty": stated}, "car.toml", "car")

@@ -149,3 +149,13 @@ def test_no_n_is_identified_with_a_filtered_yaw_rate(noisy):
     with pytest.warns(UserWarning, match="log it unfiltered"):
         found = estimate(late, bicycle(VEHICLE, CLAY), 0.7, method="horizon")
     assert found.verdict.word == "inconsistent" and "late and n too low" in found.verdict.reason
+
+
+def test_no_difference_spans_a_gap():
+    """Motion and filtered noise in pieces: the joints of the pieces were taken for noise that grows, or hid a low-pass."""
+    dt, kept = 0.012, np.exp(-0.012 / 0.02)
+    t = dt * np.arange(5000)
+    values = 0.4 * np.sin(2.0 * np.pi * 0.3 * t) + 0.02 * lfilter([1.0 - kept], [1.0, -kept], white(dt, 4))[: len(t)]
+    pieces = np.where(t % 2.6 < 1.0, np.nan, values)
+    whole, cut = noise_level(values, dt), noise_level(pieces, dt)
+    assert whole.late > 0.01 and cut.late == pytest.approx(whole.late, rel=0.2) and cut.std == pytest.approx(whole.std, rel=0.1)
