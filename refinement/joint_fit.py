@@ -1,9 +1,10 @@
 """Drives fitted by windows with free initial states, n of each, the vehicle's numbers within their joint error, and effects.
 
 Minimised over n of each drive, the numbers theta and the effects' parameters e: sum over windows of min over x0 of sum rho(z)
-plus k^2 (theta - theta_0)' C^-1 (theta - theta_0) plus the prior of e. As in the identification that made C, k = 2 standard
-errors of windows count as one: what the model lacks is alike in all of them. With a load the rear toe is free: springs give way
-under it, and links turn the wheels. The second term over k^2 and what is expected of it is the strain
+plus sum rho(k R (theta - theta_0)), R'R = C^-1, plus the prior of e. As in the identification that made C, k = 2 standard
+errors of windows count as one: what the model lacks is alike in all of them. rho (Huber's) lets a number go that the drives
+contradict: the strain says so. Numbers that C lacks have k times the errors stated of them. With a load the rear toe is free:
+springs give way under it, and links turn the wheels. The second term over k^2 and what is expected of it is the strain
 (`softsoil.windows.strain`): a high one says that the vehicle has changed, though n and the numbers predict well.
 """
 
