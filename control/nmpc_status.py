@@ -36,7 +36,8 @@ class Status(Enum):
 class Stats:
     """Of one solve: status; iterations of the outer method; qp_iterations in all; seconds, of which `feedback` came after
     the state was known; cost of the objective with slacks; defect: largest violation of the dynamics, of a real-time iteration
-    what its step was to close; step: largest change; gap: least planned distance to an obstacle (m), touch: first stage of the plan that touches one, -1 for none.
+    what its step was to close; step: largest change; gap: least planned distance to an obstacle (m), touch: first stage of the
+    plan that touches one, -1 for none.
     """
 
     status: Status
