@@ -289,6 +289,9 @@ def test_wrong_calls_are_refused_and_change_nothing():
     controller.c.softsoil_nmpc_defaults(ctypes.byref(options))
     options.limits[0][1] = np.nan
     assert "out of its range" in refused(controller, "init", ctypes.byref(options), z0)
+    controller.c.softsoil_nmpc_defaults(ctypes.byref(options))
+    options.patience = np.inf  # no plan at all would never be lost
+    assert "out of its range" in refused(controller, "init", ctypes.byref(options), z0)
     assert "out of its range" in refused(controller, "init", None, ocp.z.pack(u=1e4))
     assert controller.c.softsoil_nmpc_status_text(-3).decode() == "not a status of this library"
 
