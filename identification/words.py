@@ -6,7 +6,7 @@ import math
 
 from softsoil.estimator.verdict import CHANNEL_WORDS
 from softsoil.identification.result import Found, Identification
-from softsoil.refinement.words import in_degrees, with_error, with_unit
+from softsoil.refinement.words import in_degrees, times_smaller, with_error, with_unit
 
 NO_BETTER = "no better known than before"
 """Of an identified number whose error is that of before the logs."""
@@ -61,8 +61,8 @@ def judged_sentences(found: Identification) -> list[str]:
     ratio, expected = judged.ratio(), judged.ratio(expected=True)
     if ratio is not None and expected is not None:
         lines.append(
-            f"Over 2.5 s of its last third the rms error is {math.sqrt(ratio):.3g} times smaller than with the file as it is, "
-            f"and {math.sqrt(expected):.3g} times smaller than with the numbers expected of any such vehicle (geometric mean "
+            f"Over 2.5 s of its last third the rms error is {times_smaller(math.sqrt(ratio))} than with the file as it is, "
+            f"and {times_smaller(math.sqrt(expected))} than with the numbers expected of any such vehicle (geometric mean "
             "over lateral velocity, yaw rate, heading and y; sensor noise in all)."
         )
     return lines

@@ -143,7 +143,7 @@ def falls_sentence(found: Refinement) -> str:
     own = math.sqrt(before["u"] / after["u"]) if before.get("u", 0.0) > 0.0 and after.get("u", 0.0) > 0.0 else 0.0
     speed = f"; of the speed {own:.3g} times" if own > OF_THE_SPEED * max(math.sqrt(ratio), 1.0) else ""
     return (
-        f"Held-out rms error at {JUDGED_HORIZON} s: {math.sqrt(ratio):.3g} times smaller with the refined model "
+        f"Held-out rms error at {JUDGED_HORIZON} s: {times_smaller(math.sqrt(ratio))} with the refined model "
         f"(geometric mean of lateral velocity, yaw rate, heading and y{speed})."
     )
 
@@ -192,6 +192,11 @@ def left_sentences(found: Refinement) -> list[str]:
 def number(value: float) -> str:
     """`value` with three digits, or a dash where it is not known."""
     return f"{value:.3g}" if math.isfinite(value) else "-"
+
+
+def times_smaller(ratio: float) -> str:
+    """How an error changed that is `ratio` times smaller."""
+    return f"{ratio:.3g} times smaller" if ratio >= 1.0 else f"{1.0 / ratio:.3g} times larger" if ratio > 0.0 else "unbounded"
 
 
 def ratio(before: float, after: float) -> str:

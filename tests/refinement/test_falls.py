@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 import softsoil
-from softsoil.refinement.words import falls_sentence
+from softsoil.refinement.words import falls_sentence, times_smaller
 
 LATERAL = {"v": 4.0, "omega_z": 4.0, "psi": 4.0, "y": 4.0}
 
@@ -29,3 +29,7 @@ def test_a_speed_that_gains_no_more_is_not_spoken_of(u_before):
 def test_a_name_that_no_vehicle_has_is_refused_with_those_there_are():
     with pytest.raises(ValueError, match=r"vehicle: expected one of reference, paper, plant, heavy, or a TOML file; found 'bla'"):
         softsoil.load_vehicle("bla")
+
+
+def test_an_error_that_grew_is_not_called_smaller():
+    assert [times_smaller(ratio) for ratio in (4.24, 1.0, 0.8)] == ["4.24 times smaller", "1 times smaller", "1.25 times larger"]
