@@ -62,7 +62,7 @@ def residual(
 
     Example: softsoil residual data/multi_clay_n0.50.parquet --soil clay
     """
-    folder = output_folder(out, "residual", ("residual.json", "residual.png", "force.png", "errors.png"))
+    folder = output_folder(out, "residual", ("residual.json", "residual.png"))
     if is_wheel_data(data, wheel):
         given = {"--vehicle": vehicle, "--law": law, "--model": model, "--n": n}
         given |= {"--noise": noise != "none", "--seed": seed, "--skip": skip != START_UP}

@@ -76,7 +76,6 @@ def identify(
     known = as_known(known)
     owned = declared_vehicle(known)
     recordings = distinct([usable(log, owned, late_steering(owned)) for log in logs])
-    refuse_copies(recordings)
     if len(absent_wheels(recordings)) == len(WHEEL_CHANNELS) and not known.driveline:
         raise ValueError(
             f"{known.file or 'known'}: expected the table [driveline] with centre_lock and front_drive, which wheels are driven, "
@@ -85,6 +84,7 @@ def identify(
     soils = [soils] * len(logs) if isinstance(soils, Soil) else list(soils)
     if len(soils) != len(logs):
         raise ValueError(f"identify: expected one soil, or one for each of {len(logs)} logs; found {len(soils)}")
+    refuse_copies(recordings)
     known, late = with_late_channels(_with_steering(known, recordings), recordings)
     bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]

@@ -119,16 +119,16 @@ def test_logs_without_wheel_speeds_need_the_driveline():
 def test_numbers_are_recovered_without_wheel_speeds():
     """Wheels that turn as the balance asks, in the drives and in the model; no balance of measured ones."""
     known = replace(KNOWN, driveline={"centre_lock": 1.0, "front_drive": 0.5})
-    made = (("lock", 0.5, 1), ("multi", 0.65, 2))
-    drives = [replace(drive_of(TRUE, kind, n, seed, wheels=False), name=kind) for kind, n, seed in made]
-    found = identify([*drives, replace(drives[1], name="judge")], [CLAY] * 3, known)
+    made = (("lock", 0.5, 1), ("multi", 0.65, 2), ("multi", 0.65, 3))
+    drives = [replace(drive_of(TRUE, kind, n, seed, wheels=False), name=f"{kind}_{seed}") for kind, n, seed in made]
+    found = identify(drives, [CLAY] * 3, known)
     assert found.vehicle.n_error > 0.05
     assert found.verdict == "identified"
     assert any("not every speed is measured in" in note for note in found.notes)
     assert found.numbers["radius"].value == pytest.approx(KNOWN["radius"] + KNOWN.search, rel=0.002)
     inertia = found.numbers["yaw_inertia"]
     assert inertia.value == pytest.approx(TRUE["yaw_inertia"], abs=3.0 * inertia.std + 23.0)
-    for drive, true in zip(drives, (0.5, 0.65), strict=True):
+    for drive, (_, true, _) in zip(drives, made, strict=True):
         n, std = found.n[drive.name]
         assert n == pytest.approx(true, rel=0.06) and 0.04 * true < std < 0.1 * true
 
