@@ -71,4 +71,6 @@ def _judged(logs: list[Path], judge: Path | None) -> tuple[list[Path], int]:
         paths, judged = [*logs, judge], len(logs)
     if len(paths) < 2:
         raise ValueError(f"identify: expected two logs or more, one of which judges; found {len(paths)}")
+    if len({*where}) < len(where):  # with --noise their rows would differ
+        raise ValueError("identify: expected different logs, found one twice: a log that is fitted cannot judge")
     return paths, judged

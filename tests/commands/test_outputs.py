@@ -74,6 +74,15 @@ def test_a_log_counts_once(home, command):
     assert done.exit_code == 2 and "again: expected drives that differ, found the rows of short again" in done.output
 
 
+def test_one_log_by_two_paths_is_one(home):
+    """Also with --noise, which makes other rows of it each time."""
+    (home / "known.toml").write_text("mass = 1378.3\n", encoding="utf-8")
+    for noise in ("none", "good"):
+        arguments = ("--vehicle", "known.toml", "--soil", "clay", "--noise", noise)
+        done = softsoil("identify", "short.csv", home / "short.csv", *arguments)
+        assert done.exit_code == 2 and "expected different logs, found one twice" in done.output
+
+
 def test_single_wheel_data_take_no_options_of_drives(home):
     np.savez(home / "runs.npz", a=np.zeros(1))
     done = softsoil("residual", "runs.npz", "--law", "bekker", "--n", "0.7")
