@@ -168,7 +168,7 @@ class PathFollower:
 
     def __call__(self, t: Array, sample: Sample) -> Array:
         """Commands at t, held; a time before the last one begins the path anew."""
-        if t[0] <= self._until:
+        if t[0] < self._until:
             self._at = 0
         self._until = float(t[-1])
         here = np.array([sample["x"], sample["y"]])
