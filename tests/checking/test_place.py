@@ -43,5 +43,21 @@ def test_an_accelerometer_that_is_not_where_mount_has_it_is_named_beside_the_vel
     turning = np.gradient(read_drive(CLAY_LOG)["omega_z"], drive.dt)
     moved = replace(drive, channels={**drive.channels, "a_y_imu": drive["a_y_imu"] - 0.4 * turning})
     (doubted,) = [c for c in check_channels(moved, reference_vehicle()) if c.name == "lateral_velocity_rate"]
-    assert "v of a point 0.40 ± 0.01 m ahead of the accelerometer's, as [mount] has them" in doubted.found
+    assert "v of a point 0.40 ± 0.01 m ahead of the accelerometer's in [mount] would explain it" in doubted.found
     assert not doubted.passed and "places of the sources" in doubted.cure
+
+
+@pytest.mark.parametrize(("ahead", "words"), [(1.5, "v of a point 1.5 ± 0.1 m ahead"), (-1.2, "v of a point 1.2 ± 0.1 m behind")])
+def test_noise_does_not_make_the_place_of_a_velocity_a_wrong_unit(ahead, words):
+    """The noise of v is left by its place, not by a scale that shrinks what is noisy."""
+    drive = read_drive(MULTI_LOG)
+    moved = add_noise(drive.with_channels(v=drive["v"] + ahead * drive["omega_z"]), "table5", 1)
+    (doubted,) = [c for c in check_channels(moved, reference_vehicle()) if c.name == "lateral_velocity_rate"]
+    assert words in doubted.found and "give the place of its source in [mount]" in doubted.cure and "unit" not in doubted.cure
+
+
+def test_a_unit_and_a_place_that_explain_as_well_are_both_named():
+    drive = read_drive(MULTI_LOG)
+    doubled = add_noise(drive.with_channels(v=2.0 * drive["v"]), "table5", 1)
+    (doubted,) = [c for c in check_channels(doubled, reference_vehicle()) if c.name == "lateral_velocity_rate"]
+    assert "correct sign or unit of v; or" in doubted.cure and "places of the sources" in doubted.cure
