@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import version
 from importlib.resources import files
@@ -50,11 +51,12 @@ def kept_texts(asked: bytes) -> dict[str, str] | None:
 
 
 def keep(path: Path, text: str) -> None:
-    """Write a file of the cache so that another process never sees half of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with scratch_folder(path.parent) as scratch:
-        (scratch / path.name).write_text(text, encoding="utf-8")
-        (scratch / path.name).replace(path)
+    """Write a file of the cache so that another process never sees half of it; none where the cache cannot be written."""
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with scratch_folder(path.parent) as scratch:
+            (scratch / path.name).write_text(text, encoding="utf-8")
+            (scratch / path.name).replace(path)
 
 
 def _place(asked: bytes) -> Path:

@@ -18,9 +18,15 @@ ABANDONED = 86400.0
 
 
 def cache_folder() -> Path:
-    """Folder of the cache: $SOFTSOIL_CACHE, else `softsoil` in the user's cache folder."""
-    chosen = os.environ.get("SOFTSOIL_CACHE")
-    return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "softsoil"
+    """Folder of the cache: $SOFTSOIL_CACHE, else `softsoil` in the user's cache folder; one of this process alone for a user
+    without a home."""
+    chosen, caches = os.environ.get("SOFTSOIL_CACHE"), os.environ.get("XDG_CACHE_HOME")
+    if chosen:
+        return Path(chosen)
+    try:
+        return (Path(caches) if caches else Path.home() / ".cache") / "softsoil"
+    except RuntimeError:
+        return Path(_own_folder().name)
 
 
 def writable_cache() -> Path:
@@ -45,7 +51,7 @@ def scratch_folder(cache: Path) -> Iterator[Path]:
     A finished file is moved from it into the cache, so that no other process sees half of one.
     """
     _remove_abandoned(cache)
-    with tempfile.TemporaryDirectory(dir=cache, prefix=f"{SCRATCH}{platform.node()}_{os.getpid()}_") as name:
+    with tempfile.TemporaryDirectory(dir=cache, prefix=f"{_here()}{os.getpid()}_") as name:
         yield Path(name)
 
 
@@ -58,9 +64,18 @@ def _remove_abandoned(cache: Path) -> None:
             continue
 
 
+def _here() -> str:
+    """What the scratch folders begin with of all processes that see each other: containers may share a name, and not these."""
+    try:
+        numbers = "".join(filter(str.isdigit, os.readlink("/proc/self/ns/pid")))  # of Linux
+    except OSError:
+        numbers = "0"
+    return f"{SCRATCH}{platform.node()}_{numbers}_"
+
+
 def _alive(name: str) -> bool:
     """Whether the process that made the scratch folder `name` may still run: on another machine nobody can say."""
-    here = f"{SCRATCH}{platform.node()}_"
+    here = _here()
     number = name.removeprefix(here).split("_")[0]  # what follows it is random, underscores included
     if not name.startswith(here) or not number.isdigit() or os.name == "nt":
         return True

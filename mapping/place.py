@@ -18,6 +18,8 @@ PARTS = 5
 """Steps in BESIDE at which that is looked at."""
 STRIDE = 1.0
 """m between the points of a way, at most."""
+DRIFT = 0.1
+"""Share of the way in a gap of the position, by which speed and heading may miss where it goes on."""
 LEAST = 1.0
 """m: smaller leaps are what the front axle moves sideways in BESIDE of a sharp turn."""
 
@@ -36,7 +38,8 @@ def misplaced(recording: Recording, most: float) -> str:
 def largest_leap(recording: Recording) -> tuple[float, float]:
     """Size (m) and time (s) of the largest step of the position that stays and that the vehicle did not drive.
 
-    Positions less the way by speed and heading: their medians over BESIDE before and after a row.
+    Positions less the way by speed and heading: their medians over BESIDE before and after a row, or a gap of the position through
+    which speed and heading were measured, less DRIFT of the way in it.
     """
     recording = on_even_clock(recording)  # a pause of the logger has rows, too
     states = known_states(recording)
@@ -49,13 +52,23 @@ def largest_leap(recording: Recording) -> tuple[float, float]:
         return 0.0, float(recording.t[0])
     windows = np.lib.stride_tricks.sliding_window_view(left, half, axis=0)[::step]
     known = np.isfinite(windows[:, 0]).any(axis=1)
+    before = np.flatnonzero(known)[:-1]
+    after = before + PARTS
+    there = np.flatnonzero(known)
+    after = there[np.minimum(np.searchsorted(there, after), len(there) - 1)]
+    before, after = before[after >= before + PARTS], after[after >= before + PARTS]
+    gap = after > before + PARTS
+    unknown = np.concatenate([[0], np.cumsum(~np.isfinite(states[:, [2, 3]]).all(axis=1))])
+    blind = gap & (unknown[after * step] > unknown[before * step + half])
+    before, after, gap = before[~blind], after[~blind], gap[~blind]
+    if not len(before):
+        return 0.0, float(recording.t[0])
     middle = np.full((len(windows), 2), np.nan)
     middle[known] = np.nanmedian(windows[known], axis=2)
-    leaps = np.hypot(*(middle[PARTS:] - middle[:-PARTS]).T)
-    if not np.isfinite(leaps).any():
-        return 0.0, float(recording.t[0])
-    row = int(np.nanargmax(leaps))
-    return float(leaps[row]), float(recording.t[row * step + half])
+    way = np.concatenate([[0.0], np.cumsum(np.abs(u) * dt)])
+    leaps = np.hypot(*(middle[after] - middle[before]).T) - DRIFT * np.where(gap, way[after * step] - way[before * step + half], 0.0)
+    worst = int(np.argmax(leaps))
+    return max(float(leaps[worst]), 0.0), float(recording.t[after[worst] * step])
 
 
 def way_of(recording: Recording, first: int) -> Array:

@@ -36,3 +36,9 @@ def test_texts_are_made_once(tmp_path: Path, monkeypatch) -> None:
     assert len(made) == 1
     texts_from_cache(b"other", make)
     assert len(made) == 2
+
+
+def test_a_cache_that_cannot_be_written_keeps_nothing(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    monkeypatch.setenv("SOFTSOIL_CACHE", str(tmp_path / "file"))
+    assert texts_from_cache(b"one", lambda: {"README.md": "text"}) == {"README.md": "text"}

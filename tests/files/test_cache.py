@@ -8,7 +8,8 @@ import sys
 import time
 
 from drives import PROJECT
-from softsoil.files.cache import ABANDONED, SCRATCH, scratch_folder, writable_cache
+from softsoil.files import cache
+from softsoil.files.cache import ABANDONED, SCRATCH, cache_folder, scratch_folder, writable_cache
 
 HOLD = """
 import sys, time
@@ -56,3 +57,24 @@ def test_a_cache_that_cannot_be_made_is_a_folder_of_the_process(tmp_path, monkey
     monkeypatch.setenv("SOFTSOIL_CACHE", str(tmp_path / "file" / "cache"))
     folder = writable_cache()
     assert folder.is_dir() and tmp_path not in folder.parents
+
+
+def test_a_container_of_the_same_name_does_not_take_this_ones_scratch(tmp_path, monkeypatch):
+    """Its processes have numbers of their own: one that is not there may live here."""
+    with scratch_folder(tmp_path) as own:
+        monkeypatch.setattr(cache.os, "readlink", lambda _: "pid:[42]")
+        monkeypatch.setattr(cache.os, "kill", lambda *_: (_ for _ in ()).throw(ProcessLookupError))
+        with scratch_folder(tmp_path):
+            assert own.is_dir()
+
+
+def test_a_user_without_a_home_has_a_cache(tmp_path, monkeypatch):
+    def nowhere():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("SOFTSOIL_CACHE", raising=False)
+    monkeypatch.setattr(cache.Path, "home", nowhere)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / "softsoil"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert writable_cache().is_dir()

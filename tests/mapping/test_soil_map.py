@@ -146,6 +146,18 @@ def test_a_drive_that_is_not_laid_on_the_map_is_not_estimated(log, monkeypatch):
     assert ground.drives[1].verdict is None
 
 
+@pytest.mark.parametrize("seconds", [1.0, 2.0, 5.0])
+def test_a_receiver_that_comes_back_elsewhere_has_leapt(log, seconds):
+    """A lost fix and 8 m to the side after it; without the 8 m it has not, nor where nothing else was measured meanwhile."""
+    lost = (log.t > log.t[0] + 9.0) & (log.t < log.t[0] + 9.0 + seconds)
+    x, y = (np.where(lost, np.nan, log[name]) for name in ("x", "y"))
+    aside = y + np.where(log.t > log.t[0] + 9.0, 8.0, 0.0)
+    assert "leaps by" in misplaced(log.with_channels(x=x, y=aside), 2.5)
+    assert misplaced(log.with_channels(x=x, y=y), 2.5) == ""
+    unknown = {name: np.where(lost, np.nan, log[name]) for name in ("u", "psi")}
+    assert largest_leap(log.with_channels(x=x, y=aside, **unknown))[0] < 1.0
+
+
 def test_a_leap_of_the_receiver_leaves_a_drive_out(log):
     """12 m to the side, half-way: what follows is at another place. One sample that is off, or a drift, is no leap."""
     late = log.t > log.t[0] + 12.0
