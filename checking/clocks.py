@@ -38,7 +38,7 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
         found += f", where {declared:.3f} s early are declared" if declared > 0.005 else ""
         found += f" (correlation {offset.before:.3f}, {offset.after:.3f} when shifted)"
         channel = CHANNELS[offset.group]
-        by = f"late = {offset.late_s:.3f} at {channel} in its map"
+        by = f"late = {late:.3f} at {channel} in its map"
         cure = f"softsoil import shifts it: --align where it is a source of its own, {by} where it shares one"
         if offset.group == "psi" and offset.late_s < 0:  # no heading comes before the turning that makes it
             cure = f"the yaw rate is late, which makes n too low: late = {-offset.late_s:.3f} at omega_z in the map of softsoil "

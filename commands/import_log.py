@@ -15,6 +15,7 @@ from softsoil.commands.import_steering import fitted_map, say_map, steered, with
 from softsoil.commands.invocation import software
 from softsoil.commands.options_model import OutOption, measured_vehicle, say_vehicle
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.declaration.late_steering import late_steering
 from softsoil.figures.import_report import write_import_report
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
 from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources, shifted_with
@@ -63,7 +64,7 @@ def import_log(
         plan = steered(plan, geometry)
         series = read_sources(sources, plan, told)
         steering = fitted_map(plan, series)
-        found = bring_in(_name(sources[0]), without_command(plan), series, geometry, align)
+        found = bring_in(_name(sources[0]), without_command(plan), series, geometry, align, late_steering(geometry))
     _say(found, plan)
     refuse_contradictions(str(_source_of(found.checks, plan, sources)), found.checks)
     drive = write_drive(found.drive, folder / IMPORTED, named=True)

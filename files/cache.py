@@ -67,7 +67,7 @@ def _remove_abandoned(cache: Path) -> None:
 def _here() -> str:
     """What the scratch folders begin with of all processes that see each other: containers may share a name, and not these."""
     try:
-        numbers = "".join(filter(str.isdigit, os.readlink("/proc/self/ns/pid")))  # of Linux
+        numbers = "".join(filter(str.isdigit, str(Path("/proc/self/ns/pid").readlink())))  # of Linux
     except OSError:
         numbers = "0"
     return f"{SCRATCH}{platform.node()}_{numbers}_"

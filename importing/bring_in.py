@@ -143,12 +143,13 @@ def _local(one: Series, names: tuple[str, str, str]) -> Series:
 
 
 def bring_in(
-    name: str, plan: ImportMap, series: Mapping[str, Series], geometry: Geometry, align: bool = False
+    name: str, plan: ImportMap, series: Mapping[str, Series], geometry: Geometry, align: bool = False, late_steering: float = 0.0
 ) -> Import:
     """The drive of the mapped series, its clocks aligned where asked.
 
     name: of the drive; plan: the map; series: by source; geometry: of the vehicle; align: whether clocks are shifted by their
-    estimated offsets. Raises ValueError as `merge` does.
+    estimated offsets; late_steering: seconds by which its road wheels are known to follow `steer`, which is no clock's. Raises
+    ValueError as `merge` does.
     """
     merged = merge(name, plan, series, geometry)
     offsets = time_offsets(merged.recording, geometry)
@@ -157,7 +158,7 @@ def bring_in(
         found = offsets
         elsewhere = any(not check.passed for check in place_checks(Motion.of(merged.recording), geometry))
         for _ in range(ROUNDS):
-            further = source_shifts(plan, [offset for offset in found if not (elsewhere and offset.group in BY_V)])
+            further = source_shifts(plan, [o for o in found if not (elsewhere and o.group in BY_V)], late_steering)
             shifts = {source: shifts.get(source, 0.0) + further.get(source, 0.0) for source in {*shifts, *further}}
             if max((abs(value) for value in further.values()), default=0.0) < SETTLED:
                 break
@@ -169,7 +170,7 @@ def bring_in(
             merged = merge(name, plan, series, geometry, shifts)
     notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
     recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
-    checks = (*check_channels(recording, geometry), *axle_checks(recording, geometry))
+    checks = (*check_channels(recording, geometry, late_steering), *axle_checks(recording, geometry))
     return Import(merged, completed(recording, geometry), shifts, offsets, checks, series)
 
 
@@ -193,11 +194,11 @@ def shifted_with(plan: ImportMap, source: str, offsets: Sequence[Offset]) -> tup
     return tuple(name for name, origin in plan.channels.items() if origin.source == source and name in others)
 
 
-def source_shifts(plan: ImportMap, offsets: Sequence[Offset]) -> dict[str, float]:
+def source_shifts(plan: ImportMap, offsets: Sequence[Offset], late_steering: float = 0.0) -> dict[str, float]:
     """Source -> seconds to add to its times: minus its channels' offsets, weighted by their standard errors.
 
     plan: the map; the yaw rate's source is the reference and stays; an offset within LEAST_SIGMAS of its error is left, and so is
-    one that is not `trusted`.
+    one that is not `trusted`; late_steering: seconds by which `steer` seems early without being so.
     """
     reference = plan.channels["omega_z"].source
     sums: dict[str, list[tuple[float, float]]] = {}
@@ -206,7 +207,8 @@ def source_shifts(plan: ImportMap, offsets: Sequence[Offset]) -> dict[str, float
             continue
         sources = {plan.channels[c].source for c in GROUPS[offset.group] if c in plan.channels}
         for source in sources - {reference}:
-            sums.setdefault(source, []).append((offset.late_s, offset.std))
+            late = offset.late_s + (late_steering if offset.group == "steer" else 0.0)
+            sums.setdefault(source, []).append((late, offset.std))
     shifts = {}
     for source, found in sums.items():
         weights = np.array([1.0 / std**2 for _, std in found])

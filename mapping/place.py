@@ -38,8 +38,8 @@ def misplaced(recording: Recording, most: float) -> str:
 def largest_leap(recording: Recording) -> tuple[float, float]:
     """Size (m) and time (s) of the largest step of the position that stays and that the vehicle did not drive.
 
-    Positions less the way by speed and heading: their medians over BESIDE before and after a row, or a gap of the position through
-    which speed and heading were measured, less DRIFT of the way in it.
+    Positions less the way by speed and heading: their medians over BESIDE before and after a row, or a gap of the position
+    through which speed and heading were measured, less DRIFT of the way in it.
     """
     recording = on_even_clock(recording)  # a pause of the logger has rows, too
     states = known_states(recording)
@@ -51,24 +51,26 @@ def largest_leap(recording: Recording) -> tuple[float, float]:
     if len(left) < 4 * half:
         return 0.0, float(recording.t[0])
     windows = np.lib.stride_tricks.sliding_window_view(left, half, axis=0)[::step]
-    known = np.isfinite(windows[:, 0]).any(axis=1)
-    before = np.flatnonzero(known)[:-1]
-    after = before + PARTS
-    there = np.flatnonzero(known)
-    after = there[np.minimum(np.searchsorted(there, after), len(there) - 1)]
-    before, after = before[after >= before + PARTS], after[after >= before + PARTS]
-    gap = after > before + PARTS
+    before, after = _compared(np.isfinite(windows[:, 0]).any(axis=1))
+    begin, end = before * step + half, after * step  # of what lies between the two
     unknown = np.concatenate([[0], np.cumsum(~np.isfinite(states[:, [2, 3]]).all(axis=1))])
-    blind = gap & (unknown[after * step] > unknown[before * step + half])
-    before, after, gap = before[~blind], after[~blind], gap[~blind]
+    followed = unknown[end] == unknown[begin]
+    before, after, begin, end = (rows[followed] for rows in (before, after, begin, end))
     if not len(before):
         return 0.0, float(recording.t[0])
-    middle = np.full((len(windows), 2), np.nan)
-    middle[known] = np.nanmedian(windows[known], axis=2)
     way = np.concatenate([[0.0], np.cumsum(np.abs(u) * dt)])
-    leaps = np.hypot(*(middle[after] - middle[before]).T) - DRIFT * np.where(gap, way[after * step] - way[before * step + half], 0.0)
+    leaps = np.hypot(*(np.nanmedian(windows[after], axis=2) - np.nanmedian(windows[before], axis=2)).T)
+    leaps -= DRIFT * (way[end] - way[begin])
     worst = int(np.argmax(leaps))
-    return max(float(leaps[worst]), 0.0), float(recording.t[after[worst] * step])
+    return max(float(leaps[worst]), 0.0), float(recording.t[end[worst]])
+
+
+def _compared(known: NDArray[np.bool_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Pairs of windows: each known one, and the next known one that begins at its end or later."""
+    there = np.flatnonzero(known)
+    places = np.searchsorted(there, there + PARTS)
+    paired = places < len(there)
+    return there[paired], there[places[paired]]
 
 
 def way_of(recording: Recording, first: int) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-
 OWN = ("include/softsoil*.h", "src/softsoil*.[ch]", "fmi/fmu*.[ch]", "fmi/*Description.xml", "softsoil*.fmu", "example_drive.c",
        "CONTROLLER.md")  # fmt: skip
 """Files of a library's folder that another declaration or other options leave out: builds take what is there."""

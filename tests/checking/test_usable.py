@@ -10,6 +10,7 @@ import pytest
 
 import softsoil
 from drives import MULTI_LOG, reference_vehicle
+from softsoil.checking.cross_check import check_channels
 from softsoil.checking.usable import usable
 from softsoil.commands.options import open_drive
 from softsoil.declaration.late_steering import late_steering
@@ -94,6 +95,14 @@ def test_a_doubtful_channel_is_a_warning_and_a_note(good, model):
         usable(late, owned, late_steering(owned))
     with pytest.warns(UserWarning, match="early"):
         softsoil.predict(early, model)
+
+
+@pytest.mark.parametrize("late", [0.2, -0.2])
+def test_the_cure_of_a_clock_shifts_no_lag_that_is_declared(late, good):
+    """Road wheels 0.15 s behind `steer`, and its clock late or early besides: what is to be shifted is the clock alone."""
+    shifted = good.with_channels(steer=np.interp(good.t + 0.15 - late, good.t, good["steer"]))
+    (check,) = [c for c in check_channels(shifted, reference_vehicle(), 0.15) if c.name == "clock_steer"]
+    assert float(check.cure.split("late = ")[1].split()[0]) == pytest.approx(late, abs=0.02)
 
 
 @pytest.mark.parametrize("late", [0.3, 1.5, -1.5])

@@ -7,10 +7,9 @@ from softsoil.codegen.c_library.build import sources
 from softsoil.codegen.c_library.folder import write_library
 
 PLAIN = {path.relative_to(PROJECT / "generated").as_posix(): "text" for path in sorted((PROJECT / "generated").rglob("*.*"))}
-MORE = {name: "text" for name in (
-    "include/softsoil_driver.h", "src/softsoil_driver.c", "src/softsoil_nmpc_roll.c", "fmi/fmu_driver.c", "fmi/fmu_common.h",
-    "fmi/driverDescription.xml", "example_drive.c", "CONTROLLER.md",
-)}  # fmt: skip
+MORE = dict.fromkeys(("src/softsoil_driver.c", "src/softsoil_nmpc_roll.c", "include/softsoil_driver.h"), "text")
+MORE |= dict.fromkeys(("fmi/fmu_driver.c", "fmi/fmu_common.h"), "text")
+MORE |= dict.fromkeys(("fmi/driverDescription.xml", "example_drive.c", "CONTROLLER.md"), "text")
 
 
 def files_of(folder: Path) -> set[str]:

@@ -62,7 +62,7 @@ def test_a_cache_that_cannot_be_made_is_a_folder_of_the_process(tmp_path, monkey
 def test_a_container_of_the_same_name_does_not_take_this_ones_scratch(tmp_path, monkeypatch):
     """Its processes have numbers of their own: one that is not there may live here."""
     with scratch_folder(tmp_path) as own:
-        monkeypatch.setattr(cache.os, "readlink", lambda _: "pid:[42]")
+        monkeypatch.setattr(cache.Path, "readlink", lambda _: "pid:[42]")
         monkeypatch.setattr(cache.os, "kill", lambda *_: (_ for _ in ()).throw(ProcessLookupError))
         with scratch_folder(tmp_path):
             assert own.is_dir()

@@ -52,9 +52,9 @@ def bag(clean, tmp_path_factory):
     return write_bag(clean, tmp_path_factory.mktemp("bags") / "messy", "mcap")
 
 
-def imported(path, align=True, edit=edited):
+def imported(path, align=True, edit=edited, lag=0.0):
     plan = map_from_table(tomllib.loads(edit(draft(inspect_sources([path])))), "map")
-    return bring_in("messy", plan, read_sources([path], plan), reference_vehicle(), align)
+    return bring_in("messy", plan, read_sources([path], plan), reference_vehicle(), align, lag)
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +94,14 @@ def test_without_align_the_offset_is_reported_and_not_applied(bag):
     assert found.shifts == {}
     (check,) = [c for c in found.checks if c.name == "clock_steer"]
     assert not check.passed and check.beyond_doubt and "--align" in check.cure
+
+
+def test_a_lag_of_the_steering_that_the_vehicle_declares_is_no_clock(bag):
+    """Road wheels that follow a steering angle 0.1 s later, and do not seem to: its clock is late by as much more."""
+    found = imported(bag, lag=0.1)
+    assert found.shifts["/vehicle/steering"] == pytest.approx(-LATE - 0.1, abs=0.015)
+    (check,) = [c for c in found.checks if c.name == "clock_steer"]
+    assert check.passed
 
 
 def n_of(drive):
