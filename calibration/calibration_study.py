@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 from softsoil.calibration.refit_dallas import refit, tables_to_toml
@@ -108,7 +109,7 @@ def leave_out(
 def parameters(found: Calibrated) -> dict[str, dict[str, Any]]:
     """Parameter -> value, standard error, unit."""
     return {
-        name: {"value": value, "std": found.std[name], "unit": UNITS.get(name, "")}
+        name: {"value": value, "std": found.std[name] if isfinite(found.std[name]) else None, "unit": UNITS.get(name, "")}
         for name, value in found.values.items()
     }
 
@@ -123,7 +124,8 @@ def to_toml(found: Calibrated, runs: Sequence[WheelRun]) -> str:
         names = [name for name in found.values if (name in FACTORS) == (chosen is not None)]
         if names:
             lines += ["", f"[{title}]"]
-            lines += [f"{n} = {{ value = {found.values[n]:.6g}, std = {found.std[n]:.2g} }}" for n in names]
+            std = {n: f", std = {found.std[n]:.2g}" if isfinite(found.std[n]) else "" for n in names}
+            lines += [f"{n} = {{ value = {found.values[n]:.6g}{std[n]} }}" for n in names]
     return "\n".join(lines) + "\n"
 
 
@@ -131,7 +133,9 @@ def study_text(study: Study) -> str:
     """The study as text for the terminal."""
     report = study.report
     lines = ["", "parameter      value        standard error"]
-    lines += [f"{n:13s}  {p['value']:<11.5g}  {p['std']:.2g} {p['unit']}" for n, p in report["parameters"].items()]
+    for name, found in report["parameters"].items():
+        error = "not known: one run" if found["std"] is None else f"{found['std']:.2g} {found['unit']}"
+        lines.append(f"{name:13s}  {found['value']:<11.5g}  {error}")
     if report["not_identified"]:
         lines.append(f"not identified by these runs: {', '.join(report['not_identified'])}")
     lines += [

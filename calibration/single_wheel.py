@@ -28,6 +28,8 @@ SLOWEST = 0.02
 """Speed floor of a law over the median speed of the runs, so that slow laboratory wheels are not floored."""
 SLIP_RANGES = ((-1.0, -0.157), (-0.157, 0.0), (0.0, 0.16), (0.16, 1.0))
 """The paper's four ranges of longitudinal slip (appendix)."""
+LEAST_PEAK = 0.01
+"""Share of the load from which a lateral force can be judged by its peak: a wheel that runs straight has none."""
 WORTH_COMPILING = 100
 """Runs from which on a law is compiled before it is evaluated."""
 BATCH = 512
@@ -37,11 +39,17 @@ BATCH = 512
 def law_for(name: str, runs: Sequence[WheelRun]) -> ForceLaw:
     """The law called `name` with the options that the runs ask for: speed floor, contact step, the rig's factors.
 
-    Raises ValueError for another name.
+    Raises ValueError for another name, and for runs of several contact steps or patch lengths.
     """
+    kinds = sorted({(run.contact_step, run.patch_length) for run in runs})
+    if len(kinds) > 1:
+        raise ValueError(
+            f"single-wheel runs: expected one contact_step (s) and patch_length, found {kinds[0]} and {kinds[1]}: "
+            "one call for each"
+        )
     floor = min(0.1, SLOWEST * float(np.median(np.concatenate([np.hypot(r.v_x, r.v_y) for r in runs]))))
     base = Bekker(speed_floor=floor)
-    step, patch = runs[0].contact_step, runs[0].patch_length
+    step, patch = kinds[0]
     turn_slip = TurnSlip(contact_step=step, patch_length=patch, speed_floor=floor)
     reference = all(run.reference_rig for run in runs)
     laws: Mapping[str, Callable[[], ForceLaw]] = {
@@ -116,10 +124,23 @@ def _check_domain(run: WheelRun) -> None:
         raise ValueError(f"{run.name}: {error}") from None
 
 
+def lateral_scale(run: WheelRun) -> float:
+    """Peak of a run's smoothed lateral force (N), at least LEAST_PEAK of its load."""
+    peak = float(np.abs(run.smooth(run.lateral(run.f_x, run.f_y))).max())
+    return max(peak, LEAST_PEAK * float(np.abs(run.load).mean()))
+
+
+def check_lateral(runs: Sequence[WheelRun]) -> None:
+    """Raise ValueError where no run has a lateral force: the column of one that was not measured."""
+    if not any(np.abs(run.lateral(run.f_x, run.f_y)).max() > 0.0 for run in runs):
+        raise ValueError(f"{runs[0].name}: expected lateral force, found zeros only, in {len(runs)} runs")
+
+
 @dataclass(frozen=True)
 class RunError:
     """What a law leaves of one run: rms errors of the smoothed lateral and longitudinal force over the peak lateral
-    force, the mean error of the sinkage (m) and the rms error of m_y over peak force times radius; NaN: not measured.
+    force (`lateral_scale`), the mean error of the sinkage (m) and the rms error of m_y over peak force times radius; NaN: not
+    measured.
     """
 
     group: str
@@ -131,16 +152,14 @@ class RunError:
 
 
 def run_errors(law: ForceLaw, runs: Sequence[WheelRun], load: str = "moment") -> list[RunError]:
-    """Errors of `law` on each run; `load` as in `predict`."""
+    """Errors of `law` on each run; `load` as in `predict`. Raises ValueError where no run has a lateral force."""
+    check_lateral(runs)
     return [run_error(run, out) for run, out in zip(runs, predict(law, runs, load), strict=True)]
 
 
 def run_error(run: WheelRun, out: Array) -> RunError:
-    """Errors of predicted f_x, f_y, m_y, sinkage, out (4, N), on one run; ValueError for a run without lateral force."""
-    measured = run.smooth(run.lateral(run.f_x, run.f_y))
-    peak = float(np.abs(measured).max())
-    if peak <= 0.0:
-        raise ValueError(f"{run.name}: expected lateral force, found zeros only")
+    """Errors of predicted f_x, f_y, m_y, sinkage, out (4, N), on one run."""
+    peak = lateral_scale(run)
 
     def rms(predicted: Array, reference: Array) -> float:
         return float(np.sqrt(np.mean((run.smooth(predicted) - run.smooth(reference)) ** 2)))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from softsoil.calibration.single_wheel import WORTH_COMPILING, law_for, soil_column
+from softsoil.calibration.single_wheel import WORTH_COMPILING, check_lateral, lateral_scale, law_for, soil_column
 from softsoil.codegen.compiled import compile_function
 from softsoil.recording.rig import MOTION, SOIL_KEYS, WheelRun
 from softsoil.symbolic.laws.turn_slip import Factors, TurnSlip
@@ -36,8 +36,8 @@ class Calibrated:
     """Result of a fit.
 
     values, std: by parameter (factors as such, soil parameters as multiples of those given), standard errors robust to
-    correlation within a run; not_identified: parameters that the runs cannot fix, left as they were; runs: how many;
-    rms: of the force error over peak, after the fit; evaluations: of the model on all runs.
+    correlation within a run, NaN where there is one run in time alone; not_identified: parameters that the runs cannot fix,
+    left as they were; runs: how many; rms: of the force error over peak, after the fit; evaluations: of the model on all runs.
     """
 
     values: Mapping[str, float]
@@ -63,13 +63,16 @@ def calibrate(
     """Fit parameters common to all `runs` by least squares on the smoothed lateral force over its peak.
 
     names: of FACTORS or soil parameters; thin: every how many samples count (smoothing makes neighbours alike);
-    iterations: most evaluations; progress: called with one line per evaluation. Raises ValueError for an unknown name or no runs.
+    iterations: most evaluations; progress: called with one line per evaluation. Raises ValueError for an unknown name, no runs,
+    or none with a lateral force.
     """
     if not runs:
         raise ValueError("calibrate: expected single-wheel runs, found none")
     for name in names:
         if name not in FACTORS and name not in SOIL_KEYS:
             raise ValueError(f"calibrate: expected names of {', '.join((*FACTORS, *SOIL_KEYS))}; found {name!r}")
+    check_lateral(runs)
+    names = tuple(dict.fromkeys(names))
     functions = _functions(runs, names)
     scale = np.array([SCALE.get(name, 1.0) for name in names])
     start = np.array([neutral(name) for name in names])
@@ -91,7 +94,7 @@ def calibrate(
             break
         free &= ~stuck  # at a bound: held neutral, and the others fitted without it
     theta, blocks = problem.theta, problem.blocks
-    std = _robust_std(blocks, free)
+    std = _robust_std(_clusters(runs, blocks), free)
     kept = [i for i in range(len(names)) if free[i]]
     return Calibrated(
         {names[i]: float(theta[i]) for i in kept},
@@ -198,18 +201,27 @@ def _residual(
     out = np.array(functions[(run.radius, run.width)](run.motion(), soil_column(run), run.yaw[None], theta))
     out = out.reshape(len(run), 1 + len(theta))
     measured = run.smooth(run.lateral(run.f_x, run.f_y))
-    peak = float(np.abs(measured).max())
+    peak = lateral_scale(run)
     smooth = np.column_stack([run.smooth(out[:, i]) for i in range(out.shape[1])])
     step = thin if run.dt is not None else 1
     return ((measured - smooth[:, 0]) / peak)[::step], (smooth[:, 1:] / peak)[::step]
 
 
+def _clusters(runs: Sequence[WheelRun], blocks: list[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+    """What is independent of each other: runs, or the rows of one steady table. One run in time shows nothing of what differs
+    from run to run: none."""
+    if len(runs) > 1:
+        return blocks
+    residual, slope = blocks[0]
+    return [(residual[i : i + 1], slope[i : i + 1]) for i in range(len(residual))] if runs[0].dt is None else []
+
+
 def _robust_std(blocks: Sequence[tuple[Array, Array]], free: NDArray[np.bool_]) -> Array:
-    """Standard errors from the sandwich estimator with runs as clusters; NaN for parameters that are not free."""
+    """Standard errors from the sandwich estimator; NaN without clusters, and for parameters that are not free."""
+    std = np.full(len(free), np.nan)
+    if not blocks:
+        return std
     hessian = np.sum([j[:, free].T @ j[:, free] for _, j in blocks], axis=0)
     scores = [j[:, free].T @ r for r, j in blocks]
-    if len(blocks) == 1:
-        scores = [j[i, free] * r[i] for r, j in blocks for i in range(len(r))]
-    std = np.full(len(free), np.nan)
     std[free] = np.sqrt(np.diag(cluster_covariance(hessian, scores, rcond=1e-15)))
     return std

@@ -56,7 +56,9 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
         else:
             odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart
             slips = not 1.0 - 2.0 * LIMITS.wheel_apart <= ratio <= 1.0 + 2.0 * LIMITS.wheel_apart
-            cure = f"factor = {1 / ratio:.3f} for {name}, or another radius" if odd or slips else ""
+            # The slip that the other wheels have is no sensor's.
+            rolling = float(np.median([r for other, r in ratios.items() if other != name])) if odd and len(ratios) > 2 else 1.0
+            cure = f"factor = {rolling / ratio:.3f} for {name}, or another radius" if odd or slips else ""
             cure += _metres(ratio, geometry.radius) if odd or slips else ""
             cure += "; or the wheels slip as much on this ground" if slips and not odd and ratio > 1.0 else ""
             expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected

@@ -46,7 +46,7 @@ def calibrate(
     third run (or row of a steady table) held out. Example with a test rig's table:
     softsoil calibrate rig.csv --columns columns.toml --wheel wheel.toml --soil soil.toml --fit path,k,phi
     """
-    folder = output_folder(out, "calibrate")
+    folder = output_folder(out, "calibrate", ("calibrate.json", "calibrated.toml", "dallas_refit.toml", "force.png"))
     fit_on, judge_on = split(data or _reference(), judge, columns, wheel, soil)
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress(f"fitting {', '.join(names)} on {len(fit_on)} runs, judging on {len(judge_on)}"):
@@ -85,15 +85,24 @@ def split(
             )
     if judge:
         fitted, judging = read_wheel_runs(data, columns, wheel, soil), read_wheel_runs(judge, columns, wheel, soil)
-        known = {(run.f_x.tobytes(), run.f_y.tobytes()) for run in fitted}
-        again = [run.name for run in judging if (run.f_x.tobytes(), run.f_y.tobytes()) in known]
-        if again:
-            raise ValueError(
-                f"--judge: expected other runs than the {len(fitted)} fitted ones, found {len(again)} of them again: {again[0]}"
-            )
+        refuse_copied_runs([*fitted, *judging])
         return fitted, judging
     if len(data) == 1 and data[0].is_dir():
         cal, val = sorted(data[0].glob("*_cal.npz")), sorted(data[0].glob("*_val.npz"))
         if cal and val:
-            return read_wheel_runs(cal), read_wheel_runs(val)
-    return hold_out(read_wheel_runs(data, columns, wheel, soil))
+            fitted, judging = read_wheel_runs(cal), read_wheel_runs(val)
+            refuse_copied_runs([*fitted, *judging])
+            return fitted, judging
+    runs = read_wheel_runs(data, columns, wheel, soil)
+    refuse_copied_runs(runs)
+    return hold_out(runs)
+
+
+def refuse_copied_runs(runs: Sequence[WheelRun]) -> None:
+    """Raise ValueError where a run is there twice: it would count twice, and judge the fit that saw it."""
+    first: dict[tuple[bytes, ...], str] = {}
+    for run in runs:
+        rows = tuple(values.tobytes() for values in (run.v_x, run.v_y, run.omega, run.load, run.f_x, run.f_y))
+        if rows in first:
+            raise ValueError(f"{run.name}: expected runs that differ, found the rows of {first[rows]} again: a run counts once")
+        first[rows] = run.name

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softsoil.calibration.calibration_study import calibrated_law, run_study
+from softsoil.calibration.calibration_study import calibrated_law, run_study, study_text
 from softsoil.calibration.refit_dallas import G2_SCALE, Matched, fit_branch, match_run, side_force, tables_to_toml
 from softsoil.calibration.single_wheel import law_for, run_errors
 from softsoil.calibration.turn_slip_fit import calibrate, with_soil
@@ -62,6 +62,41 @@ def test_bad_names_and_no_runs_are_refused(runs):
         calibrate(runs, ("grip",))
     with pytest.raises(ValueError, match="found none"):
         calibrate([])
+
+
+def test_one_run_in_time_states_no_error(runs, tmp_path):
+    """What differs from run to run it cannot show: 16 runs fitted one by one scatter by 5 to 15 times what their samples say."""
+    found = calibrate(runs[:1], ("path",))
+    assert found.values["path"] == pytest.approx(TRUE.path, abs=0.2) and np.isnan(found.std["path"])
+    study = run_study(runs[:1], runs[4:], ("path",))
+    assert study.report["parameters"]["path"]["std"] is None and "not known: one run" in study_text(study)
+    (tmp_path / "one.toml").write_text(study.coefficients["calibrated.toml"], encoding="utf-8")
+    assert load_factors(tmp_path / "one.toml", "soil").path == pytest.approx(found.values["path"], rel=1e-5)
+
+
+def test_a_wheel_that_runs_straight_is_a_run_like_others(runs):
+    """Its side force is noise, or nothing at all: neither is scaled up to a whole peak."""
+    alone = calibrate(runs, ("path", "turn"))
+    for noise in (0.0, 2.0):
+        force = noise * np.random.default_rng(1).standard_normal(len(runs[0]))
+        blank = sine_run(1e-9, 0.45, 0.1, 2500)
+        found = calibrate([*runs, replace(blank, f_y=force, f_x=0.0 * force)], ("path", "turn"))
+        for name, value in found.values.items():
+            assert value == pytest.approx(alone.values[name], abs=0.02) and found.std[name] < 3 * alone.std[name] + 0.005
+    with pytest.raises(ValueError, match="expected lateral force, found zeros only, in 2 runs"):
+        calibrate([replace(r, f_y=0.0 * r.f_y, f_x=0.0 * r.f_x) for r in runs[:2]])
+
+
+def test_runs_of_different_contact_steps_are_refused_in_any_order(runs):
+    other = replace(runs[1], contact_step=2e-3)
+    for mixed in ([runs[0], other], [other, runs[0]]):
+        with pytest.raises(ValueError, match="expected one contact_step"):
+            calibrate(mixed, ("path",))
+
+
+def test_a_name_given_twice_is_fitted_once(runs):
+    found = calibrate(runs[:2], ("path", "path"))
+    assert set(found.values) == {"path"} and not found.not_identified
 
 
 def test_coefficients_of_a_study_can_be_read_back(runs, tmp_path):

@@ -119,6 +119,15 @@ def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
     assert cures(1.0) == []
 
 
+@pytest.mark.parametrize("path", [CLAY_LOG, LOAM_LOG, MULTI_LOG], ids=lambda path: path.stem)
+def test_the_factor_of_one_wheel_leaves_it_the_slip_of_the_others(path):
+    drive = read_drive(path)
+    fast = drive.with_channels(omega_fl=1.15 * drive["omega_fl"])
+    (found,) = [c for c in check_channels(fast, reference_vehicle()) if c.name == "wheel_omega_fl"]
+    factor = float(found.cure.split("factor = ")[1].split()[0])
+    assert not found.passed and 1.15 * factor == pytest.approx(1.0, abs=0.04)
+
+
 def test_a_gyro_scale_that_moves_n_is_warned_of(good):
     drive = add_noise(good, "good", 1)
     for scale in (1.04, 0.96):

@@ -43,7 +43,12 @@ def test_calibrate_on_a_users_table(rig_table, tmp_path):
 
 def test_runs_that_are_fitted_do_not_judge(rig_table, tmp_path):
     done = CliRunner().invoke(app, ["calibrate", *rig_table, "--judge", rig_table[0], "--out", str(tmp_path / "out")])
-    assert done.exit_code == 2 and "--judge: expected other runs than the" in done.output
+    assert done.exit_code == 2 and "expected runs that differ, found the rows of" in done.output
+
+
+def test_a_table_given_twice_does_not_judge_itself(rig_table, tmp_path):
+    done = CliRunner().invoke(app, ["calibrate", rig_table[0], *rig_table, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2 and "a run counts once" in done.output
 
 
 def test_residual_on_a_users_table(rig_table, tmp_path):
