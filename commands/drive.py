@@ -31,13 +31,13 @@ from softsoil.control.ocp import Ocp
 from softsoil.declaration.model_file import Declaration, load_declaration
 from softsoil.figures.drive import animate, draw_drive
 from softsoil.figures.labels import plain
-from softsoil.files.package_data import PLANT_VEHICLE, plant_file
+from softsoil.files.package_data import PLANT_VEHICLE, VEHICLE_NAMES, plant_file, source_name
 from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
 from softsoil.mpc_demo.scenarios import Scenario, scenarios, size_of
 from softsoil.plant.drawn_vehicle import DrawnVehicle
 from softsoil.plant.machine import load_plant_vehicle
-from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.symbolic.vehicle import Vehicle, load_vehicle
 
 
 def drive(
@@ -67,7 +67,8 @@ def drive(
 ) -> None:
     """Drive courses on the plant: model predictive control on what the estimator says, Table-5 sensor noise.
 
-    The plant is the simulated vehicle that --vehicle (or --model) describes, by default that of vehicles/plant.toml.
+    The controllers' vehicle is that of --vehicle (or --model), by default vehicles/plant.toml. The simulated one is that of
+    NAME_plant.toml beside its file, or the package's of that name, else the reference vehicle: the command says which.
 
     Example: softsoil drive lane_change_clay --seeds 3
     """
@@ -75,8 +76,10 @@ def drive(
         refuse_beside_model(("--vehicle", vehicle), ("--law", law))
     driven = load_vehicle(vehicle or PLANT_VEHICLE) if model is None else load_declaration(model).vehicle
     courses, names = _courses(scenario or ["lane_change_clay"], size_of(driven)), _controllers(controllers)
-    folder = output_folder(out, "drive")
+    figures = [f"{course.name}{ending}" for course in courses for ending in (".png", ".gif")]
+    folder = output_folder(out, "drive", ("drive.json", *figures))
     say_vehicle(vehicle, model, PLANT_VEHICLE)
+    simulated = _say_plant(driven)
     faults = Faults(
         dropout=None if dropout is None else (dropout, dropout + 3.0),
         burst=None if burst is None else (burst, burst + 1.0),
@@ -99,7 +102,24 @@ def drive(
             shown = next((log for log in mine if log.controller == "n_estimated"), mine[0])
             paths.append(animate(course, shown, folder / f"{course.name}.gif"))
     _say(logs)
-    say_written([write_result(folder / "drive.json", as_json(logs), about_vehicle(vehicle or PLANT_VEHICLE, model)), *paths])
+    content = {"plant": {"name": simulated.stem, "file": source_name(simulated)}, **as_json(logs)}
+    say_written([write_result(folder / "drive.json", content, about_vehicle(vehicle or PLANT_VEHICLE, model)), *paths])
+
+
+def _say_plant(driven: Vehicle) -> Path:
+    """Say which vehicle is simulated, and that it is another one where there is none of the name; returns its file."""
+    path = plant_file(driven.name, driven.source)
+    _print(f"plant: {source_name(path)}")
+    if path.stem != f"{driven.name}_plant" and driven.name not in VEHICLE_NAMES:
+        mass = load_plant_vehicle(path).machine.total_mass
+        words = f"warning: {driven.name}: found no {driven.name}_plant.toml beside its file: "
+        words += f"the reference vehicle ({mass:.0f} kg) is simulated, driven with the numbers of one of {driven.mass:.0f} kg"
+        _print(words, "yellow")
+    return path
+
+
+def _print(words: str, style: str | None = None) -> None:
+    console.print(words, style=style, highlight=False, soft_wrap=True)
 
 
 def _courses(asked: Sequence[str], size: float) -> list[Scenario]:
@@ -242,4 +262,4 @@ def _say(logs: Sequence[LoopLog]) -> None:
         bad = [name for name in dict.fromkeys(log.column("status")) if name not in ("ITERATED", "CONVERGED")]
         for name in bad:
             count = int(np.count_nonzero(log.column("status") == name))
-            console.print(f"{log.scenario}, {log.controller}, seed {log.seed}: {count} x {name}", highlight=False)
+            _print(f"{log.scenario}, {log.controller}, seed {log.seed}: {count} x {name}")

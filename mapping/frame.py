@@ -8,7 +8,7 @@ import numpy as np
 
 from softsoil.importing.local_frame import LARGEST_LATITUDE, LARGEST_LONGITUDE, other_frame
 from softsoil.mapping.place import misplaced
-from softsoil.recording.copies import copied_from
+from softsoil.recording.copies import copies
 from softsoil.recording.drive import Recording
 
 OFF_THE_MAP = 0.25
@@ -36,8 +36,9 @@ def placed(recordings: Sequence[Recording], frame: Origin, size: float) -> list[
 
     recordings: `usable`; frame: as of `frame_of`.
     """
-    return [_elsewhere(one, frame) or _copied(one, recordings[:i]) or misplaced(one, OFF_THE_MAP * size)
-            for i, one in enumerate(recordings)]  # fmt: skip
+    others = (f"it has the rows of {other}" if other else "" for other in copies(recordings))
+    return [_elsewhere(one, frame) or copied or misplaced(one, OFF_THE_MAP * size)
+            for one, copied in zip(recordings, others, strict=True)]  # fmt: skip
 
 
 def _elsewhere(recording: Recording, frame: Origin) -> str:
@@ -49,9 +50,3 @@ def _elsewhere(recording: Recording, frame: Origin) -> str:
     (x,), (y,) = other_frame("map", np.zeros(1), np.zeros(1), recording.origin, frame)
     away = float(np.hypot(x, y))
     return f"it is on another piece of ground, {away / 1e3:.0f} km from the map's origin" if away > FIELD else ""
-
-
-def _copied(recording: Recording, others: Sequence[Recording]) -> str:
-    """Says so where another drive has the same rows."""
-    other = copied_from(recording, others)
-    return f"it has the rows of {other}" if other else ""

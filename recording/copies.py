@@ -12,19 +12,38 @@ COMPARED = ("x", "y", "u", "omega_z")
 """Channels by which two drives are one."""
 
 
-def copied_from(recording: Recording, others: Sequence[Recording]) -> str:
-    """Name of the first of the others that has the same rows; "" where none has."""
-    for other in others:
-        pairs = ((recording.channels.get(name), other.channels.get(name)) for name in COMPARED)
-        if all(a is not None and b is not None and np.array_equal(a, b, equal_nan=True) for a, b in pairs):
-            return other.name
-    return ""
+SHARED = 0.25
+"""Share of the rows of the shorter of two drives in the other one, from which they are one drive: a part counts as a copy."""
+
+
+def copies(recordings: Sequence[Recording]) -> list[str]:
+    """For each drive the name of the first before it that it shares rows with, over SHARED of the shorter one's; "" for none.
+
+    Rows that stand still are alike in any two drives: each counts once.
+    """
+    rows = [_rows(recording) for recording in recordings]
+
+    def first(i: int) -> str:
+        shared = (k for k in range(i) if len(rows[k] & rows[i]) > SHARED * min(len(rows[k]), len(rows[i])))
+        return next((recordings[k].name for k in shared), "")
+
+    return [first(i) for i in range(len(recordings))]
+
+
+def _rows(recording: Recording) -> set[bytes]:
+    """The different rows of a drive with numbers in COMPARED; none where it lacks one of them."""
+    columns = [recording.channels.get(name) for name in COMPARED]
+    if any(column is None for column in columns):
+        return set()
+    rows = np.column_stack([np.asarray(column, dtype=float) for column in columns])
+    rows = rows[np.isfinite(rows).any(axis=1)]
+    width, data = rows.shape[1] * rows.itemsize, rows.tobytes()
+    return {data[at : at + width] for at in range(0, len(data), width)}
 
 
 def refuse_copies(recordings: Sequence[Recording]) -> None:
-    """Raise ValueError where two drives have the same rows: noise would count as known twice as well, and a log that is fitted
+    """Raise ValueError where two drives share their rows: noise would count as known twice as well, and a log that is fitted
     could judge."""
-    for i, recording in enumerate(recordings):
-        other = copied_from(recording, recordings[:i])
+    for recording, other in zip(recordings, copies(recordings), strict=True):
         if other:
             raise ValueError(f"{recording.name}: expected drives that differ, found the rows of {other} again: a log counts once")

@@ -164,7 +164,7 @@ def test_a_leap_of_the_receiver_leaves_a_drive_out(log):
     y = log["y"] + np.where(late, 12.0, 0.0)
     size, at = largest_leap(log.with_channels(y=y))
     assert size == pytest.approx(12.0, abs=0.5) and at == pytest.approx(log.t[0] + 12.0, abs=0.3)
-    whys = placed([log, replace(log.with_channels(y=y), name="leaps")], None, 10.0)
+    whys = [placed([one], None, 10.0)[0] for one in (log, log.with_channels(y=y))]
     assert "leaps by 1" in whys[1] and not whys[0]
     spike = log["y"].copy()
     spike[800] += 12.0
@@ -180,7 +180,8 @@ def test_the_same_log_twice_is_no_more_evidence(log):
 
 
 def test_a_log_that_is_too_short_does_not_lose_the_others(log):
-    short = replace(log.between(0.0, 2.0), name="short")
+    short = log.between(0.0, 2.0)
+    short = replace(short.with_channels(y=short["y"] + 1.0), name="short")  # another drive
     ground = map_soil([log, short], clay_bicycle(), 0.7, start=1.0)
     assert len(ground.used) == 1 and "expected at least" in ground.drives[1].left_out
     with pytest.raises(ValueError, match=r"cells of 0\.1 m are too small"):

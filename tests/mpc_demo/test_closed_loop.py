@@ -18,6 +18,7 @@ from softsoil.control.path import Path
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.verdict import WORDS
 from softsoil.figures.drive import animate, draw_drive
+from softsoil.files.package_data import VEHICLES
 from softsoil.mpc_demo.closed_loop import DEADLINE, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import OTHERS, TICK, Faults, NoisySensors
 from softsoil.mpc_demo.scenarios import scenarios
@@ -176,3 +177,17 @@ def test_the_command_refuses_what_it_does_not_know():
     ):
         result = runner.invoke(app, arguments)
         assert result.exit_code == 2 and word in result.output
+
+
+@pytest.mark.parametrize(("name", "another"), [("mine", True), ("plant", False), ("heavy", False)])
+def test_the_command_says_which_vehicle_it_simulates(name, another, tmp_path, monkeypatch):
+    def stop(*_):
+        raise ValueError("stop")
+
+    file = tmp_path / f"{name}.toml"
+    text = (VEHICLES / "heavy.toml").read_text(encoding="utf-8")
+    file.write_text(text.replace('name = "heavy"', f'name = "{name}"'), encoding="utf-8")
+    monkeypatch.setattr("softsoil.commands.drive._loop", stop)
+    said = CliRunner().invoke(app, ["drive", "--vehicle", str(file), "--out", str(tmp_path / "out")]).output
+    assert f"plant: softsoil/vehicles/{'heavy' if name == 'heavy' else 'reference'}_plant.toml" in said
+    assert ("found no mine_plant.toml beside its file: the reference vehicle (1378 kg) is simulated" in said) == another

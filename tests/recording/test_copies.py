@@ -1,0 +1,35 @@
+"""A log counts once: as it is, in part, and whatever else is in it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drives import CLAY_LOG, MULTI_LOG
+from softsoil.recording.copies import copies, refuse_copies
+from softsoil.recording.read import read_drive
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return read_drive(MULTI_LOG)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(0.0, 44.9), (10.0, 28.0), (-1.0, 1e3)])
+def test_a_part_of_a_log_is_that_log(drive, begin, end):
+    part = replace(drive.between(begin, end), name="part")
+    assert copies([drive, part]) == ["", drive.name] and copies([part, drive]) == ["", "part"]
+    with pytest.raises(ValueError, match=r"part: expected drives that differ, found the rows of multi_clay_n0\.50 again"):
+        refuse_copies([drive, part])
+
+
+def test_parts_that_follow_each_other_are_two_drives(drive):
+    first, second = drive.between(0.0, 20.0), replace(drive.between(19.0, 44.0), name="second")
+    assert copies([first, second, read_drive(CLAY_LOG)]) == ["", "", ""]
+
+
+def test_vehicles_that_stand_are_no_copies_of_each_other(drive):
+    still = {name: np.concatenate([np.zeros(len(drive)), drive[name]]) for name in ("x", "y", "u", "omega_z")}
+    one = replace(drive, channels={"t": 0.012 * np.arange(2 * len(drive)), **still}, truth={})
+    other = replace(one, channels={**one.channels, "y": one["y"] + 1.0 * (one["u"] != 0.0)}, name="other")
+    assert copies([one, other]) == ["", ""]
