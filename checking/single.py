@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from softsoil.checking.words import LIMITS, Check
@@ -14,6 +15,12 @@ LEAST_SPEED = 0.5
 """m/s: a drive that never exceeds this stands."""
 BOTH_WAYS = 0.075
 """rad/s to either side, in a tenth of a time, that no vehicle turns by with an angle that stays where it is."""
+REQUIRED = ("u", "omega_z", "steer")
+"""Channels that no drive is without."""
+COARSE = 0.05
+"""m/s: a speed in such steps stays for a while though it is measured ..."""
+AS_FAST = 0.1
+"""... and differs by no more than this share from that of the positions."""
 LEAST_STEERING = 0.015
 """rad: spread of the steering angle below which a drive is straight."""
 
@@ -36,11 +43,13 @@ def single_checks(m: Motion) -> list[Check]:
             active = moving & _turned_without(m, values)
         if name == "u":  # without positions, nothing says that the speed must have changed
             active &= bool(np.isfinite(m.channel("x")).any() or np.isfinite(m.channel("omega_fl")).any())
+            active[: len(u)] &= ~np.repeat(_as_fast(m), m.size) | (_step(values[good]) < COARSE)
         longest, share = _frozen(values, good, active, dt)
         if longest > (2.0 if name == "steer" else 1.0) * LIMITS.frozen:
             found = f"the same value for {longest:.1f} s while the vehicle moves ({100 * share:.0f} % of the samples)"
+            other = f"another source of {name}" if name in REQUIRED else f"leave {name} out of the map"
             checks.append(Check(f"frozen_{name}", name, False, found, "a channel that changes with the motion",
-                                f"leave {name} out of the map, or cut the stretch", share > 0.5))  # fmt: skip
+                                f"{other}, or cut the stretch", share > 0.5))  # fmt: skip
         if name not in ("x", "y", "steer"):
             stuck = _saturated(values[good], moving[good])
             if stuck > LIMITS.saturated:
@@ -48,6 +57,18 @@ def single_checks(m: Motion) -> list[Check]:
                 cure = f"a wider range of the sensor for {name}"
                 checks.append(Check(f"saturated_{name}", name, False, found, "no clipped extremes", cure, stuck > LIMITS.clipped))
     return checks
+
+
+def _step(values: Array) -> float:
+    """Smallest difference of the values (N,), 0 where there are fewer than three of them."""
+    different = np.unique(values)
+    return float(np.diff(different).min()) if len(different) > 2 else 0.0
+
+
+def _as_fast(m: Motion) -> NDArray[np.bool_]:
+    """(windows,) whether the positions move as fast as u says."""
+    by_position = np.hypot(m.slope(m.channel("x")), m.slope(m.channel("y")))
+    return np.abs(by_position - m.speed) < AS_FAST * np.abs(m.speed)
 
 
 def _turning(m: Motion) -> Array:

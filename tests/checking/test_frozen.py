@@ -34,6 +34,23 @@ def test_a_sensor_that_stops_in_a_slalom_is_said(name, log):
     assert frozen(for_good) == {name: True}
 
 
+@pytest.mark.parametrize("step", [0.1, 1.0 / 3.6])
+def test_a_speed_in_coarse_steps_is_not_frozen_and_one_that_stops_is(step, log):
+    """A vehicle at its cruise, its speed in steps of 0.1 m/s or 1 km/h; and a sensor that stops there."""
+    t = log.t - log.t[0]
+    u = 5.6 + 0.05 * np.sin(0.8 * t) + 0.6 * (t < 3.0) * (1.0 - t / 3.0)
+    x = np.cumsum(u) * log.dt
+    cruise = log.with_channels(x=x, y=0.0 * x, psi=0.0 * x, v=0.0 * x, u=np.round(u / step) * step)
+    assert "u" not in frozen(cruise)
+    assert frozen(cruise.with_channels(u=held(u, log.t, log.t[0] + 4.0, log.t[-1] + 1.0)))["u"]
+
+
+def test_what_a_drive_needs_is_not_to_be_left_out(log):
+    stops = log.with_channels(omega_z=held(log["omega_z"], log.t, log.t[0] + 4.0, log.t[-1] + 1.0))
+    (check,) = [c for c in single_checks(Motion.of(stops)) if c.name == "frozen_omega_z"]
+    assert check.cure.startswith("another source of omega_z")
+
+
 def test_a_steering_angle_that_is_held_between_steps_is_not_frozen(log):
     """A simulator's angle is exactly the same for seconds, and a gyro's noise is no turning."""
     t = log.t - log.t[0]
