@@ -179,7 +179,7 @@ def dart(
         raise ValueError(f"--data: expected the car's logs (*.csv.gz), found none in {data}")
     logs: dict[str, Refinement] = {}
     for path in paths:
-        name = log_name(path)
+        name = log_name(path) if log_name(path) not in logs else path.name.removesuffix(".csv.gz")
         with progress(f"tracing {path.name}") as told:
             logs[name] = trace_log(path, told)
         console.print(f"{name}: {sum(len(d) * d.dt for d in logs[name].recordings):.0f} s of driving", style="bold")

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from softsoil.files.toml_file import finite, toml_number, toml_text
 
 KEYS = ("names", "std", "correlation")
+ROUNDED = 0.01
+"""By which an eigenvalue of the correlations may be below 0: written to two digits, they are not exact."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,9 @@ class JointError:
             raise ValueError(f"joint_error: expected positive standard deviations, found {list(self.std)}")
         if any(not abs(value) <= 1.0 for row in self.correlation for value in row):
             raise ValueError("joint_error: expected correlations from -1 to 1, found one beyond")
+        least = float(np.linalg.eigvalsh(self.covariance / np.outer(self.std, self.std))[0])
+        if least < -ROUNDED:
+            raise ValueError(f"joint_error: expected correlations that go together, found an eigenvalue of {least:.2f}")
 
     @property
     def covariance(self) -> NDArray[np.float64]:

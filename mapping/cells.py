@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from softsoil.estimator.moving_horizon import HorizonRules
 from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.mapping.drive_soil import DriveSoil
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -27,6 +28,8 @@ LEAST = 1e-6
 """Information (1 over the variance of n) that a window needs: one in which no state was measured has none."""
 PIECE = 10.0
 """m: ground is taken to be alike within; larger cells are fused from pieces of this size at most."""
+OVERLAP = HorizonRules().length / HorizonRules().stride
+"""Windows of a drive that any of its rows is in: so many are one observation."""
 KNOWN = 0.10
 """Largest standard deviation of a cell's n, over n, with which it is identified."""
 DIFFERENT, SURE = 0.10, 0.99
@@ -85,7 +88,7 @@ def _mean(found: Array) -> tuple[float, float]:
     noise = float(1.0 / weight.sum())
     if len(n) < 2:
         return mean, noise
-    scatter = float(weight**2 @ (n - mean) ** 2 / weight.sum() ** 2) * len(n) / (len(n) - 1)
+    scatter = OVERLAP * float(weight**2 @ (n - mean) ** 2 / weight.sum() ** 2) * len(n) / (len(n) - 1)
     return mean, max(noise, scatter)
 
 

@@ -66,6 +66,7 @@ def load_map(path: str | Path) -> SoilMap:
         content = json.loads(path.read_text(encoding="utf-8"))
         names = tuple(Cell.__dataclass_fields__)
         cells = tuple(Cell(**{name: one["properties"][name] for name in names}) for one in content["features"])
-        return SoilMap(float(content["cell_m"]), cells, content["origin"] and tuple(content["origin"]))
+        origin = content["origin"] and tuple(content["origin"])
+        return SoilMap(float(content["cell_m"]), cells, origin, driven=int(content.get("driven", 0)))
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{path}: expected a file of softsoil map, found another ({error!r})") from None

@@ -31,7 +31,8 @@ class SoilMap:
     """The sinkage exponent per cell of the ground.
 
     size: of a cell (m); cells: known ones; origin: latitude and longitude (deg) of x = y = 0, None where that is not known;
-    drives: all that were given, `left_out` of each that is not on the map says why.
+    drives: all that were given, `left_out` of each that is not on the map says why; driven: cells that those on it ran through,
+    known or not.
     Example: softsoil.SoilMap(10.0, ()).at(3.0, 4.0) is None
     """
 
@@ -39,6 +40,7 @@ class SoilMap:
     cells: tuple[Cell, ...]
     origin: tuple[float, float] | None = None
     drives: tuple[DriveSoil, ...] = ()
+    driven: int = 0
 
     @cached_property
     def _by_place(self) -> dict[tuple[int, int], Cell]:
@@ -52,12 +54,6 @@ class SoilMap:
     def used(self) -> tuple[DriveSoil, ...]:
         """The drives that the map is of."""
         return tuple(one for one in self.drives if not one.left_out)
-
-    @property
-    def driven(self) -> int:
-        """Cells that the drives of the map ran through, known or not."""
-        ways = np.concatenate([one.way for one in self.used] or [np.zeros((0, 2))])
-        return len({(int(c), int(r)) for c, r in np.floor(ways[np.isfinite(ways).all(axis=1)] / self.size)})
 
 
 def map_soil(
@@ -121,4 +117,6 @@ def laid(surveys: Sequence[DriveSoil], frame: Origin, size: float, everything: b
         raise ValueError(f"map: expected a drive that can be laid on it, found none ({why})")
     if not (cells := fuse(used, size)):
         raise ValueError(f"map: expected two windows of a second in a cell, found none: cells of {size:g} m are too small")
-    return SoilMap(size, cells, frame, tuple(drives))
+    ways = np.concatenate([one.way for one in used])
+    driven = len({(int(c), int(r)) for c, r in np.floor(ways[np.isfinite(ways).all(axis=1)] / size)})
+    return SoilMap(size, cells, frame, tuple(drives), driven)

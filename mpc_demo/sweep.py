@@ -97,7 +97,7 @@ def read_results(store: Path) -> dict[str, Result]:
     found: dict[str, Result] = {}
     for number, line in enumerate(lines, 1):
         try:
-            entry = json.loads(line)
+            entry = json.loads(line if line.endswith("\n") else "")  # a line without its end would be written on
             found[entry["key"]] = entry["result"]
         except (json.JSONDecodeError, KeyError, TypeError):
             if number < len(lines):

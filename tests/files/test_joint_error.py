@@ -32,6 +32,7 @@ def test_the_error_of_some_numbers_is_their_part():
         ({"std": [1.0, 2.0]}, "expected a std and a row"),
         ({"std": [1.0, -2.0, 1.0]}, "expected positive standard deviations"),
         ({"correlation": [[], [2.0], [0.0, 0.0]]}, "expected correlations from -1 to 1"),
+        ({"correlation": [[], [0.9], [0.9, -0.9]]}, "found an eigenvalue of -0.80"),
         ({"correlation": [[], [0.2], [0.0]]}, "expected a std and a row"),
         ({"names": ["track", "track", "toe"]}, "different names"),
         ({"names": ["track", "colour", "toe"]}, "found 'colour'"),

@@ -103,6 +103,18 @@ def test_the_soil_of_a_drive_is_that_of_its_model(log, surveys):
     assert ground.at(15.0 * cell.column + 1.0, 15.0 * cell.row + 14.0) == cell and ground.at(-1e3, 0.0) is None
 
 
+def test_windows_that_overlap_are_not_as_many_as_they_are():
+    """n of white noise per second, in windows that share half of theirs with the next: the mean's error is the stated one."""
+    rng, values, stated = np.random.default_rng(3), [], []
+    for _ in range(400):
+        halves = 0.5 + 0.03 * rng.standard_normal(13)
+        one = replace(drive(0.5, 1e9, np.linspace(0.5, 4.5, 12), common=0.0), n=0.5 * (halves[:-1] + halves[1:]))
+        (cell,) = fuse([one], 5.0)
+        values.append(cell.n)
+        stated.append(cell.std)
+    assert np.median(stated) == pytest.approx(np.std(values), rel=0.2)
+
+
 def test_windows_in_which_nothing_was_measured_are_in_no_cell():
     (cell,) = fuse([drive(0.5, 300.0), drive(0.7, 0.0, name="b")], 5.0)
     assert (cell.windows, cell.drives) == (2, 1) and cell.n == pytest.approx(0.5)
@@ -201,7 +213,7 @@ def test_a_map_is_read_as_it_was_written(log, surveys, tmp_path):
     path = tmp_path / "map.json"
     path.write_text(json.dumps(as_json(ground, CLAY, "turn_slip")), encoding="utf-8")
     back = load_map(path)
-    assert back == SoilMap(15.0, ground.cells) and back.driven == 0
+    assert back == SoilMap(15.0, ground.cells, driven=ground.driven) and back.driven > 0
     path.write_text("{}", encoding="utf-8")
     with pytest.raises(ValueError, match=r"map.json: expected a file of softsoil map, found another"):
         load_map(path)

@@ -51,6 +51,15 @@ def test_an_interrupted_line_is_done_again(tmp_path):
     assert len(read_results(store)) == 7
 
 
+def test_a_line_interrupted_before_its_end_is_done_again(tmp_path):
+    """The same file is read once more afterwards: nothing was written on in that line."""
+    run_sweep(root, POINTS[:5], tmp_path, workers=1)
+    store = tmp_path / RESULTS
+    store.write_text(store.read_text(encoding="utf-8")[:-1], encoding="utf-8")
+    assert run_sweep(root, POINTS, tmp_path, workers=1).resumed == 4
+    assert run_sweep(root, POINTS, tmp_path, workers=1).resumed == len(POINTS)
+
+
 def test_a_damaged_file_is_named(tmp_path):
     (tmp_path / RESULTS).write_text('nonsense\n{"key": "a", "result": {}}\n', encoding="utf-8")
     with pytest.raises(ValueError, match="line 1"):
