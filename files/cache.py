@@ -70,7 +70,7 @@ def _here() -> str:
         numbers = "".join(filter(str.isdigit, str(Path("/proc/self/ns/pid").readlink())))  # of Linux
     except OSError:
         numbers = "0"
-    return f"{SCRATCH}{platform.node()}_{numbers}_"
+    return f"{SCRATCH}{platform.node()}_pids{numbers}_"
 
 
 def _alive(name: str) -> bool:
@@ -83,6 +83,6 @@ def _alive(name: str) -> bool:
         os.kill(int(number), 0)
     except ProcessLookupError:
         return False
-    except OSError:
+    except (OSError, OverflowError):
         return True
     return True

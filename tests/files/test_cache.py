@@ -43,7 +43,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path):
 
 
 def test_old_scratch_of_other_machines_is_removed(tmp_path):
-    for name, age in (("elsewhere_1_a", 2 * ABANDONED), ("elsewhere_1_b", 0.0), (f"{platform.node()}_{os.getpid()}_c", 0.0)):
+    for name, age in (("elsewhere_1_a", 2 * ABANDONED), ("elsewhere_1_b", 0.0), (f"{platform.node()}_99999999999_c", 0.0)):
         path = tmp_path / f"{SCRATCH}{name}"
         path.mkdir()
         os.utime(path, (time.time() - age,) * 2)
@@ -66,6 +66,13 @@ def test_a_container_of_the_same_name_does_not_take_this_ones_scratch(tmp_path, 
         monkeypatch.setattr(cache.os, "kill", lambda *_: (_ for _ in ()).throw(ProcessLookupError))
         with scratch_folder(tmp_path):
             assert own.is_dir()
+
+
+def test_a_number_that_no_process_has_ends_nothing(tmp_path):
+    strange = tmp_path / f"{cache._here()}99999999999_c"
+    strange.mkdir()
+    with scratch_folder(tmp_path):
+        assert strange.is_dir()
 
 
 def test_a_user_without_a_home_has_a_cache(tmp_path, monkeypatch):
