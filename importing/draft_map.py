@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from softsoil.importing.frames import VEHICLE, Place, places
 from softsoil.importing.import_map import CHANNELS
+from softsoil.importing.message_columns import message_field
 from softsoil.importing.sources import Holding, Spread
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
 
@@ -67,6 +68,8 @@ NAMES: tuple[tuple[str, str], ...] = (
     ("x", r"(?<![a-z])(x|pos\w*_?\.?x|east(ing)?)\Z"), ("y", r"(?<![a-z])(y|pos\w*_?\.?y|north(ing)?)\Z"),
 )  # fmt: skip
 """Channel, pattern of a field's or column's name (its last part first, lower case, without a unit at its end)."""
+GENERAL = ("data", "value", "velocity", "speed", "rpm")
+"""Last parts of a path that say what is measured, and not of what."""
 BEARING = re.compile(r"bearing|azimuth", re.I)
 """Names of a heading that is clockwise from north."""
 STEEPEST, FASTEST_TURN = 1.3, 6.0
@@ -89,12 +92,13 @@ HEAD = (
     "# Keys: source, unit, factor, sign, offset, ratio (steering wheel over road wheel), table, compass, rate, late (s).",
 )
 PLACES = (
-    "# Place and turn of a sensor, from the centre of gravity (m ahead, m left; rad). Odometry is taken at the centre",
-    '# of gravity without it; frame = "z-down" for x ahead, y right; point = "front_axle" where a device does the arm.',
+    "# Place and turn of a sensor, from the centre of gravity (m ahead, m left; rad). Without it all is taken at the centre",
+    "# of gravity but positions of tables, at the front axle.",
+    '# frame = "z-down" for x ahead, y right; point = "front_axle" where a device does the arm.',
 )
 
 
-UPWARD = re.compile(r"(\A|\.)(linear_acceleration\.z|a(cc\w*)?_?z(_imu)?)\Z", re.I)
+UPWARD = re.compile(r"(\A|[./])(linear_acceleration[./_]z|a(cc\w*)?_?z(_imu)?)\Z", re.I)
 """Field of an accelerometer along its own third axis."""
 HANGING = (-13.0, -6.0)
 """m/s^2: what an accelerometer reads along an axis that points down; along one that points up it is the opposite."""
@@ -156,6 +160,8 @@ def _of_fields(holding: Holding) -> list[Offer]:
             and re.search(r"angle|position", path, re.I)
         ):
             named = "steer"
+        if named in ("u", "v") and message_field(path) == named and RECEIVER.search(f"{holding.name} {path}"):
+            continue  # a receiver's velocities are to the east and north
         if named and spread.changes:
             unit = _unit(named, spread, path)
             bearing = named == "psi" and _is_bearing(path, spread, unit, holding)
@@ -205,7 +211,11 @@ def channel_named(path: str) -> str | None:
     full = path.strip().lower().replace(" ", "_")
     if full in CHANNELS:
         return full
-    parts = full.split(".")
+    if (field := message_field(full)) is not None:
+        return field or None
+    parts = re.split(r"[./]", full)
+    if len(parts) > 1 and parts[-1] in GENERAL:
+        parts[-1] = parts[-2] if parts[-1] in ("data", "value") else f"{parts[-2]}_{parts[-1]}"
     plain = next((parts[-1].removesuffix(end) for end in sorted(ENDINGS, key=len, reverse=True) if parts[-1].endswith(end)), "")
     for text in filter(None, (plain, parts[-1], full)):
         for channel, pattern in NAMES:
@@ -272,9 +282,9 @@ def draft(holdings: Sequence[Holding]) -> str:
 
 def _mount(holding: Holding, place: Place | None) -> list[str]:
     """The lines on a source's place: as the recording's transforms have it, or blank; none for what has no place."""
-    hanging = hangs(holding)
-    mark = "" if hanging else "# "
-    if not hanging and place is None and not _has_place(holding):
+    hanging, odometry = hangs(holding), _is_odometry(holding)
+    mark = "" if hanging or odometry else "# "
+    if mark and place is None and not _has_place(holding):
         return []
     at = place or Place("", 0.0, 0.0, 0.0, False)
     head = f"{mark}[mount.{json.dumps(holding.name)}]"
@@ -282,7 +292,9 @@ def _mount(holding: Holding, place: Place | None) -> list[str]:
         head += f"  # {holding.frame} from {place.base}, by the transforms: add {place.base}'s own x, -l_r at the rear axle"
     elif holding.frame in VEHICLE:
         head += f"  # of {holding.frame}: x = -l_r where that is the rear axle"
-    lines = [head, *(f"# {name} = {value:.3f}" for name, value in (("x", at.x), ("y", at.y), ("yaw", at.yaw)))]
+    about = "as an odometry's; of the rear axle (base_link): x = -l_r in its place"
+    point = [f'point = "centre_of_gravity"  # {about}'] if odometry else []
+    lines = [head, *point, *(f"# {name} = {value:.3f}" for name, value in (("x", at.x), ("y", at.y), ("yaw", at.yaw)))]
     if hanging or at.upside_down:
         why = "its accelerometer reads gravity as that of a sensor with z down does" if hanging else "its frame's z points down"
         lines.append(f'{mark}frame = "z-down"  # {why}')
@@ -295,6 +307,11 @@ def hangs(holding: Holding) -> bool:
     along = [s for path, s in holding.fields.items() if UPWARD.search(path)]
     read = [sizes.get(WRITTEN_UNITS.get(s.unit.strip(), ""), 0.0) * (s.least + s.largest) / 2 for s in along]
     return any(HANGING[0] < value < HANGING[1] for value in read)
+
+
+def _is_odometry(holding: Holding) -> bool:
+    """Whether a table's positions are those of messages: these are not taken at the front axle."""
+    return holding.kind == "table" and any(message_field(path) in ("x", "y") for path in holding.fields)
 
 
 def _has_place(holding: Holding) -> bool:

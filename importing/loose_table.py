@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from softsoil.importing.message_columns import with_headings
 from softsoil.importing.sources import Holding, Series, Spread, ordered
 from softsoil.recording.drive import Array
 from softsoil.recording.table import read_table
@@ -21,8 +22,9 @@ EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 """Unit of a time column -> seconds."""
 TIME = re.compile(
-    r"(t|time|timestamp|stamp|time_?stamp|zeit|sec|secs|seconds|utc|rosbagtimestamp|header\.?_?stamp)(_(s|sec|ms|us|ns))?\Z", re.I
-)
+    r"_*(t|time|timestamp|stamp|time_?stamp|zeit|sec|secs|seconds|utc|rosbagtimestamp|(field\.)?header\.?_?stamp)"
+    r"(_(s|sec|ms|us|ns))?\Z", re.I
+)  # fmt: skip
 UNIT_IN_NAME = re.compile(r"\s*[\[(]([^\])]+)[\])]\s*\Z")
 FEWEST_NUMBERS = 0.5
 """Share of what stands in a column that must be numbers for it to count as one; a slow sensor's cells are empty in most rows."""
@@ -71,7 +73,7 @@ def open_table(path: Path, time: TimeColumn = BY_NAME) -> LooseTable:
     if chosen not in frame.columns:
         raise ValueError(f"{path}: expected a time column, found {', '.join(map(str, frame.columns))}: name it in the map: "
                          f'[sources."{path.name}"] time = "column"')  # fmt: skip
-    return LooseTable(path.name, frame, units, TimeColumn(chosen, time.unit))
+    return LooseTable(path.name, with_headings(frame), units, TimeColumn(chosen, time.unit))
 
 
 def _text(path: Path) -> pd.DataFrame:
@@ -85,9 +87,10 @@ def _text(path: Path) -> pd.DataFrame:
         raise ValueError(f"{path}: expected a table of text, found one that cannot be read: {error}") from None
     skipped = [i for i, line in enumerate(lines) if not line.strip() or line.lstrip().startswith(COMMENTS)]
     body = [line for i, line in enumerate(lines) if i not in skipped]
-    if len(body) < 2:
+    separator = max(",;\t", key=lambda mark: body[0].count(mark)) if body else ","
+    names = _marked_header(lines, skipped, body, separator)
+    if len(body) + (names is not None) < 2:
         raise ValueError(f"{path}: expected a header and rows of data, found {len(body)} lines")
-    separator = max(",;\t", key=lambda mark: body[0].count(mark))
     if not body[0].count(separator):
         raise ValueError(
             f"{path}: expected columns separated by commas, semicolons or tabs, found {body[0].strip()[:60]!r}"
@@ -95,12 +98,26 @@ def _text(path: Path) -> pd.DataFrame:
     decimal = "," if separator != "," and re.search(r"\d,\d", body[-1]) and not re.search(r"\d\.\d", body[-1]) else "."
     try:
         return pd.read_csv(
-            path, sep=separator, skiprows=skipped, decimal=decimal, low_memory=False, encoding=encoding
-        )
+            path, sep=separator, skiprows=skipped, decimal=decimal, low_memory=False, encoding=encoding, names=names,
+            header="infer" if names is None else None,
+        )  # fmt: skip
     except (ValueError, pd.errors.ParserError) as error:
         raise ValueError(
             f"{path}: expected a table, found one that cannot be read: {str(error).splitlines()[0]}"
         ) from None
+
+
+def _marked_header(lines: Sequence[str], skipped: Sequence[int], body: Sequence[str], separator: str) -> list[str] | None:
+    """Names of the columns where the last comment above rows of numbers has them, as rostopic ("%time") and NumPy ("# t") write
+    it; None where the first line that is no comment does."""
+    first = next((i for i in range(len(lines)) if i not in skipped), 0)
+    cells = body[0].split(separator) if body else []
+    if first == 0 or not all(_number(cell.replace(",", ".")) or not cell.strip() for cell in cells):
+        return None
+    marked = lines[first - 1].lstrip()
+    mark = next((mark for mark in COMMENTS if marked.startswith(mark)), "")
+    names = [name.strip() for name in marked.removeprefix(mark).split(separator)]
+    return names if mark and len(names) == len(cells) and all(names) else None
 
 
 def _encoding(raw: bytes) -> str:
