@@ -17,8 +17,11 @@ GRAVITY = 9.81
 LEAST_TURNING = 0.02
 """Difference of the wheels' speeds of an axle, over speed (root mean square), from which a drive turns."""
 
-METRES = 0.2
-"""Share by which rim speed over ground speed may depart from the radius where it is taken for one in m/s."""
+RIM = {"m/s": 1.0, "km/h": 3.6, "mph": 2.23694}
+"""Unit of a rim's speed -> of so many in one m/s."""
+RIM_APART = 0.2
+"""Share by which rim speed over ground speed may depart from what such a unit makes of it."""
+OTHER_SIDE = dict(zip(WHEEL_CHANNELS, ("omega_fr", "omega_fl", "omega_rr", "omega_rl"), strict=True))
 
 
 def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Check]:
@@ -50,7 +53,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
         if ratio < 0.0 and abs(ratio) > 0.1:
             checks.append(Check(f"wheel_{name}", name, False, found, expected, f"sign = -1 for {name}", True))
         elif not low <= ratio <= high:
-            hint = unit_hint(name, ratio) or _metres(ratio, geometry.radius)
+            hint = unit_hint(name, ratio) or _of_rim(ratio, geometry.radius)
             cure = f"correct the unit of {name}{hint}, its radius, or leave it out"
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
         else:
@@ -59,16 +62,19 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             # The slip that the other wheels have is no sensor's.
             rolling = float(np.median([r for other, r in ratios.items() if other != name])) if odd and len(ratios) > 2 else 1.0
             cure = f"factor = {rolling / ratio:.3f} for {name}, or another radius" if odd or slips else ""
-            cure += _metres(ratio, geometry.radius) if odd or slips else ""
+            cure += _of_rim(ratio, geometry.radius) if odd or slips else ""
             cure += "; or the wheels slip as much on this ground" if slips and not odd and ratio > 1.0 else ""
+            if odd and abs(ratio / ratios.get(OTHER_SIDE[name], np.inf) - 1.0) < LIMITS.wheel_apart / 2:
+                cure += "; or both wheels of the axle slip as much: driven ones turn faster than they roll, towed ones slower"
             expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected
             checks.append(Check(f"wheel_{name}", name, not (odd or slips), found, expected, cure))
     return checks
 
 
-def _metres(ratio: float, radius: float) -> str:
-    """A hint where the speed is that of the rim in m/s; radius (m)."""
-    return ' (m/s? unit = "m/s")' if abs(ratio / radius - 1.0) < METRES else ""
+def _of_rim(ratio: float, radius: float) -> str:
+    """A hint where the speed is that of the rim; radius (m)."""
+    units = (unit for unit, size in RIM.items() if abs(ratio / (size * radius) - 1.0) < RIM_APART)
+    return next((f' ({unit}? unit = "{unit}")' for unit in units), "")
 
 
 def sensor_checks(m: Motion, geometry: Geometry) -> list[Check]:

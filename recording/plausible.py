@@ -21,6 +21,8 @@ LARGEST = {"steer": 1.3, "omega_z": 6.0}
 """Beyond these a wheeled vehicle's value is taken for degrees (rad, rad/s)."""
 LONGEST_STEP = 1.0
 """s: a log with rows farther apart is taken to have its time in other units."""
+CLOCKS = ((1e3, "milliseconds", "ms"), (1e6, "microseconds", "us"), (np.inf, "nanoseconds", "ns"))
+"""Steps between rows up to which a time is taken for one in these units, and what they are called."""
 SPAN = 1.0
 """s over which motions are compared."""
 DEGREES = 180 / np.pi
@@ -40,9 +42,10 @@ def check_units(path: Path, sources: Mapping[str, Source], channels: Mapping[str
     t = channels["t"]
     step = float(np.median(np.diff(t)))
     if step > LONGEST_STEP:
+        words, unit = next((words, unit) for most, words, unit in CLOCKS if step <= most)
         raise ValueError(
-            f"{path}: column {sources['t'].column!r}, row 2: expected seconds, found rows {step:g} apart: milliseconds? "
-            'A column map with unit = "ms" converts'
+            f"{path}: column {sources['t'].column!r}, row 2: expected seconds, found rows {step:g} apart: {words}? "
+            f'A column map with unit = "{unit}" converts'
         )
     _check_size(path, sources, channels)
     ends = _spans(t)

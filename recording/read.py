@@ -147,7 +147,8 @@ def _check_clock(path: Path, column: str, t: Array) -> None:
     if back.any():
         row = int(np.argmax(back)) + 1
         raise ValueError(
-            f"{path}: column {column!r}, row {row + 1}: expected time to increase, found {t[row]:g} after {t[row - 1]:g}"
+            f"{path}: column {column!r}, row {row + 1}: expected time to increase, found {t[row]:g} after {t[row - 1]:g}: "
+            "`softsoil import` puts repeated and late rows in order"
         )
 
 

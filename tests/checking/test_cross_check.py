@@ -116,7 +116,19 @@ def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
 
     assert len(cures(vehicle.radius)) == 4 and all('m/s? unit = "m/s"' in cure for cure in cures(vehicle.radius))
     assert len(cures(1.2)) == 4 and all("slip as much on this ground" in cure for cure in cures(1.2))
+    assert len(cures(3.6 * vehicle.radius)) == 4 and all('km/h? unit = "km/h"' in cure for cure in cures(3.6 * vehicle.radius))
     assert cures(1.0) == []
+
+
+def test_an_axle_that_slips_as_a_whole_may_be_driven_or_towed(good):
+    """Both front wheels a fifth slower than the ground; one of them alone is a sensor's."""
+    drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
+
+    def cure(*names):
+        slow = drive.with_channels(**{name: 0.8 * drive[name] for name in names})
+        return next(c.cure for c in check_channels(slow, vehicle) if c.name == "wheel_omega_fl")
+
+    assert "towed ones slower" in cure("omega_fl", "omega_fr") and "towed" not in cure("omega_fl")
 
 
 @pytest.mark.parametrize("path", [CLAY_LOG, LOAM_LOG, MULTI_LOG], ids=lambda path: path.stem)
