@@ -85,11 +85,15 @@ class Offset:
 def time_offsets(recording: Recording, geometry: Geometry) -> tuple[Offset, ...]:
     """The offsets that a drive's measured channels allow; geometry: of the vehicle.
 
-    Groups whose partners are not measured, or which hardly move, are left out.
+    Groups whose partners are not measured, or which hardly move, are left out, and all but psi where the yaw rate has the other
+    sign: they rest on it.
     """
     c = _Clocked.of(recording)
+    heading = _rate_of_heading(c)
+    if heading is not None and lagged(c.rate("psi"), c["omega_z"], round(heading.late_s / c.dt)) < 0.0:
+        return (heading,)
     found = [
-        _rate_of_heading(c),
+        heading,
         _speed(c) if over_ground(recording, geometry) else None,  # wheel odometry departs from the accelerometer by its slip
         _wheels(c, geometry),
         _position(c, geometry),

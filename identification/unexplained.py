@@ -123,8 +123,8 @@ def doubt(
         return f"{said}; {ground}: this is no soft soil, or none as the force law has it."
     until = f" Until that is mended, nothing is to be made of what contradicts {', '.join(contradicted)}." if contradicted else ""
     return (
-        f"{said}: its soil is of another class than declared, something acts that is not declared, or a channel is wrong (a "
-        f"delay, a sign, a scale).{until}"
+        f"{said}: its soil is of another class than declared or does not act as the force law has it, something acts that is not "
+        f"declared, or a channel is wrong (a delay, a sign, a scale).{until}"
     )
 
 

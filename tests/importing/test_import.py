@@ -96,6 +96,16 @@ def test_without_align_the_offset_is_reported_and_not_applied(bag):
     assert not check.passed and check.beyond_doubt and "--align" in check.cure
 
 
+def test_a_yaw_rate_of_the_other_sign_shifts_no_clock(bag):
+    plain = 'omega_z = "/imu/data:angular_velocity.z"'
+
+    def flipped(text):
+        assert plain in text
+        return edited(text).replace(plain, 'omega_z = {source = "/imu/data:angular_velocity.z", sign = -1}')
+
+    assert imported(bag, edit=flipped).shifts == {}
+
+
 def test_a_lag_of_the_steering_that_the_vehicle_declares_is_no_clock(bag):
     """Road wheels that follow a steering angle 0.1 s later, and do not seem to: its clock is late by as much more."""
     found = imported(bag, lag=0.1)
