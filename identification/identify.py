@@ -214,7 +214,9 @@ def _fit(bench: Bench, places: AxlePlaces, rules: Rules, progress: Callable[[flo
     stds |= {c.name: c.std for c in contradictions}
     states = {name: _state(bench.known, name, kept) for name in before}
     taped = expected(bench.known)
-    states |= {name: "identified" for name in places.left if stds[name] <= rules.seen * taped[name][1]}
+    for name in places.left:  # found within what a tape says of them: given is only what stands as it was
+        if stds[name] <= rules.seen * taped[name][1] or values[name] != bench.known.value(name):
+            states[name] = "identified"
     states |= {c.name: "identified" for c in contradictions}
     n_std = n_stds(bench, n, errors, moved, rules)
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}

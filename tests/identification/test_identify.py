@@ -89,6 +89,16 @@ def test_balances_follow_the_states_of_the_windows():
 
 
 @pytest.mark.study
+@pytest.mark.slow
+def test_a_number_that_the_logs_have_moved_is_not_called_given():
+    """l_f with an error that its owner states: tape and motion together, though motion makes it hardly better known."""
+    drives = [drive_of(TRUE, "lock", 0.5, 1, 16.0), drive_of(TRUE, "multi", 0.65, 2, 16.0)]
+    found = identify(drives, [CLAY] * 2, replace(KNOWN, stated={"l_f": 0.004, "l_r": 0.03})).numbers
+    assert found["l_f"].value != found["l_f"].given and found["l_f"].state == "identified"
+    assert found["l_r"].value == found["l_r"].given and found["l_r"].state == "given"
+
+
+@pytest.mark.study
 def test_logs_driven_straight_on_say_so_and_ask_for_a_manoeuvre():
     drives = [drive_of({}, "straight", n, seed, 12.0) for seed, n in enumerate((0.5, 0.6))]
     found = identify(drives, [CLAY] * 2, KNOWN)
