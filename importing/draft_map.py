@@ -228,9 +228,9 @@ def geodetic(names: Sequence[str]) -> tuple[str, str, str] | None:
     """Names of latitude, longitude and altitude (may be empty) among `names`; None where there is no pair."""
     found = []
     for pattern in (
-        r"(?:.*[._ ])?lat(itude)?(_deg)?\Z",
-        r"(?:.*[._ ])?(lon|lng|longitude)(_deg)?\Z",
-        r"(?:.*[._ ])?(alt|altitude|height)(_m)?\Z",
+        r"(?:.*[./_ ])?lat(itude)?(_deg)?\Z",
+        r"(?:.*[./_ ])?(lon|lng|longitude)(_deg)?\Z",
+        r"(?:.*[./_ ])?(alt|altitude|height)(_m)?\Z",
     ):
         found.append(next((name for name in names if re.match(pattern, name, re.I)), ""))
     return (found[0], found[1], found[2]) if found[0] and found[1] else None

@@ -8,7 +8,7 @@ import pytest
 
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.importing.bring_in import bring_in, inspect_sources, read_sources
-from softsoil.importing.draft_map import channel_named, draft
+from softsoil.importing.draft_map import channel_named, draft, geodetic
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.message_columns import with_headings
 from softsoil.recording.drive import WHEEL_CHANNELS
@@ -83,6 +83,10 @@ def test_fields_of_messages_are_known_by_their_paths():
         "linear_acceleration.z": None, "magnetic_field.x": None,
     }  # fmt: skip
     assert {name: channel_named(name) for name in names} == names
+
+
+def test_a_fix_is_known_by_its_path():
+    assert geodetic(["/gps/fix/status", "/gps/fix/latitude", "/gps/fix/longitude"]) == ("/gps/fix/latitude", "/gps/fix/longitude", "")
 
 
 def test_the_velocity_of_a_receiver_is_not_that_along_the_vehicle(log, tmp_path):
