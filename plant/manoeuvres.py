@@ -133,11 +133,19 @@ class SineThrottle:
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """Open-loop steering with a throttle rule."""
+    """Open-loop steering with a throttle rule.
+
+    name; steer: angle over time; throttle. TypeError where steering or throttle stand in another's place.
+    """
 
     name: str
     steer: Steer = field(default_factory=Sine)
     throttle: Speed | SineThrottle = field(default_factory=Speed)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not callable(self.steer) or not callable(self.throttle):
+            found = ", ".join(map(repr, (self.name, self.steer, self.throttle)))
+            raise TypeError(f"Manoeuvre: expected a name, a steering and a throttle, found {found}")
 
     def __call__(self, t: Array, sample: Sample) -> Array:
         """Commands at t."""

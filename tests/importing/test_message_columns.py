@@ -86,7 +86,8 @@ def test_fields_of_messages_are_known_by_their_paths():
 
 
 def test_a_fix_is_known_by_its_path():
-    assert geodetic(["/gps/fix/status", "/gps/fix/latitude", "/gps/fix/longitude"]) == ("/gps/fix/latitude", "/gps/fix/longitude", "")
+    fix = ("/gps/fix/latitude", "/gps/fix/longitude")
+    assert geodetic(["/gps/fix/status", *fix]) == (*fix, "")
 
 
 def test_the_velocity_of_a_receiver_is_not_that_along_the_vehicle(log, tmp_path):

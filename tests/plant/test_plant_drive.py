@@ -141,3 +141,8 @@ def test_outliers_are_as_large_as_the_noise_says_whatever_else_a_sensor_does() -
         jumps = np.abs(hit - whole)
         sizes.append(float(jumps[jumps > 0].max()))
     assert sizes == pytest.approx([sizes[0]] * 3, rel=0.05)
+
+
+def test_a_manoeuvre_without_a_name_says_what_it_is_made_of():
+    with pytest.raises(TypeError, match=r"expected a name, a steering and a throttle, found Sine\("):
+        Manoeuvre(Sine(0.3, 3.0), Speed(5.0))
