@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from softsoil.windows.parameters import Free
-from softsoil.windows.sandwich import cluster_covariance
+from softsoil.windows.sandwich import jackknife_covariance
 from softsoil.windows.shooting import Shooting
 
 Array = NDArray[np.float64]
@@ -195,11 +195,13 @@ class _Problem:
         return self.scale * lsq_linear((axes * root).T, -(axes.T @ gradient) / root, box, method="bvls").x
 
     def std(self, value: Array, jacobian: Array, residual: Array) -> Array:
-        """Sandwich with windows as clusters: residuals inside a window are anything but independent."""
+        """Standard errors with windows as clusters, residuals inside of which are anything but independent: by leaving out one at
+        a time, since a drive has few."""
         weighted, z = self._weighted(jacobian, residual)
         known = residual.shape[1] * np.diag((self._known(value)[1] * self.scale) ** 2)
         hessian = np.einsum("wmk,wml->kl", weighted, jacobian) * np.outer(self.scale, self.scale) + known
         per_window = np.einsum("wmk,wm->wk", weighted, z) * self.scale
         per_window = per_window - per_window.mean(axis=0)
-        cov = cluster_covariance(hessian, per_window, residual.shape[1] * known)
+        each = np.einsum("wmk,wml->wkl", weighted, jacobian) * np.outer(self.scale, self.scale)
+        cov = jackknife_covariance(hessian, per_window, each, residual.shape[1] * known)
         return self.scale * np.sqrt(np.maximum(np.diag(cov), 0.0))
