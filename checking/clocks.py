@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsoil.checking.offsets import time_offsets
+from softsoil.checking.offsets import Offset, time_offsets
 from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import Recording
 from softsoil.recording.geometry import Geometry
@@ -16,6 +16,8 @@ WRONG = 0.25
 WRONG_EARLY = 0.7
 """s: a steering angle that is earlier than this is no actuator's lag any more."""
 
+CLEARLY = 0.7
+"""Share of what is left without a shift that one leaves at most that contradicts a clock."""
 FILTERED = 0.012
 """s: a yaw rate that a low-pass has made so late is doubtful: n comes out 5 % too low (multi-sine, two soils: 9 % at 0.02 s)."""
 
@@ -52,12 +54,17 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
             cure += f"; or these positions are of a point {abs(away):.1f} m {place} the front axle: give its place in [mount]"
         # Beside what is declared and by itself: a log that is right of itself contradicts the declaration, not its own clocks.
         wrong = all(one > WRONG or one < -(WRONG_EARLY if offset.group == "steer" else WRONG) for one in (late, offset.late_s))
-        wrong = wrong and doubtful and offset.group != "wheels" and offset.after > 0.9
+        wrong = wrong and doubtful and offset.group != "wheels" and offset.after > 0.9 and _clearly(offset)
         cure = cure if doubtful else ""
         checks.append(
             Check(f"clock_{offset.group}", channel, not doubtful, found, "one clock for all channels", cure, wrong)
         )
     return checks
+
+
+def _clearly(offset: Offset) -> bool:
+    """Whether a shift takes away a good part of what is left without it: a slope of the ground looks like a clock, too."""
+    return 1.0 - offset.after**2 < CLEARLY * (1.0 - offset.before**2)
 
 
 def filter_checks(recording: Recording) -> list[Check]:

@@ -284,6 +284,8 @@ def best_offset(
     if not after >= LEAST_R2.get(group, 0.5):
         return None
     error = _error(filled, base, q, usable, reach, int(lags[best]), dt, UNMODELLED.get(group, 0.0))
+    if not np.isfinite(error):
+        return None
     more = max(np.sqrt(left[best] / LEFT_BY_STEER), 1.0) if group == "steer" else 1.0
     std = float(np.hypot(error, more * SYSTEMATIC.get(group, 0.02)))
     late_s = float((lags[best] + away) * dt) + LEAD.get(group, 0.0)
@@ -295,17 +297,20 @@ def _error(
 ) -> float:  # fmt: skip
     """Standard error of the offset: residual over slope, with the residual's own correlation in time.
 
-    The slope is that of what the features explain: that of the channel itself is mostly its noise, where there is much.
-    unmodelled: root mean square, in the channel's unit, of what may be in it beside the features for a second at a time.
+    The square of the slope is that of the channel's times that of what the features explain: both have noise, where there is
+    little motion mostly that, and not the same. Infinite where they have no motion in common. unmodelled: root mean square, in
+    the channel's unit, of what may be in it beside the features for a second at a time.
     """
     count = len(late)
-    y = late[reach + lag : count - reach + lag][usable] - base
-    explained = q @ (q.T @ y)
-    residual, slope = y - explained, np.gradient(base + explained, dt)
+    channel = late[reach + lag : count - reach + lag][usable]
+    explained = q @ (q.T @ (channel - base))
+    residual, slope = channel - base - explained, np.gradient(base + explained, dt)
     slope = slope - q @ (q.T @ slope)
-    steady = unmodelled**2 * max(1.0 / dt, 1.0) / max(float(slope @ slope), 1e-300)
-    power = float(residual @ residual) + 1e-300
-    return float(np.sqrt(power / _independent(residual) / max(float(slope @ slope), 1e-300) + steady))
+    square = float(np.gradient(channel, dt) @ slope)
+    if not square > 0.0:
+        return np.inf
+    power = float(residual @ residual) / _independent(residual) * max(float(slope @ slope), square) / square
+    return float(np.sqrt((power + unmodelled**2 * max(1.0 / dt, 1.0)) / square))
 
 
 def _independent(residual: Array) -> float:

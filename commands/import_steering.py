@@ -64,10 +64,11 @@ def say_map(fit: SteeringFit) -> dict[str, Any]:
     """Print what was fitted; the entry `steering` of import.json."""
     words = "a straight line" if fit.degree == 1 else f"a polynomial of degree {fit.degree}"
     console.print(
-        f"steering map: {words}, ± {np.degrees(fit.std):.2g} deg; the wheels follow the command by {fit.delay:.3f} s, and "
+        f"steering map: {words}, ± {np.degrees(fit.std):.2g} deg; the wheels follow the command by {fit.delay:.3f} s"
+        f"{f' and a lag of {fit.lag:.3f} s' if fit.lag else ''}, and "
         f"{np.degrees(fit.residual):.2g} deg rms of their angle stay unexplained", highlight=False,
     )  # fmt: skip
     return {
         "command": list(fit.map.command), "angle": list(fit.map.angle), "degree": fit.degree, "std": fit.std,
-        "residual": fit.residual, "delay_s": fit.delay,
+        "residual": fit.residual, "delay_s": fit.delay, "lag_s": fit.lag,
     }  # fmt: skip

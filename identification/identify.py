@@ -214,7 +214,7 @@ def _fit(bench: Bench, places: AxlePlaces, rules: Rules, progress: Callable[[flo
     stds |= {c.name: c.std for c in contradictions}
     states = {name: _state(bench.known, name, kept) for name in before}
     taped = expected(bench.known)
-    for name in places.left:  # found within what a tape says of them: given is only what stands as it was
+    for name in places.left:  # free within their stated errors: given is only what has not moved
         if stds[name] <= rules.seen * taped[name][1] or values[name] != bench.known.value(name):
             states[name] = "identified"
     states |= {c.name: "identified" for c in contradictions}

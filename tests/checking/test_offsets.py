@@ -9,10 +9,13 @@ import softsoil
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.checking.clocks import clock_checks
 from softsoil.checking.offsets import best_offset, time_offsets
-from softsoil.plant.manoeuvres import Manoeuvre, Sine, Speed
+from softsoil.mpc_demo.synthetic import synthetic_drive
+from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed
 from softsoil.plant.sensors import Sensors
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY
 
 NAMES = ("u", "v", "omega_z", "steer", "a_x_imu", "a_y_imu")
 
@@ -86,3 +89,25 @@ def test_a_steady_slalom_has_no_late_wheels_by_half_a_period(period):
     drive = softsoil.simulate(driver, soil, 30.0, sensors=Sensors("good"), seed=3)
     checks = {check.name: check for check in clock_checks(drive, softsoil.load_vehicle("plant"))}
     assert "clock_wheels" not in checks or checks["clock_wheels"].passed
+
+
+def test_noise_of_both_sides_makes_an_offset_no_surer():
+    """A slow motion under noise whose slope is many times its own: as far off as the standard error says, not farther."""
+    dt, rng, errors = 0.02, np.random.default_rng(4), []
+    t = dt * np.arange(1200)
+    wave = np.sin(0.9 * t) + 0.5 * np.sin(0.37 * t + 1.0)
+    for _ in range(40):
+        channel, feature = (wave + np.convolve(0.8 * rng.standard_normal(len(t)), np.ones(7) / 7, mode="same") for _ in range(2))
+        found = best_offset("u", "accelerometer", channel, np.zeros_like(t), [feature], dt)
+        if found is not None:
+            errors.append(found.late_s / found.std)
+    assert len(errors) > 30 and np.std(errors) < 1.3
+
+
+def test_a_slope_of_the_ground_refuses_no_log():
+    """Gravity along the way looks like a clock of the speed, and leaves nearly as much with it as without."""
+    bank = bicycle(reference_vehicle(), CLAY, effects={"bank": {"bank": 0.04}})
+    steer = MultiSine(0.35, seed=4)(0.012 * np.arange(round(26.0 / 0.012) + 1))
+    drive = synthetic_drive(bank, reference_vehicle().radius, seconds=26.0, speed=5.5, steer=steer)
+    for seed in range(6):
+        assert not [c for c in clock_checks(add_noise(drive, "good", seed), reference_vehicle()) if c.beyond_doubt]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from softsoil.commands.import_steering import fitted_map
 from softsoil.importing.import_map import map_from_table
@@ -27,6 +28,40 @@ def test_the_curve_comes_back_within_its_standard_error_and_the_delay_with_it():
     assert fit.degree >= 2 and fit.delay == pytest.approx(0.12, abs=0.01)
     assert np.abs(fit.map.angle_of(inside) - curve(inside)).max() < max(4 * fit.std, 0.002)
     assert fit.std < 0.003 and fit.residual == pytest.approx(0.004, rel=0.3)
+
+
+@pytest.mark.parametrize("lag", [0.06, 0.1, 0.2])
+def test_a_lag_of_the_wheels_does_not_flatten_the_curve(lag):
+    """An actuator of the first order behind a delay: without its lag the curve would be too flat."""
+    kept = np.exp(-0.02 / lag)
+    reached = lfilter([1.0 - kept], [1.0, -kept], np.interp(T - 0.12, T, COMMAND))
+    fit = fit_steering_map(T, COMMAND, curve(reached) + 0.004 * np.random.default_rng(2).standard_normal(len(T)))
+    inside = np.linspace(reached.min(), reached.max(), 50)
+    assert fit.lag == pytest.approx(lag, abs=0.02) and fit.lag + fit.delay == pytest.approx(0.12 + lag, abs=0.01)
+    assert np.abs(fit.map.angle_of(inside) - curve(inside)).max() < max(4 * fit.std, 0.002)
+
+
+def test_a_map_reaches_as_far_as_the_commands_where_the_wheels_did_not():
+    """A lag keeps the wheels from the largest commands: the curve goes straight on to them."""
+    kept = np.exp(-0.02 / 0.3)
+    reached = lfilter([1.0 - kept], [1.0, -kept], COMMAND)
+    fit = fit_steering_map(T, COMMAND, curve(reached) + 0.002 * np.random.default_rng(2).standard_normal(len(T)))
+    assert np.abs(reached).max() < 0.95 * np.abs(COMMAND).max()
+    assert fit.map.command[0] == pytest.approx(COMMAND.min()) and fit.map.command[-1] == pytest.approx(COMMAND.max())
+    assert fit.map.angle_of(COMMAND.max()) == pytest.approx(curve(COMMAND.max()), abs=0.02)
+
+
+def test_a_pure_delay_has_no_lag():
+    assert fit_steering_map(T, COMMAND, measured(delay=0.12)).lag == 0.0
+
+
+def test_what_no_polynomial_follows_is_in_the_error():
+    """A dead band of 0.04 in the command: the curve misses it, and says by how much."""
+    angle = 0.4 * np.sign(COMMAND) * np.maximum(np.abs(COMMAND) - 0.04, 0.0)
+    fit = fit_steering_map(T, COMMAND, angle + 0.002 * np.random.default_rng(3).standard_normal(len(T)))
+    inside = np.linspace(COMMAND.min(), COMMAND.max(), 50)
+    missed = fit.map.angle_of(inside) - 0.4 * np.sign(inside) * np.maximum(np.abs(inside) - 0.04, 0.0)
+    assert np.sqrt(np.mean(missed**2)) < 2.0 * fit.std
 
 
 def test_what_the_map_says_is_late_is_no_delay_of_the_steering():
