@@ -86,7 +86,8 @@ def test_the_map_is_in_longitude_and_latitude(tmp_path):
 @pytest.mark.slow
 def test_one_log_that_cannot_be_used_does_not_lose_the_map(tmp_path):
     log = write_drive(read_drive(MULTI_LOG).between(0.0, 12.0), tmp_path / "good.parquet")
-    short = write_drive(read_drive(MULTI_LOG).between(0.0, 1.0), tmp_path / "short.parquet")
+    other = read_drive(MULTI_LOG).between(0.0, 1.0)
+    short = write_drive(other.with_channels(y=other["y"] + 1.0), tmp_path / "short.parquet")
     (tmp_path / "bad.csv").write_text("a,b\n1,2\n", encoding="utf-8")
     arguments = ["map", str(log), str(short), str(tmp_path / "bad.csv"), "--soil", "clay", "--out", str(tmp_path / "map")]
     done = CliRunner().invoke(app, arguments)
