@@ -297,9 +297,9 @@ def _error(
 ) -> float:  # fmt: skip
     """Standard error of the offset: residual over slope, with the residual's own correlation in time.
 
-    The square of the slope is that of the channel's times that of what the features explain: both have noise, where there is
-    little motion mostly that, and not the same. Infinite where they have no motion in common. unmodelled: root mean square, in
-    the channel's unit, of what may be in it beside the features for a second at a time.
+    What the samples say of the offset is the product of two slopes, of the channel and of what the features explain: their noises
+    are independent, while the square of one would count its noise as motion. Infinite where they have no motion in common.
+    unmodelled: root mean square, in the channel's unit, of what may be in it beside the features for a second at a time.
     """
     count = len(late)
     channel = late[reach + lag : count - reach + lag][usable]

@@ -18,9 +18,9 @@ BOTH_WAYS = 0.075
 REQUIRED = ("u", "omega_z", "steer")
 """Channels that no drive is without."""
 COARSE = 0.05
-"""m/s: a speed in such steps stays for a while though it is measured ..."""
+"""m/s: a speed whose values differ by steps as large may keep one value though it is measured, at a steady speed."""
 AS_FAST = 0.1
-"""... and differs by no more than this share from that of the positions."""
+"""Share by which such a speed may differ from that of the positions and is right."""
 LEAST_STEERING = 0.015
 """rad: spread of the steering angle below which a drive is straight."""
 

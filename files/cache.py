@@ -65,7 +65,8 @@ def _remove_abandoned(cache: Path) -> None:
 
 
 def _here() -> str:
-    """What the scratch folders begin with of all processes that see each other: containers may share a name, and not these."""
+    """Prefix of the scratch folders of this host and process namespace: containers of one host name do not see each other's
+    processes."""
     try:
         numbers = "".join(filter(str.isdigit, str(Path("/proc/self/ns/pid").readlink())))  # of Linux
     except OSError:

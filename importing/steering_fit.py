@@ -72,7 +72,7 @@ def fit_steering_map(t: Array, command: Array, angle: Array, rules: SteeringRule
         )
     middle, half = 0.5 * (command.max() + command.min()), 0.5 * float(np.ptp(command))
     delay, lag = _followed(t, (command - middle) / half, angle, rules)
-    settled = t > t[0] + min(rules.settle, 0.2 * np.ptp(t))
+    settled = _settled(t, rules)
     scaled = np.interp(t - delay, t, _lagged(t, (command - middle) / half, lag))[settled]
     t, angle = t[settled], angle[settled]
     stretch = np.minimum((np.arange(len(t)) * rules.stretches) // len(t), rules.stretches - 1)
@@ -137,17 +137,24 @@ def _held_out(scaled: Array, angle: Array, stretch: NDArray[np.int_], degree: in
 
 def _followed(t: Array, scaled: Array, angle: Array, rules: SteeringRules) -> tuple[float, float]:
     """Delay and lag (s) of the command with which a cubic leaves least, no lag where it takes away less than `shown` of it."""
-    delay, none = _delay(t, scaled, angle, rules)
-    costs = {lag: _delay(t, _lagged(t, scaled, lag), angle, rules)[1] for lag in (0.0, *rules.lags)}
+    found = {lag: _delay(t, _lagged(t, scaled, lag), angle, rules) for lag in (0.0, *rules.lags)}
+
+    def left(lag: float) -> float:
+        return found[lag][1]
+
     for _ in range(REFINED):
-        tried = sorted(costs)
-        at = tried.index(min(costs, key=costs.__getitem__))
+        tried = sorted(found)
+        at = tried.index(min(found, key=left))
         between = np.linspace(tried[max(at - 1, 0)], tried[min(at + 1, len(tried) - 1)], 6)[1:-1]
-        costs |= {lag: _delay(t, _lagged(t, scaled, lag), angle, rules)[1] for lag in map(float, between)}
-    lag = min(costs, key=costs.__getitem__)
-    if not costs[lag] < (1.0 - rules.shown) * none:
-        return delay, 0.0
-    return _delay(t, _lagged(t, scaled, lag), angle, rules)[0], lag
+        found |= {lag: _delay(t, _lagged(t, scaled, lag), angle, rules) for lag in map(float, between)}
+    best = min(found, key=left)
+    lag = best if left(best) < (1.0 - rules.shown) * left(0.0) else 0.0
+    return found[lag][0], lag
+
+
+def _settled(t: Array, rules: SteeringRules) -> NDArray[np.bool_]:
+    """(N,) rows after the beginning of a log, where the wheels follow commands that it holds."""
+    return t > t[0] + min(rules.settle, 0.2 * float(np.ptp(t)))
 
 
 def _lagged(t: Array, values: Array, lag: float) -> Array:
@@ -163,7 +170,7 @@ def _lagged(t: Array, values: Array, lag: float) -> Array:
 
 def _delay(t: Array, scaled: Array, angle: Array, rules: SteeringRules) -> tuple[float, float]:
     """Delay (s) at which a cubic of the delayed command leaves least, to a fifth of a sample, and the squares that it leaves."""
-    step, settled = float(np.median(np.diff(t))), np.flatnonzero(t > t[0] + min(rules.settle, 0.2 * np.ptp(t)))
+    step, settled = float(np.median(np.diff(t))), np.flatnonzero(_settled(t, rules))
     settled = settled[:: max(len(settled) // rules.most, 1)]
 
     def left(delay: float) -> float:

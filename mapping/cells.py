@@ -29,7 +29,7 @@ LEAST = 1e-6
 PIECE = 10.0
 """m: ground is taken to be alike within; larger cells are fused from pieces of this size at most."""
 OVERLAP = HorizonRules().length / HorizonRules().stride
-"""Windows of a drive that any of its rows is in: so many are one observation."""
+"""Windows that each row of a drive is in, since they overlap: so many count as one observation."""
 KNOWN = 0.10
 """Largest standard deviation of a cell's n, over n, with which it is identified."""
 DIFFERENT, SURE = 0.10, 0.99
