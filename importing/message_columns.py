@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
 import pandas as pd
+
+from softsoil.importing.messages import heading_of
 
 FIELDS: tuple[tuple[str, str], ...] = (
     ("a_x_imu", r"linear\.acceleration\.x"), ("a_y_imu", r"linear\.acceleration\.y"),
@@ -35,8 +36,5 @@ def with_headings(frame: pd.DataFrame) -> pd.DataFrame:
         parts = [f"{base}{part}" for part in "xyzw"]
         if not base or f"{base}heading" in frame.columns or any(part not in frame.columns for part in parts):
             continue
-        x, y, z, w = (pd.to_numeric(frame[part], errors="coerce").to_numpy(dtype=float) for part in parts)
-        size = x * x + y * y + z * z + w * w
-        heading = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        found[f"{base}heading"] = np.where((size > 0.5) & (size < 1.5), heading, np.nan)
+        found[f"{base}heading"] = heading_of(*(pd.to_numeric(frame[part], errors="coerce") for part in parts))
     return frame.assign(**found) if found else frame

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 QUATERNION = ("heading", "pitch", "roll")
 """What stands in a quaternion's place: angles of the body against the frame (rad), z up, heading to the left."""
@@ -18,13 +19,20 @@ MOST_ELEMENTS = 64
 _PART = re.compile(r"([A-Za-z_]\w*)((?:\[[^\]]*\])*)\Z")
 
 
+def heading_of(x: ArrayLike, y: ArrayLike, z: ArrayLike, w: ArrayLike) -> NDArray[np.float64]:
+    """(N,) heading (rad) of quaternions x, y, z, w (N,), or of one; NaN where it is none."""
+    x, y, z, w = (np.asarray(part, dtype=float) for part in (x, y, z, w))
+    size = x * x + y * y + z * z + w * w
+    return np.where((size > 0.5) & (size < 1.5), np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), np.nan)
+
+
 def angle_of(q: Any, name: str) -> float:
     """heading, pitch or roll (rad; `name`) of a quaternion q with x, y, z, w; NaN where it is none."""
     x, y, z, w = float(q.x), float(q.y), float(q.z), float(q.w)
     if not 0.5 < x * x + y * y + z * z + w * w < 1.5:
         return math.nan
     if name == "heading":
-        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return float(heading_of(x, y, z, w))
     if name == "pitch":
         return math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
     return math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
