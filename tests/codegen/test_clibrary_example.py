@@ -9,10 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from c_folders import SCALAR, folder
+from c_folders import folder
+from c_folders import library as compiled
 from drives import CLAY_LOG
-from softsoil.codegen.c_library.binding import CFilter, CLibrary
+from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.horizon_binding import CHorizon
+from softsoil.codegen.c_library.vehicle_binding import CVehicle
 from softsoil.control.c_horizon import SENTENCES
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import measured_states
@@ -25,25 +27,29 @@ PRINTED = 1e-3
 """The example takes its clock from the log, the last digit is rounded."""
 
 
-def copied(name, where):
-    """A copy of the folder, and its README's line that builds and runs the example."""
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """A copy of the declared vehicle's folder, where the first half of the README's line has built the example; the other half,
+    which runs it."""
     if shutil.which("cc") is None:
         pytest.skip("cc is not installed")
-    shutil.copytree(folder(name), where)
+    where = tmp_path_factory.mktemp("example") / "c"
+    shutil.copytree(folder("tracks"), where)
     readme = (where / "README.md").read_text(encoding="utf-8")
     (line,) = [line for line in readme.splitlines() if line.startswith("cc ")]
-    return where, line
+    build, _, runs = line.partition(" && ")
+    subprocess.run(build, shell=True, cwd=where, check=True)
+    return where, runs
 
 
 @pytest.fixture(scope="module")
-def example(tmp_path_factory):
+def example(built):
     """Runs the example of the declared vehicle on a table: its output."""
-    where, line = copied("tracks", tmp_path_factory.mktemp("example") / "c")
-    subprocess.run(line.partition(" && ")[0], shell=True, cwd=where, check=True)
+    where, runs = built
 
     def run(table, code=0):
         table.to_csv(where / "LOG.csv", index=False)
-        done = subprocess.run(["./example", "LOG.csv"], cwd=where, capture_output=True, text=True, check=False)
+        done = subprocess.run(runs, shell=True, cwd=where, capture_output=True, text=True, check=False)
         assert done.returncode == code and bool(done.stderr) == bool(code), done.stderr
         return done.stdout
 
@@ -69,22 +75,21 @@ def said(output):
     return filtered, judged, tuple(map(int, rows))
 
 
-def test_example_prints_n(tmp_path):
-    where, line = copied("plain", tmp_path / "c")
+def test_example_prints_n(built):
+    where, runs = built
     (where / "LOG.csv").write_bytes(gzip.decompress(CLAY_LOG.read_bytes()))
-    done = subprocess.run(line, shell=True, cwd=where, capture_output=True, text=True, check=False)
+    done = subprocess.run(runs, shell=True, cwd=where, capture_output=True, text=True, check=False)
     assert done.returncode == 0 and not done.stderr, done.stderr
     filtered, judged, counted = said(done.stdout)
 
-    library = CLibrary(folder("plain"), SCALAR)
+    library = compiled("tracks")
     drive = read_drive(CLAY_LOG)
     first = int(np.searchsorted(drive.t, drive.t[0] + SKIP))
     assert list(INPUTS.names) == library.names["inputs"]
     t, u, y = drive.t[first:], measured_inputs(drive, INPUTS)[0][first:], measured_states(drive)[first:]
-    x0 = np.concatenate([y[0], [0.5, 0.5]])
-    own = CFilter(library, x0, t=t[0])
+    own = CFilter(library, np.append(y[0], 0.5), t=t[0])
     own.replay(t, u, y, every=1)
-    expected = [own.x[6], own.std[6], own.x[7], own.std[7]]
+    expected = [own.x[6], own.std[6]]
     assert np.allclose(filtered, expected, rtol=0, atol=PRINTED)
     assert counted == (0, len(t) - 1, 0)
 
@@ -92,9 +97,11 @@ def test_example_prints_n(tmp_path):
     horizon.options.dt = float(np.diff(drive.t).mean())
     horizon.options.start_up = 0.0
     horizon.start(t[0])
+    look = CVehicle(horizon)
     for at, inputs, seen in zip(t, u, y, strict=True):
         horizon.push(inputs, seen, at)
         horizon.update()
+        look.update()
     assert np.allclose(judged, np.stack([horizon.n, horizon.std], axis=1).ravel(), rtol=0, atol=PRINTED)
     (verdict,) = re.findall(r"^verdict: (.*)$", done.stdout, re.M)
     assert verdict == SENTENCES[horizon.verdict]
@@ -154,11 +161,6 @@ def test_example_fails_where_most_rows_are_refused(example, whole):
     assert said(output)[2][0] > len(table) / 2
 
 
-def test_example_says_what_it_expected(tmp_path):
-    if shutil.which("cc") is None:
-        pytest.skip("cc is not installed")
-    sources = [str(path) for path in (*folder("plain").glob("src/*.c"), folder("plain") / "example.c")]
-    include = f"-I{folder('plain') / 'include'}"
-    subprocess.run(["cc", include, *sources, "-lm", "-o", str(tmp_path / "example")], check=True)
-    done = subprocess.run([str(tmp_path / "example"), "nothing.csv"], capture_output=True, text=True, check=False)
+def test_example_says_what_it_expected(built):
+    done = subprocess.run(["./example", "nothing.csv"], cwd=built[0], capture_output=True, text=True, check=False)
     assert done.returncode == 2 and "expected a table" in done.stderr and "nothing.csv" in done.stderr

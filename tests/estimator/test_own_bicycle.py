@@ -13,7 +13,7 @@ from softsoil.recording.noise import add_noise
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.soil import CLAY
 
-SEEDS = 10
+SEEDS = 7
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from softsoil.plant.sensors import Sensors
 from softsoil.plant.simulate import simulate
 from softsoil.plant.start import Start
 from softsoil.recording.noise import add_noise
-from softsoil.recording.read import read_drive
+from softsoil.recording.read import read_drive, write_drive
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.effect import Correction, Effect, Layout, Signal, add_effect
 from softsoil.symbolic.soil import CLAY, load_soil
@@ -106,7 +106,8 @@ def test_stated_errors_are_read_from_files_and_written_to_them(tmp_path):
     whole = tmp_path / "model.toml"
     whole.write_text(declaration_toml(Declaration(VEHICLE, soil)), encoding="utf-8")
     assert load_declaration(whole).soil == soil
-    said = CliRunner().invoke(app, ["estimate", str(MULTI_LOG), "--soil", str(path), "--out", str(tmp_path / "out")])
+    short = write_drive(read_drive(MULTI_LOG).between(0.0, 12.0), tmp_path / "short.csv")
+    said = CliRunner().invoke(app, ["estimate", str(short), "--soil", str(path), "--out", str(tmp_path / "out")])
     assert said.exit_code == 0, said.output
     assert "n is that of the declared soil" in said.output and "by the errors that its file states" in said.output
 

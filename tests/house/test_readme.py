@@ -57,12 +57,23 @@ def test_every_command_has_help_with_an_example(command):
     assert result.exit_code == 0 and f"softsoil {command}" in result.output
 
 
-@pytest.mark.slow
-def test_python_of_the_readme_prints_what_it_says_and_what_the_command_prints(tmp_path):
+def readme_step(folder):
+    """The Python of the README, run in `folder`."""
     page = (PROJECT / "README.md").read_text(encoding="utf-8")
     shown = [block for block in blocks(page) if block.kind in ("python", "text")]
-    (step,) = run_page("\n".join(f"```{block.kind}\n{block.text}```\n" for block in shown), tmp_path)
+    (step,) = run_page("\n".join(f"```{block.kind}\n{block.text}```\n" for block in shown), folder)
+    return step
+
+
+@pytest.mark.slow
+def test_python_of_the_readme_prints_what_it_says(tmp_path):
+    step = readme_step(tmp_path)
     assert step.expected and step.faults() == []
+
+
+@pytest.mark.study
+def test_python_of_the_readme_prints_what_the_command_prints(tmp_path):
+    step = readme_step(tmp_path)
     log = PROJECT / "data" / "multi_clay_n0.50.parquet"
     arguments = ["estimate", str(log), "--soil", "clay", "--n0", "0.7", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(app, arguments)

@@ -42,9 +42,9 @@ def test_commands_find_what_comes_with_the_package(installed):
     """Vehicles, soils and coefficients by their names and by default; the tutorials run the other commands."""
     drive = softsoil.read_drive(CLAY_LOG).between(0.0, 8.0)
     softsoil.write_drive(drive, installed.folder / "short_clay.csv")
-    for vehicle, options in (("paper", ("--vehicle", "paper")), ("reference", ())):
-        installed.command("estimate", "short_clay.csv", "--soil", "clay", *options)
-        written = json.loads((installed.folder / "runs/estimate/estimate.json").read_text(encoding="utf-8"))
+    for vehicle, command, options in (("paper", "estimate", ("--vehicle", "paper")), ("reference", "residual", ())):
+        installed.command(command, "short_clay.csv", "--soil", "clay", *options)
+        written = json.loads((installed.folder / f"runs/{command}/{command}.json").read_text(encoding="utf-8"))
         assert written["vehicle"]["file"] == f"softsoil/vehicles/{vehicle}.toml"
         assert written["software"]["version"] == softsoil.__version__
     installed.command("generate", "--soil", "clay")
