@@ -27,7 +27,7 @@ LAWS = ("bekker", "dallas", "dallas_refit", "turn_slip", "turn_slip_calibrated")
 SLOWEST = 0.02
 """Speed floor of a law over the median speed of the runs, so that slow laboratory wheels are not floored."""
 SLIP_RANGES = ((-1.0, -0.157), (-0.157, 0.0), (0.0, 0.16), (0.16, 1.0))
-"""The paper's four ranges of longitudinal slip (appendix)."""
+"""The paper's four ranges of longitudinal slip (appendix); what lies beyond belongs to the nearest."""
 LEAST_PEAK = 0.01
 """Share of the load from which a lateral force can be judged by its peak: a wheel that runs straight has none."""
 WORTH_COMPILING = 100
@@ -187,7 +187,8 @@ def by_soil_and_slip(errors: Sequence[RunError]) -> list[dict[str, object]]:
     rows: list[dict[str, object]] = []
     for group in dict.fromkeys(error.group for error in errors):
         for low, high in SLIP_RANGES:
-            inside = [e.lateral for e in errors if e.group == group and low <= e.slip < high]
+            first, last = low == SLIP_RANGES[0][0], high == SLIP_RANGES[-1][1]
+            inside = [e.lateral for e in errors if e.group == group and (first or low <= e.slip) and (last or e.slip < high)]
             if inside:
                 rows.append({"soil": group, "slip": [low, high], "runs": len(inside), **quantiles(inside)})
     return rows

@@ -25,20 +25,31 @@ def read_wheel_runs(
     columns: str | Path | None = None,
     wheel: str | Path | None = None,
     soil: str | Path | None = None,
+    part: str | None = "val",
 ) -> list[WheelRun]:
     """Runs of `chrono_rig` archives (.npz, or folders of them), or of tables with a wheel and a soil.
 
-    columns, wheel: TOML; soil: class name or TOML. Raises ValueError for a table without wheel or soil.
+    columns, wheel: TOML; soil: class name or TOML; part: of a folder, as of `read_rigs`.
+    Raises ValueError for a table without wheel or soil.
     """
     tables = [Path(p) for p in paths if Path(p).suffix != ".npz" and not Path(p).is_dir()]
     archives = [p for p in paths if Path(p) not in tables]
-    runs = read_rigs(archives) if archives or not tables else []
+    runs = read_rigs(archives, part) if archives or not tables else []
     for path in tables:
         if wheel is None or soil is None:
             raise ValueError(f"{path}: expected --wheel and --soil beside a single-wheel table, found none")
         given = load_soil(soil)
         runs += read_wheel_table(path, columns, read_wheel(wheel), given.parameters(), given.name)
     return runs
+
+
+def refuse_beside_archives(
+    paths: Sequence[Path], columns: str | Path | None, wheel: str | Path | None, soil: str | Path | None
+) -> None:
+    """Raise ValueError for what tables are read with where there are archives alone, which hold it themselves."""
+    idle = [name for name, value in (("--columns", columns), ("--wheel", wheel), ("--soil", soil)) if value is not None]
+    if idle and all(path.suffix == ".npz" or path.is_dir() for path in paths):
+        raise ValueError(f"{', '.join(idle)}: expected none beside archives of runs, which hold their wheel and their soil")
 
 
 def wheel_residual(

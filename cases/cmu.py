@@ -6,6 +6,7 @@ Judged: the side force of the slip angle (repeat) that was left out.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -129,9 +130,7 @@ class CmuCase:
             "held_out_angle_rms": self.error(base, name),
             "held_out_trial_rms": self.error(base, name, "trial"),
             "per_angle_rms": {str(angle): self.error(base, name, "angle", angle) for angle in self.angles},
-            "sinkage_rms": rms(
-                found.held_sinkage - (self.wheel.run.sinkage if self.wheel.run.sinkage is not None else 0)
-            ),
+            "sinkage_rms": math.nan if self.wheel.run.sinkage is None else rms(found.held_sinkage - self.wheel.run.sinkage),
         }
 
 

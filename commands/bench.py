@@ -87,9 +87,9 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def _value(value: float, unit: str) -> str:
-    """A figure with three digits, or a whole number, and its unit; us is written as µs."""
+    """A figure with three digits, or a whole number, and its unit: us is written as µs, that of a ratio is 1 and not written."""
     number = f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
-    return f"{number} {'µs' if unit == 'us' else unit}".rstrip()
+    return f"{number} {'µs' if unit == 'us' else unit.removeprefix('1')}".rstrip()
 
 
 def machine() -> str:

@@ -10,11 +10,11 @@ import typer
 
 from softsoil.calibration.calibration_study import run_study, study_text
 from softsoil.calibration.turn_slip_fit import FACTORS
-from softsoil.calibration.wheel_report import read_wheel_runs
+from softsoil.calibration.wheel_report import read_wheel_runs, refuse_beside_archives
 from softsoil.commands.options_model import OutOption
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.single_wheel import draw_force_against_slip
-from softsoil.recording.rig import WheelRun
+from softsoil.recording.rig import WheelRun, archives
 from softsoil.recording.wheel_table import hold_out
 
 REFERENCE = Path("../shared/data/chrono_rig")
@@ -83,17 +83,14 @@ def split(
             raise ValueError(
                 f"expected single-wheel runs (.npz, .csv, .csv.gz, .parquet or a folder), found none at {path}"
             )
-    if judge:
-        fitted, judging = read_wheel_runs(data, columns, wheel, soil), read_wheel_runs(judge, columns, wheel, soil)
+    refuse_beside_archives([*data, *(judge or [])], columns, wheel, soil)
+    divided = all(path.is_dir() and archives(path, "cal") and archives(path, "val") for path in data)
+    if judge or divided:
+        fitted = read_wheel_runs(data, columns, wheel, soil, "cal")
+        judging = read_wheel_runs(judge or data, columns, wheel, soil)
         refuse_copied_runs([*fitted, *judging])
         return fitted, judging
-    if len(data) == 1 and data[0].is_dir():
-        cal, val = sorted(data[0].glob("*_cal.npz")), sorted(data[0].glob("*_val.npz"))
-        if cal and val:
-            fitted, judging = read_wheel_runs(cal), read_wheel_runs(val)
-            refuse_copied_runs([*fitted, *judging])
-            return fitted, judging
-    runs = read_wheel_runs(data, columns, wheel, soil)
+    runs = read_wheel_runs(data, columns, wheel, soil, None)
     refuse_copied_runs(runs)
     return hold_out(runs)
 

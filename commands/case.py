@@ -51,6 +51,8 @@ def cmu(
     data = _measured(data, "cmu_single_wheel_sand")
     if not 0.0 <= grouser < 0.05:
         raise ValueError(f"--grouser: expected a height in [0, 0.05) m, found {grouser:g}")
+    if grouser and judge is None:
+        raise ValueError("--grouser: expected --judge beside it, a table of the second wheel, which has them; found none")
     with progress("fitting candidates, one slip angle left out at a time") as told:
         found = run_cmu(data, judge, grouser, progress=told)
     _say_bearing(found)

@@ -32,7 +32,7 @@ from softsoil.declaration.model_file import Declaration, load_declaration
 from softsoil.figures.drive import animate, draw_drive
 from softsoil.figures.labels import plain
 from softsoil.files.package_data import PLANT_VEHICLE, VEHICLE_NAMES, plant_file, source_name
-from softsoil.mpc_demo.closed_loop import CONTROLLERS, ClosedLoop, LoopLog
+from softsoil.mpc_demo.closed_loop import CONTROLLERS, ESTIMATING, ClosedLoop, LoopLog
 from softsoil.mpc_demo.closed_loop_parts import Faults
 from softsoil.mpc_demo.scenarios import Scenario, scenarios, size_of
 from softsoil.plant.drawn_vehicle import DrawnVehicle
@@ -76,7 +76,7 @@ def drive(
         refuse_beside_model(("--vehicle", vehicle), ("--law", law))
     driven = load_vehicle(vehicle or PLANT_VEHICLE) if model is None else load_declaration(model).vehicle
     courses, names = _courses(scenario or ["lane_change_clay"], size_of(driven)), _controllers(controllers)
-    figures = [f"{course.name}{ending}" for course in courses for ending in (".png", ".gif")]
+    figures = [f"{name}{ending}" for name in scenarios() for ending in (".png", ".gif")]
     folder = output_folder(out, "drive", ("drive.json", *figures))
     say_vehicle(vehicle, model, PLANT_VEHICLE)
     simulated = _say_plant(driven)
@@ -99,7 +99,7 @@ def drive(
         logs += mine
         paths.append(draw_drive(course, mine, folder / f"{course.name}.png"))
         if animation:
-            shown = next((log for log in mine if log.controller == "n_estimated"), mine[0])
+            shown = next((log for log in mine if log.controller == ESTIMATING), mine[0])
             paths.append(animate(course, shown, folder / f"{course.name}.gif"))
     _say(logs)
     content = {"plant": {"name": simulated.stem, "file": source_name(simulated)}, **as_json(logs)}
@@ -129,11 +129,11 @@ def _courses(asked: Sequence[str], size: float) -> list[Scenario]:
     for name in asked:
         if name not in known:
             raise ValueError(f"scenario: expected all or some of {', '.join(known)}; found {name!r}")
-    return [known[name] for name in asked]
+    return [known[name] for name in dict.fromkeys(asked)]
 
 
 def _controllers(asked: str) -> list[str]:
-    names = [name.strip() for name in asked.split(",") if name.strip()]
+    names = list(dict.fromkeys(name.strip() for name in asked.split(",") if name.strip()))
     for name in names:
         if name not in CONTROLLERS:
             raise ValueError(f"--controllers: expected some of {', '.join(CONTROLLERS)}; found {name!r}")
@@ -221,7 +221,7 @@ def recovered(table: dict) -> float | None:
 
 def verdicts_in_words(logs: Sequence[LoopLog]) -> str:
     """The verdict on n at the end of each drive, with its number of drives where they differ; "" where n is not estimated."""
-    words = [log.verdict for log in logs if log.controller == "n_estimated"]
+    words = [log.verdict for log in logs if log.controller == ESTIMATING]
     kinds = list(dict.fromkeys(words))
     return "".join(kinds) if len(kinds) < 2 else ", ".join(f"{words.count(kind)} x {kind}" for kind in kinds)
 
@@ -251,7 +251,7 @@ def _say(logs: Sequence[LoopLog]) -> None:
             s = summary(mine)
             clear = f"{s['clearance']:.2f}" if np.isfinite(s["clearance"]) else ""
             n = f"{np.mean([log.column('n')[-1] for log in mine]):.2f}"
-            n += f" ± {np.mean([log.column('n_std')[-1] for log in mine]):.2f}" if controller == "n_estimated" else ""
+            n += f" ± {np.mean([log.column('n_std')[-1] for log in mine]):.2f}" if controller == ESTIMATING else ""
             table.add_row(
                 plain(name), plain(controller), f"{s['tracking_rms']:.3f}", f"{s['max_error']:.2f}", clear, f"{s['collisions']}",
                 f"{s['solve_ms']['median']:.2f}", f"{s['solve_ms']['p99']:.2f}", f"{s['failures']}", f"{s['late']}",

@@ -40,7 +40,10 @@ def generate(
         bool,
         typer.Option("--controller", help="Also the controller: NMPC on the filter's estimate, and a closed loop."),
     ] = False,
-    hessian: Annotated[str, typer.Option("--hessian", help="Of the controller: gauss_newton or exact.")] = "gauss_newton",
+    hessian: Annotated[
+        str | None,
+        typer.Option("--hessian", help="Of the controller: gauss_newton (default) or exact.", show_default=False),
+    ] = None,
     fmi: Annotated[bool, typer.Option("--fmi", help="Also FMI 3.0 units: of the model, and of the driver.")] = False,
     out: OutOption = None,
 ) -> None:
@@ -56,7 +59,9 @@ def generate(
     """
     if folder is not None and out is not None:
         raise ValueError(f"--out: expected none beside the folder {folder}, found {out}")
-
+    if hessian is not None and not controller:
+        raise ValueError(f"--hessian: expected --controller beside it, whose it is; found {hessian} alone")
+    hessian = hessian or "gauss_newton"
     first, declared = say_vehicle(vehicle, model), declaration(vehicle, soil, law, model)
 
     def make() -> dict[str, str]:

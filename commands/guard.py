@@ -50,14 +50,15 @@ class Guarded(TyperGroup):
         except typer.Abort:
             return _fail(f"stopped by the user; {invocation.left_behind()}", OWN_FAILURE)
         except (ValueError, OSError) as error:
+            if type(error).__name__ == "LinAlgError":  # a ValueError of NumPy's, and no input that could be mended
+                return _own_failure(error)
             return _bad_input(f"{str(error) or type(error).__name__}{invocation.earlier_results()}")
         except Exception as error:
             if type(error).__name__ == "NoArgsIsHelpError":  # the help has been printed
                 return BAD_INPUT
             if hasattr(error, "format_message"):  # a usage error of typer's: unknown option, wrong type
                 return _bad_input(error.format_message())
-            _show_traceback()
-            return _fail(f"a failure of the program's own: {type(error).__name__}: {error}", OWN_FAILURE)
+            return _own_failure(error)
         return result if isinstance(result, int) else 0
 
 
@@ -75,6 +76,11 @@ def plain_warnings() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.showwarning = show
         yield
+
+
+def _own_failure(error: Exception) -> int:
+    _show_traceback()
+    return _fail(f"a failure of the program's own: {type(error).__name__}: {error}", OWN_FAILURE)
 
 
 def _bad_input(words: str) -> int:

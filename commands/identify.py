@@ -56,8 +56,9 @@ def identify_command(
     toml = folder / "vehicle.toml"
     toml.write_text(vehicle_toml(found), encoding="utf-8")
     about = {"name": known.name, "file": str(vehicle)}
+    result = write_result(folder / "identify.json", found.as_json(), about)
     report = write_report(found, folder / "report.html", {"software": software(), "vehicle": about})
-    say_written([write_result(folder / "identify.json", found.as_json(), about), toml, report])
+    say_written([result, toml, report])
 
 
 def _judged(logs: list[Path], judge: Path | None) -> tuple[list[Path], int]:

@@ -56,7 +56,7 @@ def import_log(
 
     Example: softsoil import my_bag/ gps.csv --map runs/my_log/map.toml --align
     """
-    folder = output_folder(out, "import", ("import.json", IMPORTED, "report.html"))
+    folder = output_folder(out, "import", ("import.json", IMPORTED, "report.html", "steering.toml"))
     say_vehicle(vehicle)
     geometry = measured_vehicle(vehicle)
     with progress(", ".join(path.name for path in sources)) as told:

@@ -33,7 +33,7 @@ from softsoil.mapping.drive_soil import DriveSoil, unusable
 from softsoil.mapping.frame import frame_of, placed
 from softsoil.mapping.map_file import as_json
 from softsoil.mapping.soil_map import laid, surveyed
-from softsoil.recording.log_names import distinct
+from softsoil.recording.log_names import distinct, log_name
 from softsoil.symbolic.model import Model
 
 SPOKEN_OF = 0.01
@@ -82,7 +82,9 @@ def map_soil(
         except ValueError as error:
             if not (log.is_file() and logs[1:]):
                 raise
-            refused.append(unusable(log.stem, str(error)))
+            alike = sum(log_name(other) == log_name(log) for other in logs) > 1
+            where = f" ({log.resolve().parent.name})" if alike else ""
+            refused.append(unusable(f"{log_name(log)}{where}", str(error)))
     drives = distinct(drives)
     if not drives:
         raise ValueError("; ".join(one.left_out for one in refused))

@@ -86,8 +86,9 @@ def refine_command(
         found = refine(drives, declared, soils=soils, start=skip, workers=workers, progress=told)
     say(found)
     about = about_vehicle(vehicle, model)
+    written = write_all(drives, found, folder, about)
     report = write_report(declared, found, skip, folder / "report.html", {"software": software(), "vehicle": about})
-    say_written([*write_all(drives, found, folder, about), report])
+    say_written([*written, report])
 
 
 def write_all(drives: list[Recording], found: Refinement, folder: OutputFolder, vehicle: Mapping[str, str]) -> list[Path]:

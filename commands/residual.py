@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from softsoil.calibration.wheel_report import refuse_beside_archives
 from softsoil.commands.error_table import error_table
 from softsoil.commands.options import ColumnsOption, NoiseOption, SeedOption, SkipOption, open_drive
 from softsoil.commands.options_model import (
@@ -62,13 +63,14 @@ def residual(
 
     Example: softsoil residual data/multi_clay_n0.50.parquet --soil clay
     """
-    folder = output_folder(out, "residual", ("residual.json", "residual.png"))
+    folder = output_folder(out, "residual", ("residual.json", "residual.png", "force.png", "errors.png"))
     if is_wheel_data(data, wheel):
         given = {"--vehicle": vehicle, "--law": law, "--model": model, "--n": n}
         given |= {"--noise": noise != "none", "--seed": seed, "--skip": skip != START_UP}
         idle = [name for name, value in given.items() if value is not None and value is not False and value != 0]
         if idle:
             raise ValueError(f"{', '.join(idle)}: expected none beside single-wheel data, on which all laws are judged")
+        refuse_beside_archives([data], columns, wheel, soil)
         report_on_wheel_data(data, columns, wheel, soil, folder)
         return
     say_vehicle(vehicle, model)

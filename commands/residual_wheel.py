@@ -20,10 +20,7 @@ def report_on_wheel_data(data: Path, columns: Path | None, wheel: Path | None, s
     data: npz archive, folder of them, or table; columns, wheel: TOML; soil: class or TOML, for tables; folder: to write
     in. Raises ValueError naming file, expected and found.
     """
-    if data.is_dir() and list(data.glob("*_val.npz")):
-        runs = read_wheel_runs(sorted(data.glob("*_val.npz")))
-    else:
-        runs = read_wheel_runs([data], columns, wheel, soil)
+    runs = read_wheel_runs([data], columns, wheel, soil)
     console.print(f"{len(runs)} single-wheel runs", highlight=False)
     report = wheel_residual(runs, progress=lambda line: console.print(line, highlight=False))
     console.print(table_text(report), highlight=False, soft_wrap=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -22,7 +24,7 @@ from softsoil.commands.options_model import (
     declaration,
     say_vehicle,
 )
-from softsoil.commands.output import console, output_folder, progress, say_written, write_result
+from softsoil.commands.output import RUNS, console, output_folder, progress, say_written, write_result
 from softsoil.commands.vehicle_check import refuse_another
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.figures.labels import plain, quantity, rms
@@ -30,7 +32,7 @@ from softsoil.figures.terrain import draw_study
 from softsoil.files.package_data import example_logs
 from softsoil.mpc_demo.study import LATERAL, LogStudy, gains, study_log
 from softsoil.recording.drive import STATE_CHANNELS
-from softsoil.recording.log_names import named_n, named_soil
+from softsoil.recording.log_names import distinct, named_n, named_soil
 
 LogsArgument = Annotated[
     list[Path] | None,
@@ -64,21 +66,20 @@ def study(
 
     Example: softsoil study data/paper_clay_n0.50.csv.gz --seed 3
     """
-    folder = output_folder(out, "study")
+    folder = output_folder(out, "study", _earlier(out))
     studies: list[LogStudy] = []
     paths: list[Path] = []
     say_vehicle(vehicle, model)
-    for log in logs or example_logs():
-        clean, noisy = open_drive(log, columns, noise, seed, vehicle=vehicle, model=model)
+    chosen = logs or example_logs()
+    opened = [open_drive(log, columns, noise, seed, vehicle=vehicle, model=model) for log in chosen]
+    names = [drive.name for drive in distinct([clean for clean, _ in opened])]
+    for log, name, (clean, noisy) in zip(chosen, names, opened, strict=True):
         declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
         refuse_another(clean, declared.vehicle)
-        with progress(clean.name) as told:
-            studies.append(study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told, method))
-        figure = folder / f"{clean.name}.png"
-        # Two logs of one name in different folders keep a figure each.
-        paths.append(
-            draw_study(studies[-1], figure if figure not in paths else folder / f"{clean.name}_{len(paths)}.png")
-        )
+        with progress(name) as told:
+            found = study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told, method)
+        studies.append(replace(found, log=name))
+        paths.append(draw_study(studies[-1], folder / f"{name}.png"))
     console.print(table_7(studies))
     for entry in studies:
         console.print(table_8(entry))
@@ -89,6 +90,15 @@ def study(
     _say_conditions(studies, noise, seed, skip)
     content = {"logs": [entry.as_json() for entry in studies]}
     say_written([write_result(folder / "study.json", content, about_vehicle(vehicle, model)), *paths])
+
+
+def _earlier(out: Path | None) -> list[str]:
+    """study.json, and the pictures of the study that the one of an earlier run tells of."""
+    try:
+        earlier = json.loads(((out or RUNS / "study") / "study.json").read_text(encoding="utf-8"))
+        return ["study.json", *(f"{entry['log']}.png" for entry in earlier["logs"])]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ["study.json"]
 
 
 def _soil_of(log: Path, name: str) -> str:

@@ -117,18 +117,21 @@ def _say_loop(runs: Sequence[Run]) -> None:
 
 def recovery_words(runs: Sequence[Run]) -> str:
     """What the estimate recovers over every course where knowing n is worth more than LEAST_WORTH in the mean, with its error."""
-    triples = []
+    triples: list[np.ndarray] = []
+    drives: list[tuple[str, int]] = []
     for case, side, words, _, worth in rows_of(runs):
         if worth.worth > LEAST_WORTH:
             figure = "need" if words == "clearance" else "tracking_rms"
             three = [paired(_same_seeds(runs, case, side, told), case, told, figure) for told in (side, "true", f"est_{side}")]
             triples.append(np.array(three))
+            drives += [(case, seed) for seed in sorted(run.seed for run in _same_seeds(runs, case, side, "true"))]
     if not triples:
         return f"knowing n is worth {100 * LEAST_WORTH:.0f} cm on no course"
-    share, error = pooled_share(*np.concatenate(triples, axis=1))
+    share, error = pooled_share(*np.concatenate(triples, axis=1), drives)
+    courses = len({case for case, _ in drives})
     return (
-        f"recovered of what knowing n is worth, over {len(triples)} courses where that is more than {100 * LEAST_WORTH:.0f} cm: "
-        f"{100 * share:.1f} % (standard error {100 * error:.1f})"
+        f"recovered of what knowing n is worth, in {len(triples)} comparisons on {courses} courses where that is more than "
+        f"{100 * LEAST_WORTH:.0f} cm: {100 * share:.1f} % (standard error {100 * error:.1f})"
     )
 
 

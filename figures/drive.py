@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon
 
 from softsoil.figures.labels import quantity
 from softsoil.figures.style import ESTIMATED, INITIAL, RC, SOFT, TRUE, page
-from softsoil.mpc_demo.closed_loop import CONTROLLERS, LoopLog
+from softsoil.mpc_demo.closed_loop import CONTROLLERS, ESTIMATING, LoopLog
 from softsoil.mpc_demo.scenarios import Scenario
 
 COLORS = dict(zip(CONTROLLERS, (INITIAL, TRUE, ESTIMATED), strict=True))
@@ -78,9 +78,10 @@ def animate(scenario: Scenario, log: LoopLog, path: Path, frames: int = 110) -> 
         (plan,) = top.plot([], [], color=ESTIMATED, lw=2.5)
         body = top.add_patch(Polygon(np.zeros((4, 2)), color=TRUE, alpha=0.85, lw=0))
         below.plot(t, [scenario.n_true(place[0]) for place in truth], color=SOFT, ls="--", label="true n")
-        (trace,) = below.plot([], [], color=ESTIMATED, label="estimated n")
+        estimated = log.controller == ESTIMATING
+        (trace,) = below.plot([], [], color=ESTIMATED, label="estimated n" if estimated else "n it drives on")
         below.set(xlim=(0, t[-1]), ylim=(min(n.min(), 0.4) - 0.1, n.max() + 0.15), xlabel="time, s", ylabel="n")
-        band = below.fill_between([], [], color=ESTIMATED, alpha=0.12, lw=0, label="±2 std")
+        band = below.fill_between([], [], color=ESTIMATED, alpha=0.12, lw=0, label="±2 std" if estimated else None)
         below.legend(loc="upper right", ncols=3)
 
         def frame(i: int) -> tuple:
@@ -90,7 +91,8 @@ def animate(scenario: Scenario, log: LoopLog, path: Path, frames: int = 110) -> 
             body.set_xy(_outline(log, x, y, psi))
             trace.set_data(t[: i + 1], n[: i + 1])
             now = slice(0, i + 1)
-            band.set_data(t[now], n[now] - 2 * std[now], n[now] + 2 * std[now])
+            if estimated:
+                band.set_data(t[now], n[now] - 2 * std[now], n[now] + 2 * std[now])
             return way, plan, body, trace, band
 
         FuncAnimation(figure, frame, frames=rows, blit=False).save(path, writer=PillowWriter(fps=12))

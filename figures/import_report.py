@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from softsoil.figures.labels import quantity
-from softsoil.figures.page_html import figure, items, paragraph, provenance, section, table, words, write_page
+from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, words, write_page
 from softsoil.figures.style import ESTIMATED, INITIAL, REAR, SOFT, page
 from softsoil.importing.bring_in import Import
 from softsoil.recording.drive import CHANNEL_UNITS
@@ -43,7 +43,7 @@ def write_import_report(result: Import, path: Path, about: Mapping[str, Mapping[
 
 
 def _row(cells: list[str], tag: str = "td") -> str:
-    return "<tr>" + "".join(f"<{tag}>{cell}</{tag}>" for cell in cells) + "</tr>"
+    return row(cells, " " * len(cells), tag)
 
 
 def _channels(result: Import) -> str:
@@ -119,18 +119,14 @@ def _draw(result: Import, path: Path) -> Path:
 
 def _timing(axis: Any, result: Import) -> None:
     """Steps between the samples of each source: rates and gaps at a glance."""
-    for i, (name, one) in enumerate(result.series.items()):
+    lines = []
+    for i, one in enumerate(result.series.values()):
         steps = np.diff(one.t)
-        axis.semilogy(
-            one.t[1:][steps > 0.0] - result.merged.start_s,
-            steps[steps > 0.0],
-            ".",
-            ms=2,
-            label=name,
-            color=(ESTIMATED, INITIAL, REAR, SOFT)[i % 4],
-        )
+        seen, color = steps > 0.0, (ESTIMATED, INITIAL, REAR, SOFT)[i % 4]
+        lines += axis.semilogy(one.t[1:][seen] - result.merged.start_s, steps[seen], ".", ms=2, color=color)
     steps = np.concatenate([np.diff(one.t) for one in result.series.values()])
     steps = steps[steps > 0.0]  # bursts share a time of arrival
     decades = 10.0 ** np.floor(np.log10(steps.min())), 10.0 ** (np.floor(np.log10(steps.max())) + 1.0)
     axis.set(title="steps between samples", xlabel="s", ylabel="s", ylim=decades)
-    axis.legend(loc="upper center", ncols=4, fontsize=6, markerscale=3, handletextpad=0.1, columnspacing=0.8)
+    tight = {"fontsize": 6, "markerscale": 3, "handletextpad": 0.1, "columnspacing": 0.8}
+    axis.legend(lines, list(result.series), loc="upper center", ncols=4, **tight)

@@ -54,7 +54,7 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
     }
 )
 SYMBOLS: Mapping[str, str] = MappingProxyType(
-    {"x": "$x$", "y": "$y$", "psi": r"$\psi$", "u": "$u$", "v": "$v$", "omega_z": r"$\omega_z$"}
+    {"x": "x", "y": "y", "psi": "ψ", "u": "u", "v": "v", "omega_z": "ω"}
 )
 """States where there is no room for words."""
 LAWS: Mapping[str, str] = MappingProxyType(

@@ -83,8 +83,8 @@ def animation(
     if "true_sinkage_rl" not in recording.truth:
         raise ValueError(f"{recording.name}: expected truth columns true_sinkage_*, found {', '.join(recording.truth)}")
     vehicle = vehicle or load_plant_vehicle()
-    stride = max(1, round(1.0 / frames_per_second / recording.dt))
-    rows = np.arange(0, len(recording), stride)
+    moments = np.arange(recording.t[0], recording.t[-1], 1.0 / frames_per_second)
+    rows = np.searchsorted(recording.t, moments)
     figure = Figure(figsize=(6, 4))
     FigureCanvasAgg(figure)
     axis = figure.subplots()

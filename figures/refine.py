@@ -52,14 +52,13 @@ def _against(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> 
     correlations = view.structure_before.correlations[axle]
     name = next(iter(correlations), PLAIN)
     signal = PLAIN if name == "constant" else name
-    value = correlations.get(name, 0.0)
     shown = quantity(signal)
     axis.plot(shown.factor * view.signals[signal], before, ".", color=INITIAL, ms=4)
     if view.refined:
         axis.plot(shown.factor * view.signals[signal], after, ".", color=ESTIMATED, ms=4)
     axis.axhline(0, color=TRUE, lw=0.8)
-    words = "a constant" if name == "constant" else f"correlation {value:+.2f}"
-    axis.set(title=f"Declared model: {words}", xlabel=shown.label)
+    title = "" if not correlations else "a constant" if name == "constant" else f"correlation {correlations[name]:+.2f}"
+    axis.set(title=title and f"Declared model: {title}", xlabel=shown.label)
 
 
 def draw_ranking(result: Refinement, path: Path) -> Path:

@@ -7,6 +7,7 @@ from html import escape
 from pathlib import Path
 
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.horizons import HORIZONS
 from softsoil.figures.error_table import rms_table
 from softsoil.figures.labels import law_words, per_cent, plain, quantity
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, write_page
@@ -130,6 +131,8 @@ def _ranking(declared: Declaration, result: Refinement) -> str:
 
 
 def _paths(view: DriveView) -> str:
+    if not len(view.recorded):
+        return paragraph(f"{view.name}: the part that judges holds no window of {min(HORIZONS):g} s: no paths.")
     alt = f"{view.name}: held-out paths of the models on the map, and their distance to the side of the record"
     return figure(lambda path: draw_paths(view, path), "Windows side by side over the part of the drive that judges.", alt=alt)
 
@@ -140,7 +143,8 @@ def _left(views: Sequence[DriveView], refined: bool) -> str:
     rows = [row(["drive", "axle", *heads, "signals that the rest correlates with"], sides, "th")]
     for view in views:
         for axle in ("front", "rear"):
-            shares = [f"{100 * s.share[axle]:.0f} %" for s in (view.structure_before, view.structure_after)][-len(heads) :]
+            left = (view.structure_before, view.structure_after)[-len(heads) :]
+            shares = [f"{100 * s.share[axle]:.0f} %" if s.judged else "not judged" for s in left]
             strong = [f"{quantity(k).words} {v:+.2f}" for k, v in view.structure_after.correlations[axle].items()][:3]
             rows.append(
                 row([escape(view.name), axle, *shares, ", ".join(strong)], sides)

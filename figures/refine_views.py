@@ -12,7 +12,7 @@ from softsoil.recording.drive import Recording
 from softsoil.refinement.residual import DriveResidual, drive_residual
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.structure import Structure, axle_windows, structure
-from softsoil.refinement.trace import Bench
+from softsoil.windows.shooting import Shooting
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,9 @@ class DriveView:
     """One drive before and after.
 
     name; held_from: time from which the drive judges (s); before, after: residuals; structure_before, structure_after:
-    shares and correlations; signals: name -> (M,) mean per residual window; horizon (s) of the paths; clock (N,): time
-    within a path (s); recorded, path_before, path_after (W, N, 3): x, y, psi of the held-out windows.
+    shares and correlations; signals: name -> (M,) mean per residual window; refined: whether the refined model differs from the
+    declared one: equal lines are not drawn twice; horizon (s) of the paths; clock (N,): time within a path (s); recorded,
+    path_before, path_after (W, N, 3): x, y, psi of the held-out windows, W = 0 where the part that judges holds none.
     """
 
     name: str
@@ -36,16 +37,12 @@ class DriveView:
     structure_before: Structure
     structure_after: Structure
     signals: dict[str, Array]
+    refined: bool
     horizon: float
     clock: Array
     recorded: Array
     path_before: Array
     path_after: Array
-
-    @property
-    def refined(self) -> bool:
-        """Whether the refined model differs from the declared one; equal lines are not drawn twice."""
-        return not np.array_equal(self.path_before, self.path_after, equal_nan=True)
 
 
 def drive_views(result: Refinement, start: float) -> list[DriveView]:
@@ -64,8 +61,9 @@ def _view(recording: Recording, result: Refinement, i: int, start: float) -> Dri
     _, _, signals = axle_windows(recording, before.model, declared, residual.t)
     shooting, held = before.shootings[i], before.held[i]
     row = shooting.rows[held[0]]
-    horizon, recorded, path_before = _paths(before, i, first, row)
-    _, _, path_after = _paths(after, i, second, row)
+    horizon = held_horizon(shooting, row)
+    recorded, path_before = _paths(shooting, horizon, first, row)
+    _, path_after = _paths(after.shootings[i], horizon, second, row)
     return DriveView(
         name=recording.name,
         held_from=float(shooting.drive.t[row]),
@@ -74,6 +72,7 @@ def _view(recording: Recording, result: Refinement, i: int, start: float) -> Dri
         structure_before=structure(recording, before.model, declared, first, start),
         structure_after=result.structure[i],
         signals=signals,
+        refined=bool(result.effects or result.contradicted),
         horizon=horizon,
         clock=shooting.drive.dt * np.arange(1, recorded.shape[1] + 1),
         recorded=recorded,
@@ -82,11 +81,18 @@ def _view(recording: Recording, result: Refinement, i: int, start: float) -> Dri
     )
 
 
-def _paths(bench: Bench, i: int, p: Array, row: int) -> tuple[float, Array, Array]:
-    """The longest horizon that the held-out part holds, and x, y, psi recorded and predicted over its windows there."""
-    drive = bench.shootings[i].drive
-    rest = (len(drive.t) - row - 1) * drive.dt
-    horizon = max((h for h in HORIZONS if h <= rest / FEWEST_PATHS), default=HORIZONS[0])
-    windows = bench.shootings[i].ahead(horizon)
+def held_horizon(shooting: Shooting, row: int) -> float:
+    """The longest horizon of which the part from `row` on holds windows, FEWEST_PATHS where it is long enough; 0 without one."""
+    starts = {horizon: shooting.starts(horizon) for horizon in HORIZONS}
+    held = {horizon: int((rows >= row).sum()) for horizon, rows in starts.items() if len(rows) > 1}
+    several = [horizon for horizon, count in held.items() if count >= FEWEST_PATHS]
+    return max(several or [horizon for horizon, count in held.items() if count], default=0.0)
+
+
+def _paths(shooting: Shooting, horizon: float, p: Array, row: int) -> tuple[Array, Array]:
+    """x, y, psi recorded and predicted over the windows of that length from `row` on."""
+    if horizon == 0.0:
+        return np.empty((0, 0, 3)), np.empty((0, 0, 3))
+    windows = shooting.ahead(horizon)
     chosen = windows.rows >= row
-    return horizon, windows.recorded[chosen][:, :, :3], windows.predict(p)[chosen][:, :, :3]
+    return windows.recorded[chosen][:, :, :3], windows.predict(p)[chosen][:, :, :3]

@@ -11,6 +11,7 @@ from typing import Any
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 TRUE = "#1f2933"
 INITIAL = "#d1495b"
@@ -55,7 +56,17 @@ def page(
         FigureCanvasAgg(figure)
         figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
         yield figure.subplot_mosaic(**more) if "mosaic" in more else figure.subplots(rows, columns, **more)
+        literal(figure)
         figure.savefig(path, metadata={"Software": None})
+
+
+def literal(figure: Figure) -> None:
+    """Take every text as it stands: two dollar signs in a log's name are no mathematics; decades of logarithmic scales are."""
+    scales = [scale for axes in figure.axes for scale in (axes.xaxis, axes.yaxis) if scale.get_scale() == "log"]
+    decades = {label for scale in scales for which in ("major", "minor") for label in scale.get_ticklabels(which=which)}
+    for text in figure.findobj(Text):
+        if text not in decades:
+            text.set_parse_math(False)
 
 
 def second_scale(axis: Any, label: str, color: str) -> Any:

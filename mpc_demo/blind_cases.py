@@ -165,6 +165,7 @@ def draw_cases(
             drawn = INSIDE[name](rng)
             if name == BORDER:  # it lies across world x: the drive has to come there
                 heading *= 0.1
+                drawn[0][BORDER][1] *= duration / DURATION
         elif kind == "outside":
             name = next(outside)
             drawn = (OUTSIDE[name](rng), {}, None)

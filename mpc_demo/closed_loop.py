@@ -27,7 +27,8 @@ from softsoil.recording.drive import STATE_CHANNELS
 
 Array = NDArray[np.float64]
 
-CONTROLLERS = ("n_guess", "n_true", "n_estimated")
+ESTIMATING = "n_estimated"
+CONTROLLERS = ("n_guess", "n_true", ESTIMATING)
 """The three controllers compared: wrong, true and estimated n."""
 EVERY = 4
 """Ticks between solves."""
@@ -147,7 +148,7 @@ class _Run:
         x, y, psi = scenario.path.at(np.zeros(1))[0]
         start = Start(x=x, y=y, psi=psi, u=scenario.speed)
         self.plant = Plant(scenario.soil, vehicle=loop.machine, start=start, spacing=loop.spacing)
-        learn = controller == "n_estimated"
+        learn = controller == ESTIMATING
         solver: Any = loop.solver if disturb is None else FailingSolver(loop.solver, disturb)
         self.driver = Driver(
             loop.ocp, scenario.path, scenario.speed, scenario.obstacles, self._n(0.0), learn,

@@ -152,17 +152,23 @@ def worth_of(guess: Array, true: Array, found: Array, least: float = LEAST_WORTH
     return Worth(mean, error, float((guess - found).mean() / mean), float(low), float(high))
 
 
-def pooled_share(guess: Array, true: Array, estimate: Array) -> tuple[float, float]:
+def pooled_share(guess: Array, true: Array, estimate: Array, groups: Sequence[object] | None = None) -> tuple[float, float]:
     """(share recovered, its standard error) over drives of different courses, (P,) of a figure that is better when smaller.
 
-    Ratio estimator sum(guess - estimate)/sum(guess - true), its error from the residuals of the pairs. ValueError for fewer than
-    2 drives, or where knowing n is worth nothing.
+    Ratio estimator sum(guess - estimate)/sum(guess - true), its error from the residuals of the groups. groups (P,): what is
+    alike for comparisons that share a drive, default each for itself. ValueError for fewer than 2 groups, or where knowing n is
+    worth nothing.
     """
     gain, worth = guess - estimate, guess - true
-    if len(gain) < 2 or not worth.sum() > 0.0:
-        raise ValueError(f"share: expected 2 drives or more and a positive worth, found {len(gain)} and {worth.sum():.3g} m")
+    own = list(range(len(gain))) if groups is None else list(groups)
+    count = len({*own})
+    if count < 2 or not worth.sum() > 0.0:
+        raise ValueError(f"share: expected 2 drives or more and a positive worth, found {count} and {worth.sum():.3g} m")
     share = float(gain.sum() / worth.sum())
-    scatter = np.sum((gain - share * worth) ** 2) * len(gain) / (len(gain) - 1)
+    together = dict.fromkeys(own, 0.0)
+    for key, left in zip(own, gain - share * worth, strict=True):
+        together[key] += float(left)
+    scatter = sum(left**2 for left in together.values()) * count / (count - 1)
     return share, float(np.sqrt(scatter) / worth.sum())
 
 

@@ -101,8 +101,9 @@ def _at_lever(drive: Recording, a: float, b: float) -> Recording:
 
 
 def _gaps(rows: int, share: float, length: float, rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Rows lost: a two-state chain whose gaps last `length` rows on average and cover `share` of the drive."""
-    end = 1.0 / length
+    """Rows lost: a two-state chain whose gaps last `length` rows on average and cover `share` of the drive; longer ones where
+    that share leaves no row between them."""
+    end = min(1.0 / length, (1.0 - share) / share)
     begin = end * share / (1.0 - share)
     lost = np.zeros(rows, dtype=bool)
     out = False

@@ -14,6 +14,14 @@ _TRUE_N = re.compile(r"_n(\d+\.\d+)(?!.*_to_)")
 _SOILS = (("sandyloam", "sandy_loam"), ("sandy_loam", "sandy_loam"), ("clay", "clay"), ("sand", "sand"))
 
 
+def log_name(path: Path) -> str:
+    """The name of a log that says none itself: that of its file without endings."""
+    name = path.name
+    for suffix in (".gz", ".csv", ".parquet"):
+        name = name.removesuffix(suffix)
+    return name
+
+
 def distinct(drives: Iterable[Recording]) -> list[Recording]:
     """The drives, those that share a name called by their folders too, "run (monday)", or numbered where that does not help."""
     found = list(drives)

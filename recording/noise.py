@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -26,10 +26,11 @@ GOOD: Mapping[str, float] = MappingProxyType(
 NOISES: Mapping[str, Mapping[str, float]] = MappingProxyType({"none": {}, "table5": TABLE5, "good": GOOD})
 
 
-def add_noise(recording: Recording, noise: str | Mapping[str, float], seed: int) -> Recording:
+def add_noise(recording: Recording, noise: str | Mapping[str, float], seed: int | Sequence[int]) -> Recording:
     """The drive with independent Gaussian noise on its sensor channels; truth is untouched.
 
-    noise: a name of NOISES or standard deviations by channel; seed: of the generator. ValueError for an unknown name.
+    noise: a name of NOISES or standard deviations by channel; seed: of the generator, several numbers for one that no
+    single number gives. ValueError for an unknown name.
     """
     if isinstance(noise, str):
         if noise not in NOISES:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from softsoil.recording.between import only_samples
 from softsoil.recording.columns import Source
 from softsoil.recording.drive import CHANNEL_UNITS, TRUTH_PREFIX, Array, ChannelState, Recording
+from softsoil.recording.log_names import log_name
 from softsoil.recording.outliers import without_absurd, without_outliers
 from softsoil.recording.plausible import check_units
 from softsoil.recording.table import numbers, read_table
@@ -72,7 +73,7 @@ def _drive(
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
     states, origin = _states(path, table, channels), _origin(path, table)
     kept = table.attrs.get(NAME_KEY) if path.name == IMPORTED else None
-    name = kept if isinstance(kept, str) and kept else _stem(path)
+    name = kept if isinstance(kept, str) and kept else log_name(path)
     recording = Recording(name, channels, truth, tuple(notes), meta, states, origin)
     return without_outliers(only_samples(without_absurd(recording)))
 
@@ -127,13 +128,6 @@ def write_drive(recording: Recording, path: str | Path, named: bool = False) -> 
     else:
         table.to_csv(path, index=False)
     return path
-
-
-def _stem(path: Path) -> str:
-    name = path.name
-    for suffix in (".gz", ".csv", ".parquet"):
-        name = name.removesuffix(suffix)
-    return name
 
 
 def _check_clock(path: Path, column: str, t: Array) -> None:

@@ -196,11 +196,19 @@ def run_from_rig(
     )  # fmt: skip
 
 
-def read_rigs(paths: Sequence[str | Path]) -> list[WheelRun]:
-    """Runs of several archives, one after the other; a folder stands for its *_val.npz, or else for every .npz in it."""
+def archives(folder: Path, part: str) -> list[Path]:
+    """The archives in a folder whose names end with `_part`, "cal" or "val"."""
+    return sorted(folder.glob(f"*_{part}.npz"))
+
+
+def read_rigs(paths: Sequence[str | Path], part: str | None = "val") -> list[WheelRun]:
+    """Runs of several archives, one after the other.
+
+    part: a folder stands for those of its archives, "cal" or "val", or else, and for None, for every .npz in it.
+    """
     found: list[Path] = []
     for path in map(Path, paths):
-        found += (sorted(path.glob("*_val.npz")) or sorted(path.glob("*.npz"))) if path.is_dir() else [path]
+        found += ((archives(path, part) if part else []) or sorted(path.glob("*.npz"))) if path.is_dir() else [path]
     if not found:
         raise ValueError(
             f"expected single-wheel archives (.npz), found none in {', '.join(map(str, paths)) or 'nothing'}"

@@ -40,7 +40,6 @@ from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import Vehicle
-from softsoil.windows.shooting import window_starts
 
 Array = NDArray[np.float64]
 
@@ -237,10 +236,8 @@ def held_mse(bench: Bench, p: Array, horizons: Sequence[float] = HORIZONS) -> di
     for horizon in horizons:
         squares: list[Array] = []
         for shooting, held, row in zip(bench.shootings, bench.held, p, strict=True):
-            drive = shooting.drive
-            first = shooting.rows[held[0]] if len(held) else len(drive.t)
-            steps = max(round(horizon / drive.dt), 2)
-            if len(window_starts(drive.first, ~drive.driven, steps, steps)) < 2:
+            first = shooting.rows[held[0]] if len(held) else len(shooting.drive.t)
+            if len(shooting.starts(horizon)) < 2:
                 continue
             windows = shooting.ahead(horizon)
             squares += [windows.residual(row)[windows.rows >= first].reshape(-1, len(STATE_CHANNELS)) ** 2]

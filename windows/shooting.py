@@ -157,7 +157,7 @@ class Shooting:
         self.model, self.drive = model, drive
         self.compiled = compiled or Compiled.of(model, drive.dt, substeps)
         self.steps = max(round(horizon / drive.dt), 2)
-        self.rows = window_starts(drive.first, ~drive.driven, self.steps, self.steps)
+        self.rows = self.starts(horizon)
         if len(self.rows) < 2:
             raise ValueError(
                 f"{drive.name}: expected at least 2 windows of {horizon:g} s driven forwards, found {len(self.rows)}"
@@ -168,6 +168,11 @@ class Shooting:
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded = drive.measured[take][:, 1:]
         self._inputs = drive.inputs[take]
+
+    def starts(self, horizon: float) -> NDArray[np.int_]:
+        """Rows at which windows of another length (s) of the same drive would start."""
+        steps = max(round(horizon / self.drive.dt), 2)
+        return window_starts(self.drive.first, ~self.drive.driven, steps, steps)
 
     def ahead(self, horizon: float) -> Shooting:
         """Windows of another length (s) of the same drive, with the same compiled functions."""

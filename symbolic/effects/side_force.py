@@ -23,7 +23,7 @@ def effect(vehicle: Vehicle) -> Effect:
         ),
         typical={"side_force_x": 0.0074 * weight, "side_force_y": 0.0222 * weight, "side_arm": 0.0},
         corrections={"balance": Correction(_compute, adds=("force_y", "moment_z"))},
-        signatures=("constant side force", "resistance"),
+        signatures=("constant side force",),
         separates="driving on all headings, at several speeds",
         rests_on=("psi", "v", "omega_z"),
         answers_to={"wind": ("side_force",)},

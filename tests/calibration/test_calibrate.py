@@ -7,7 +7,7 @@ import pytest
 
 from softsoil.calibration.calibration_study import calibrated_law, run_study, study_text
 from softsoil.calibration.refit_dallas import G2_SCALE, Matched, fit_branch, match_run, side_force, tables_to_toml
-from softsoil.calibration.single_wheel import law_for, run_errors
+from softsoil.calibration.single_wheel import RunError, by_soil_and_slip, law_for, run_errors
 from softsoil.calibration.turn_slip_fit import calibrate, with_soil
 from softsoil.figures.single_wheel import draw_force_against_slip
 from softsoil.recording.rig import WheelRun
@@ -153,3 +153,8 @@ def test_function_families_recover_their_own_products(tmp_path):
     (piece,) = load_tables(path)["clay"]
     again = piece.lower.g_2(0.7, 0.1, 2000.0, np.log(5.0))
     assert float(again) == pytest.approx(float(branch.g_2(0.7, 0.1, 2000.0, np.log(5.0))), rel=1e-4)
+
+
+def test_no_slip_is_left_out_of_the_table():
+    errors = [RunError("clay", slip, 0.1, 0.1, 0.0, 0.0) for slip in (-1.2, -1.0, 0.5, 1.0)]
+    assert [row["runs"] for row in by_soil_and_slip(errors)] == [2, 2]

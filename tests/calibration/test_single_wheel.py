@@ -8,6 +8,7 @@ import pytest
 
 from softsoil.calibration.single_wheel import call_cost, law_for, predict, quantiles, run_errors
 from softsoil.calibration.wheel_report import table_text, wheel_residual
+from softsoil.commands.calibrate import split
 from softsoil.figures.single_wheel import draw_force_against_slip
 from softsoil.recording.rig import SOIL_KEYS, moving_mean, read_rig, read_rigs
 from softsoil.recording.wheel_table import hold_out, read_wheel, read_wheel_table
@@ -75,6 +76,22 @@ def test_no_archive_is_named(tmp_path):
         read_rig(tmp_path / "text.npz")
     with pytest.raises(ValueError, match="found none"):
         read_rigs([])
+
+
+def test_a_folder_s_archives_are_fitted_on_and_judged_on_by_their_names(tmp_path):
+    """Several folders, and --judge beside one, as well as one folder alone."""
+    folders = [tmp_path / name for name in ("clay", "sand")]
+    for i, folder in enumerate(folders):
+        folder.mkdir()
+        for k, part in enumerate(("cal", "val")):
+            series = np.full((1, 20, 5), 10.0 * i + k, dtype=np.float32)
+            archive(folder / f"{folder.name}_{part}.npz", series=series)
+    fitted, judging = split(folders, None, None, None, None)
+    assert [run.omega[0] for run in fitted] == [0.0, 10.0] and [run.omega[0] for run in judging] == [1.0, 11.0]
+    fitted, judging = split(folders[:1], folders[1:], None, None, None)
+    assert [run.omega[0] for run in fitted] == [0.0] and [run.omega[0] for run in judging] == [11.0]
+    with pytest.raises(ValueError, match="--wheel, --soil: expected none beside archives"):
+        split(folders, None, None, tmp_path / "wheel.toml", "clay")
 
 
 def write_table(tmp_path, text="v_kmh,alpha,s,load_kN,fx,fy\n18,10,0.1,2.5,50,-300\n18,-5,-0.2,2.0,-50,150\n"):

@@ -12,7 +12,7 @@ from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, PROJECT
 from softsoil.commands.cli import app
 from softsoil.estimator.verdict import WORDS
 from softsoil.figures.labels import plain
-from softsoil.mpc_demo.study import LATERAL
+from softsoil.mpc_demo.study import LATERAL, study_log
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.read import read_drive, write_drive
@@ -89,6 +89,29 @@ def test_study_of_a_log_whose_name_tells_nothing(home, short_log):
 def no_figures(monkeypatch):
     """The study without its pictures, which take longer than its sums."""
     monkeypatch.setattr("softsoil.commands.study.draw_study", lambda study, path: path)
+
+
+def test_logs_of_one_name_have_a_picture_each_and_those_of_an_earlier_study_go(home, short_log, monkeypatch):
+    made = []
+
+    def once(clean, *more):
+        made.append(study_log(clean, *more) if not made else made[0])
+        return made[-1]
+
+    def drawn(study, path):
+        path.write_text(study.log, encoding="utf-8")
+        return path
+
+    monkeypatch.setattr("softsoil.commands.study.study_log", once)
+    monkeypatch.setattr("softsoil.commands.study.draw_study", drawn)
+    for name in ("monday/run.csv", "tuesday/run.csv", "run_2.csv"):
+        write_drive(read_drive(short_log), home / name)
+    options = ("--soil", "clay", "--noise", "none", "--out", home / "o")
+    assert softsoil("study", home / "run_2.csv", *options).exit_code == 0
+    assert softsoil("study", home / "monday/run.csv", home / "tuesday/run.csv", *options).exit_code == 0
+    assert files(home / "o") == ["run (monday).png", "run (tuesday).png", "study.json"]
+    told = json.loads((home / "o/study.json").read_text(encoding="utf-8"))["logs"]
+    assert [entry["log"] for entry in told] == ["run (monday)", "run (tuesday)"]
 
 
 @pytest.mark.study
@@ -197,6 +220,8 @@ def test_truth_never_enters(home, short_log, no_figures):
         (["estimate", CLAY_LOG, "--soil", "clay", "--out", CLAY_LOG], "expected a folder"),
         (["residual", CLAY_LOG, "--skip", "100"], "expected more than"),
         (["study", CLAY_LOG, "--nonsense"], "--nonsense"),
+        (["generate", "--soil", "clay", "--hessian", "exact"], "--hessian: expected --controller beside it"),
+        (["case", "cmu", "--data", ".", "--grouser", "0.02"], "--grouser: expected --judge beside it"),
         (["estimate"], "Missing argument"),
         (["nonsense"], "nonsense"),
     ],
@@ -210,14 +235,15 @@ def test_bad_input_is_one_line_and_exit_code_2(home, arguments, words):
     assert "Traceback" not in result.output
 
 
-def test_failure_of_its_own_is_said_as_such(home, monkeypatch, short_log):
+@pytest.mark.parametrize("error", [KeyError("lost"), np.linalg.LinAlgError("Singular matrix")], ids=lambda e: type(e).__name__)
+def test_failure_of_its_own_is_said_as_such(home, monkeypatch, short_log, error):
     def broken(*_, **__):
-        raise KeyError("lost")
+        raise error
 
     monkeypatch.setattr("softsoil.commands.estimate.estimate_log", broken)
     result = softsoil("estimate", short_log, "--soil", "clay")
     assert result.exit_code == 1
-    assert result.stderr.startswith("error: a failure of the program's own: KeyError")
+    assert result.stderr.startswith(f"error: a failure of the program's own: {type(error).__name__}")
 
 
 @pytest.mark.parametrize("command", ["study", "estimate", "residual", "generate", "calibrate", "bench"])

@@ -37,6 +37,11 @@ def test_cases_are_the_seed_s_and_say_what_the_catalogue_calls_it():
     assert not set(OUTSIDE) & set(known)
 
 
+def test_the_border_lies_in_a_short_drive_s_fitted_part_as_in_a_long_one_s():
+    long, short = ([case for case in draw_cases(40, 0, seconds) if case["name"] == BORDER] for seconds in (45.0, 15.0))
+    assert long and [3.0 * case["effects"][BORDER][1] for case in short] == pytest.approx([c["effects"][BORDER][1] for c in long])
+
+
 def test_every_switch_of_the_world_has_one_effect_that_answers():
     known = catalogue(plant_on("clay").vehicle)
     answered = [switch for effect in known.values() for switch in effect.answers_to]

@@ -95,6 +95,16 @@ def test_the_share_over_courses_comes_with_its_error():
     assert "no course" in recovery_words(runs(0.2, 0.2, 0.2))
 
 
+def test_both_guesses_on_one_course_are_one_course_and_its_drives_count_once():
+    low = runs(0.30, 0.20, 0.21)
+    sides = {"low": "high", "est_low": "est_high"}
+    both = low + [replace(run, told=sides[run.told]) for run in low if run.told in sides]
+    told = r"in (\d+) comparisons on (\d+) courses .* error (\S+)\)"
+    one, two = (re.search(told, recovery_words(some)) for some in (low, both))
+    assert (one[1], one[2], two[1], two[2]) == ("1", "1", "2", "1")
+    assert one[3] == two[3], "the other guess has the same drives with the true n, and here all the others' too"
+
+
 def test_report_and_figure_are_made(tmp_path, capsys):
     say_study(runs(0.3, 0.2, 0.21))
     assert "recovered" in capsys.readouterr().out

@@ -12,7 +12,7 @@ from softsoil.plant.sensors import Sensors
 from softsoil.plant.simulate import drive, simulate
 from softsoil.plant.start import Start
 from softsoil.plant.world import Plant
-from softsoil.recording.drive import CHANNEL_UNITS
+from softsoil.recording.drive import CHANNEL_UNITS, Recording
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM
 
 LEFT = Manoeuvre("left", Sine(0.3, 3.0), Speed(5.0))
@@ -45,6 +45,14 @@ def test_same_call_same_bits() -> None:
         assert np.array_equal(a[name], b[name], equal_nan=True), name
     other = simulate("multi", SANDY_LOAM, 1.2, sensors=sensors, seed=4)
     assert not np.array_equal(a["u"], other["u"], equal_nan=True)
+
+
+@pytest.mark.parametrize(("share", "gap"), [(0.3, 0.5), (0.8, 0.012), (0.8, 0.024)])
+def test_as_many_rows_are_lost_as_asked_for(share, gap) -> None:
+    t = 0.012 * np.arange(20000)
+    drive = Recording("long", {"t": t, "u": np.full(len(t), 5.0)})
+    lost = np.isnan(Sensors(dropout=share, gap=gap).apply(drive, 1)["u"])
+    assert lost.mean() == pytest.approx(share, abs=0.05)
 
 
 def test_save_and_resume_to_the_same_bits(tmp_path) -> None:
