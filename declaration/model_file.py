@@ -11,7 +11,7 @@ from softsoil.files.toml_file import read_toml, toml_number, toml_text
 from softsoil.symbolic.bicycle import vehicle_law
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.soil import SOIL_SIGNALS, Soil, soil_from_table
+from softsoil.symbolic.soil import CLASS_NUMBERS, SOIL_SIGNALS, Soil, soil_from_table
 from softsoil.symbolic.vehicle import NUMBERS, Vehicle, vehicle_from_table
 from softsoil.symbolic.wheel import ForceLaw, law_names
 
@@ -104,21 +104,23 @@ def declaration_toml(declaration: Declaration, notes: tuple[str, ...] = ()) -> s
     joint = None if vehicle.joint_error is None else vehicle.joint_error.only(known)
     lines += [] if joint is None else ["", *joint.toml("vehicle.joint_error")]
     lines += [] if vehicle.steering is None else ["", *vehicle.steering.toml("vehicle.steering")]
-    lines += ["", "[soil]", *_soil_lines(soil, _unused(declaration), "soil.uncertainty")]
+    lines += ["", "[soil]", *_soil_lines(soil, _unused(declaration), "soil.")]
     return "\n".join(lines) + "\n"
 
 
 def soil_toml(soil: Soil, notes: tuple[str, ...] = ()) -> str:
     """A soil (with the errors that it states) as TOML text, `notes` as comments on top; `load_soil` reads it back."""
-    return "\n".join([*(f"# {note}" for note in notes), *_soil_lines(soil, (), "uncertainty")]) + "\n"
+    return "\n".join([*(f"# {note}" for note in notes), *_soil_lines(soil, (), "")]) + "\n"
 
 
-def _soil_lines(soil: Soil, unused: tuple[str, ...], errors: str) -> list[str]:
-    """The soil's keys, and its errors in a table called `errors`, without what its law does not use."""
+def _soil_lines(soil: Soil, unused: tuple[str, ...], within: str) -> list[str]:
+    """The soil's keys, and its errors in tables whose names begin with `within`, without what its law does not use."""
     lines = [f"name = {toml_text(soil.name)}"] + ([f"verdict = {toml_text(soil.verdict)}"] if soil.verdict else [])
     lines += [_line(s.name, getattr(soil, s.name), s.unit) for s in SOIL_SIGNALS if s.name not in unused]
     stated = [(name, std) for name, std in soil.uncertainty if name not in unused]
-    return lines + (["", f"[{errors}]", *(_line(name, std) for name, std in stated)] if stated else [])
+    lines += ["", f"[{within}uncertainty]", *(_line(name, std) for name, std in stated)] if stated else []
+    joint = None if soil.joint_error is None else soil.joint_error.only({*CLASS_NUMBERS} - {*unused})
+    return lines + ([] if joint is None else ["", *joint.toml(f"{within}joint_error")])
 
 
 def _line(key: str, value: float, comment: str = "") -> str:

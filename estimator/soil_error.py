@@ -19,6 +19,7 @@ from softsoil.estimator.moving_horizon import MovingHorizon
 from softsoil.estimator.step_changes import Steps, by_addition, single_steps
 from softsoil.estimator.summary import LEAST_CURVATURE
 from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLASS_NUMBERS
 from softsoil.symbolic.vehicle import Vehicle
 from softsoil.windows.free_windows import FreeWindows, Linear
@@ -74,10 +75,23 @@ def soil_error(windows: FreeWindows, horizon: MovingHorizon) -> SoilError:
     shares = -np.linalg.solve(curvature, hessian[:count, count:]) / np.maximum(horizon.n, 1e-9)[:, None]
     moved = shares[0]
     by_tenth = {name: float(0.1 * values[name] * one) for name, one in zip(values, moved, strict=False)}
-    stated = [layout[name].spread * one for name, one in zip(values, moved, strict=False) if np.isfinite(layout[name].spread)]
+    std = _by_class(windows.compiled.model, dict(zip(values, moved, strict=False)))
     front, rear = (float(LAW_ERROR * one) for one in moved[len(values) :])
-    std, law = float(np.linalg.norm(stated)) if stated else 0.0, float(LAW_ERROR * np.hypot(*shares[:, -2:].T).max())
+    law = float(LAW_ERROR * np.hypot(*shares[:, -2:].T).max())
     return SoilError(by_tenth, std, (front, rear), law, horizon.rules.common_error)
+
+
+def _by_class(model: Model, moved: dict[str, float]) -> float:
+    """Standard deviation of n, as a share, by what the soil's file states of the errors of its parameters.
+
+    moved: parameter -> share of n that it moves n by, per its unit.
+    """
+    joint = None if model.together is None else model.together.only(moved.keys())
+    if joint is not None:
+        by = np.array([moved[name] for name in joint.names])
+        return float(np.sqrt(max(by @ joint.covariance @ by, 0.0)))
+    stated = [model.p[name].spread * one for name, one in moved.items() if np.isfinite(model.p[name].spread)]
+    return float(np.linalg.norm(stated)) if stated else 0.0
 
 
 def _by_forces(windows: FreeWindows, steps: Steps) -> Array:

@@ -16,9 +16,9 @@ from softsoil.symbolic.vehicle import Vehicle
 ABSENT_WHEELS_ERROR = 0.03
 """Share of n by which estimates with and without wheel speeds differ on the same drives (rms; vehicles 0 to 2 of the plant)."""
 UNSTATED_ERROR = 0.05
-"""Share of n by which a vehicle's numbers may put it off where its file states no error of any: what `identify` accepts at most
-of numbers that it has found (`identification.rules`). Those of scale and tape alone do worse, and every drive contradicts them
-(`python -m benchmarks.hand_written`)."""
+"""Share of n by which a vehicle's numbers may put it off where its file does not state how well they are known: what `identify`
+accepts at most of numbers that it has found (`identification.rules`). Those of scale and tape alone do worse, and every drive
+contradicts them (`python -m benchmarks.hand_written`)."""
 N_NAMES = ("n", "n_f", "n_r")
 """States that are the sinkage exponent: of both axles, or of each."""
 POSE = ("x", "y", "psi")
@@ -110,8 +110,8 @@ EXACT_MODEL = Tuning(
 
 def common_error(own: float, model: Model) -> float:
     """Share of n that an error common to all measurements makes: root of the sum of squares of `own`, of what the model's vehicle
-    makes (n_error of its file, UNSTATED_ERROR where that states no error of any of its numbers), and of ABSENT_WHEELS_ERROR where
-    the model turns its wheels itself.
+    makes (n_error of its file, UNSTATED_ERROR where that does not state how well its numbers are known), and of
+    ABSENT_WHEELS_ERROR where the model turns its wheels itself.
 
     own: share by what the force law misses of any drive; 0, of a model's own drives: nothing but what the file states.
     """

@@ -127,7 +127,8 @@ def recovery_words(runs: Sequence[Run]) -> str:
             drives += [(case, seed) for seed in sorted(run.seed for run in _same_seeds(runs, case, side, "true"))]
     if not triples:
         return f"knowing n is worth {100 * LEAST_WORTH:.0f} cm on no course"
-    share, error = pooled_share(*np.concatenate(triples, axis=1), drives)
+    guess, true, estimated = np.concatenate(triples, axis=1)
+    share, error = pooled_share(guess, true, estimated, drives)
     courses = len({case for case, _ in drives})
     return (
         f"recovered of what knowing n is worth, in {len(triples)} comparisons on {courses} courses where that is more than "

@@ -1,4 +1,4 @@
-"""Joint error of numbers that were identified together: standard deviations and their correlation, in a vehicle file."""
+"""Joint error of numbers that were identified together, standard deviations and correlations, in a vehicle's or a soil's file."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ class JointError:
         return JointError(names, std, rows) if kept else None
 
     def toml(self, table: str = "joint_error") -> list[str]:
-        """Lines of the table called `table` in a vehicle file."""
+        """Lines of the table called `table` in a file."""
         names, std = ", ".join(map(toml_text, self.names)), ", ".join(map(toml_number, self.std))
         rows = (f"  [{', '.join(f'{value:.6f}' for value in row)}]," for row in self.correlation)
         return [f"[{table}]", f"names = [{names}]", f"std = [{std}]", "correlation = [", *rows, "]"]
 
 
 def joint_error_of(names: tuple[str, ...], covariance: NDArray[np.float64]) -> JointError:
-    """The error with a covariance (K, K), rounded as a vehicle file has it."""
+    """The error with a covariance (K, K), rounded as a file has it."""
     std = np.sqrt(np.diag(covariance))
     matrix = np.clip(covariance / np.outer(std, std), -1.0, 1.0)
     rows = tuple(tuple(round(float(matrix[i, k]), 6) for k in range(i)) for i in range(len(names)))
@@ -90,7 +90,7 @@ def joint_error_from_table(value: Any, known: Set[str], where: str) -> JointErro
         raise ValueError(f"{where}: joint_error: expected lists of names, std and rows of correlation")
     for name in value["names"]:
         if not isinstance(name, str) or name not in known:
-            raise ValueError(f"{where}: joint_error: expected names of the vehicle's numbers or of its effects', found {name!r}")
+            raise ValueError(f"{where}: joint_error: expected names of {', '.join(sorted(known))}; found {name!r}")
     std = tuple(finite(one, f"{where}: joint_error.std") for one in value["std"])
     rows = tuple(tuple(finite(one, f"{where}: joint_error.correlation") for one in row) for row in value["correlation"])
     try:

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from softsoil.checking.usable import usable
 from softsoil.declaration.late_steering import late_steering
-from softsoil.estimator.tuning import Tuning
-from softsoil.files.joint_error import JointError
+from softsoil.estimator.tuning import Tuning, common_error
+from softsoil.estimator.verdict_rules import VerdictRules
+from softsoil.files.joint_error import JointError, joint_error_of
 from softsoil.identification.asks import Excitation, excitation
 from softsoil.identification.judge import path_errors
 from softsoil.identification.result import mse_ratio
@@ -56,7 +57,7 @@ FARTHEST = 3.0
 class SoilNumber:
     """One number of the soil: value, std, unit, what its class states of both (given, given_std), whether the drives say
     anything of it ("identified", or "not_identifiable"), and by how many standard deviations, of the drives and of its class
-    together, they depart from it."""
+    together, they depart from it: at least those of its class by which the value does."""
 
     value: float
     std: float
@@ -159,10 +160,11 @@ def identify_soil(
     n = bench.n(whole)
     found = soil.with_(
         verdict="", n=next(iter(n.values()))[0], uncertainty=tuple((name, one.std) for name, one in numbers.items()),
-        **{name: one.value for name, one in numbers.items()},
+        joint_error=bench.together(whole, numbers), **{name: one.value for name, one in numbers.items()},
     )  # fmt: skip
     left = own_logs(recordings, [found] * len(recordings), vehicle, {log: value for log, (value, _) in n.items()}, start)
-    doubted = doubt(recordings, [found] * len(recordings), vehicle, left, (), start)
+    allowed = dict(VerdictRules().of(bench.model).unexplained)
+    doubted = doubt(recordings, [found] * len(recordings), vehicle, left, (), start, limits=allowed)
     verdict, reason = ("contradicts_given", doubted) if doubted else _verdict(numbers, n, whole, excitation(recordings, start))
     found = found.with_(verdict=verdict)
     return SoilIdentification(
@@ -249,13 +251,20 @@ class _Bench:
             state = "identified" if std <= self.rules.seen * given_std else "not_identifiable"
             given, unit = float(getattr(self.soil, name)), SOIL_SIGNALS[name].unit
             departs = departure(Free(name, (name,), std, value, value, known=(given, given_std)), value, std)
+            departs = max(departs, abs(value - given) / given_std)
             found[name] = SoilNumber(value, std, unit, given, given_std, state, departs)
         return found
+
+    def together(self, fit: WindowFit, numbers: Mapping[str, SoilNumber]) -> JointError:
+        """The joint error of the numbers, with the standard deviation of each as in `numbers`."""
+        rows = [[free.name for free in fit.free].index(name) for name in numbers]
+        std = np.array([one.std for one in numbers.values()])
+        return joint_error_of((*numbers,), fit.correlation[np.ix_(rows, rows)] * np.outer(std, std))
 
     def n(self, fit: WindowFit) -> dict[str, tuple[float, float]]:
         """Log -> n and its standard deviation, what the vehicle's numbers and the force law make of it among that."""
         values = [fit.named()[free.name] for free in free_n(len(self.recordings))]
-        own = float(np.hypot(self.rules.model_error_n, getattr(self.model.geometry, "n_error", 0.0)))
+        own = common_error(self.rules.model_error_n, self.model)
         heavier = self.rules.model_error_joint
         pairs = zip(self.recordings, values, strict=True)
         return {one.name: (value, float(np.hypot(heavier * std, own * value))) for one, (value, std) in pairs}

@@ -40,9 +40,9 @@ class Unexplained:
     n: float
     class_std: float = 0.0
 
-    def beyond(self, times: float) -> str:
-        """The channel of which more is left than so many times what a right model leaves, empty where none is."""
-        return next((name for name, limit in LIMITS.unexplained if self.low.get(name, 0.0) > times * limit), "")
+    def beyond(self, limits: Mapping[str, float]) -> str:
+        """The channel of which more is left than its limit (share of its motion), empty where of none."""
+        return next((name for name, limit in limits.items() if self.low.get(name, 0.0) > limit), "")
 
     @property
     def worst(self) -> float:
@@ -98,24 +98,27 @@ def doubt(
     contradicted: Sequence[str],
     start: float,
     vague: float = 0.0,
+    limits: Mapping[str, float] | None = None,
 ) -> str:
     """Why the log of which most is left speaks against what was given, empty where no more is left than is allowed.
 
     recordings, soils, start: as of `own_logs`; before: the vehicle as expected before the fit, whose numbers no fit of soft
     soil to a road has bent; logs: result of `own_logs`; contradicted: given numbers that the fit contradicts; vague: error of n
-    by the identified numbers, as a share, where it is so large that no more may be left than a right model leaves, else 0.
+    by the identified numbers, as a share, where it is so large that no more may be left than a right model leaves, else 0;
+    limits: share of each channel's motion that may be left, default that, or `OWN_MOST` times as much where n is not vague.
     """
     i = max(range(len(logs)), key=lambda i: logs[i].worst)
     worst = logs[i]
-    times = 1.0 if vague else OWN_MOST
-    name = worst.beyond(times)
+    right = dict(LIMITS.unexplained)
+    allowed = limits or {name: limit * (1.0 if vague else OWN_MOST) for name, limit in right.items()}
+    name = worst.beyond(allowed)
     if not name:
         return ""
-    limit = 100 * dict(LIMITS.unexplained)[name]
+    more = f", {100 * allowed[name]:.1f} % are allowed" if allowed[name] > right[name] else ""
     said = (
         f"With every number free the model leaves {100 * worst.low[name]:.0f} % or more of the {CHANNEL_WORDS[name]}'s motion of "
-        f"{worst.log} unexplained beyond sensor noise (a right one at most {limit:.1f} %"
-        + (f"), and n by them has an error of {100 * vague:.0f} %" if vague else f", {times * limit:.1f} % are allowed)")
+        f"{worst.log} unexplained beyond sensor noise (a right one at most {100 * right[name]:.1f} %{more})"
+        + (f", and n by them has an error of {100 * vague:.0f} %" if vague else "")
     )
     friction = _friction(recordings[i], bicycle(before, soils[i]), worst.n, start)
     if friction > 0.0:

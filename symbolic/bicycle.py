@@ -114,7 +114,10 @@ def nominal_bicycle(
         Stage("outputs", lambda q: {f"y_{name}": q[name] for name in STATES.names}),
     )
     doubted = tuple(name for name, one in (("vehicle", vehicle), ("soil", soil)) if one.verdict == CONTRADICTED)
-    return Model(f"bicycle_{law.name}", STATES, INPUTS, soil_parameters(soil) + free, STATES, stages, (), (), vehicle, doubted)
+    parameters = soil_parameters(soil) + free
+    return Model(
+        f"bicycle_{law.name}", STATES, INPUTS, parameters, STATES, stages, (), (), vehicle, doubted, soil.joint_error
+    )  # fmt: skip
 
 
 def vehicle_law(vehicle: Vehicle, law: ForceLaw | str) -> ForceLaw:

@@ -15,6 +15,7 @@ from typing import Any
 
 import casadi as ca
 
+from softsoil.files.joint_error import JointError
 from softsoil.symbolic.signals import Layout
 
 Scalar = Any
@@ -113,7 +114,8 @@ class Model:
 
     x, u, p, y: layouts of states, inputs, parameters, outputs; stages: the derivation in order; memories: histories whose
     provided signals are the last entries of u; added: the effects in it, by name; geometry: the vehicle, where it has one;
-    doubted: "vehicle", "soil": those whose numbers are contradicted by the logs that they were identified from.
+    doubted: "vehicle", "soil": those whose numbers are contradicted by the logs that they were identified from; together: error
+    of parameters that were identified together, which stands in the place of their spreads.
     Two models are equal only where they are one.
     Raises ValueError where one name stands for two quantities.
     Example: softsoil.bicycle(softsoil.load_vehicle("paper"), softsoil.load_soil("clay")).ode().name_in() == ["x", "u", "p"]
@@ -129,6 +131,7 @@ class Model:
     added: tuple[Added, ...] = ()
     geometry: Any = None
     doubted: tuple[str, ...] = ()
+    together: JointError | None = None
     _symbols: tuple[ca.SX, ca.SX, ca.SX] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

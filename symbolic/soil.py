@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from softsoil.files.identify_verdict import verdict_from_table
+from softsoil.files.joint_error import joint_error_from_table
 from softsoil.files.toml_file import finite, number_table, read_toml
 from softsoil.symbolic.signals import Layout, Signal
 
@@ -14,6 +15,9 @@ Scalar = Any
 """A float, or a CasADi scalar where a parameter is free."""
 Stated = Any
 """Pairs of a parameter's name and its standard deviation."""
+
+Together = Any
+"""A JointError, or None."""
 
 SOIL_SIGNALS = Layout.of(
     Signal("k_phi", "N/m^(n+2)", "frictional modulus of sinkage", 692200.0, 0.0, 1e9),
@@ -38,7 +42,8 @@ class Soil:
 
     Fields in SI units as in SOIL_SIGNALS; K and R are the elastic stiffness and the damping of the soil contact model.
     Each may be a float or a CasADi scalar. uncertainty: name and standard deviation of each that is known with an error, in its
-    unit; verdict: of `softsoil soil`, empty for none. Raises ValueError for a float outside its bounds.
+    unit; verdict: of `softsoil soil`, empty for none; joint_error: of those that were identified together, which counts before
+    their own, None for none. Raises ValueError for a float outside its bounds.
     Example: softsoil.Soil("loam", k_phi=1.5e6, k_c=5300.0, n=0.7, c=1700.0, phi=0.5, k=0.025).with_(n=0.6).n == 0.6
     """
 
@@ -53,6 +58,7 @@ class Soil:
     R: Scalar = 3e4
     uncertainty: Stated = ()
     verdict: Any = ""
+    joint_error: Together = None
 
     def __post_init__(self) -> None:
         for signal in SOIL_SIGNALS:
@@ -107,6 +113,7 @@ def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
     values = {s.name: finite(table[s.name], f"{where}: key {s.name!r}") for s in SOIL_SIGNALS if s.name in table}
     most = {key: 10 * abs(values[key]) + 1e-12 for key in CLASS_NUMBERS} | {"phi": 0.3}  # rad: one in degrees is beyond it
     stds = number_table(table, "uncertainty", where, {key: (1e-12, most[key]) for key in CLASS_NUMBERS})
+    joint = joint_error_from_table(table.get("joint_error", {}), {*CLASS_NUMBERS}, where)
     verdict = verdict_from_table(table, where)
     stiffness = values["k_phi"] + values["k_c"] / 0.1
     if stiffness < SOFTEST:
@@ -115,6 +122,6 @@ def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
             "k_phi and k_c are in N, c in Pa (kN and kPa?)"
         )
     try:
-        return Soil(str(table.get("name", name)), **values, uncertainty=tuple(stds.items()), verdict=verdict)
+        return Soil(str(table.get("name", name)), **values, uncertainty=tuple(stds.items()), joint_error=joint, verdict=verdict)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None

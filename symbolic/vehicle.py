@@ -120,14 +120,20 @@ class Vehicle:
 
     @property
     def states_errors(self) -> bool:
-        """Whether its file states the error of any of its numbers, or the one that they make of n."""
-        return bool(self.uncertainty) or self.joint_error is not None or self.n_error > 0.0
+        """Whether its file states the error that its numbers make of n, their joint error, or those of TURNING one by one, each
+        at most half of what a person measures it to: errors of other numbers say nothing of n's."""
+        if self.n_error > 0.0 or self.joint_error is not None:
+            return True
+        guesses = {number.name: number.prior(getattr(self, number.name)) for number in NUMBERS}
+        return all(0.0 < self.uncertainty.get(name, 0.0) <= 0.5 * guesses[name] for name in TURNING)
 
     def with_(self, **values: Any) -> Vehicle:
         """The same vehicle with other numbers, by name."""
         return replace(self, **values)
 
 
+TURNING = ("yaw_inertia", "ackermann", "toe")
+"""Numbers that turning rests on and that no scale and no tape gives."""
 NUMBERS = tuple(
     VehicleNumber(f.name, *f.metadata["number"], **f.metadata["more"]) for f in fields(Vehicle) if "number" in f.metadata
 )

@@ -8,11 +8,12 @@ from typer.testing import CliRunner
 
 from drives import MULTI_LOG
 from softsoil.commands.cli import app
-from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration
+from softsoil.declaration.model_file import Declaration, declaration_toml, load_declaration, soil_toml
 from softsoil.estimator.estimate import estimate
 from softsoil.estimator.modes import run_guess
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.soil_error import SoilError, soil_error
+from softsoil.files.joint_error import JointError
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.mapping.drive_soil import drive_soil
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, PathFollower, Speed
@@ -94,6 +95,32 @@ def test_stated_errors_of_the_class_are_in_the_error_bar(drive):
     assert stated.verdict.evidence.std[0] == pytest.approx(stated.n_front_std[-1], rel=1e-6)
     exact, wide = (drive_soil(drive, bicycle(VEHICLE, soil), 0.7).common for soil in (CLAY, CLAY.with_(uncertainty=STATED)))
     assert wide == pytest.approx(np.hypot(exact, share), rel=1e-3)
+
+
+def test_errors_that_were_identified_together_count_together(drive):
+    """phi and k press alike on n: where one is larger the other is smaller, and n is known better than by each for itself."""
+    std = dict(STATED)
+    names, share = (*std,), {}
+    for correlation in (0.0, 1.0, -1.0):
+        soil = CLAY.with_(joint_error=JointError(names, (*std.values(),), ((), (correlation,))))
+        windows = drive_windows(drive, bicycle(VEHICLE, soil), 2.0, HorizonRules())
+        found = soil_error(windows, run_guess(windows, 0.7, True, HorizonRules()).horizon)
+        one, other = (10 * found.tenth[name] * std[name] / getattr(CLAY, name) for name in names)
+        share[correlation] = found.std
+        assert found.std == pytest.approx(np.sqrt(one**2 + other**2 + 2 * correlation * one * other), rel=1e-6)
+    assert share[-1.0] != share[1.0]
+
+
+def test_joint_errors_are_read_from_files_and_written_to_them(tmp_path):
+    soil = CLAY.with_(name="mine", joint_error=JointError(("phi", "k"), (0.01, 0.002), ((), (-0.9,))))
+    (tmp_path / "mine.toml").write_text(soil_toml(soil), encoding="utf-8")
+    assert load_soil(tmp_path / "mine.toml") == soil
+    (tmp_path / "model.toml").write_text(declaration_toml(Declaration(VEHICLE, soil)), encoding="utf-8")
+    assert load_declaration(tmp_path / "model.toml").soil == soil
+    text = (tmp_path / "mine.toml").read_text(encoding="utf-8").replace('"phi"', '"mass"')
+    (tmp_path / "wrong.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match="joint_error: expected names of c, k, k_c, k_phi, phi; found 'mass'"):
+        load_soil(tmp_path / "wrong.toml")
 
 
 def test_stated_errors_are_read_from_files_and_written_to_them(tmp_path):

@@ -8,7 +8,7 @@ from softsoil.estimator.estimate import estimate
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.strain import vehicle_change
-from softsoil.estimator.tuning import Tuning
+from softsoil.estimator.tuning import UNSTATED_ERROR, Tuning, common_error
 from softsoil.files.joint_error import independent_error, joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.noise import add_noise
@@ -119,6 +119,23 @@ def test_errors_of_effects_alone_say_nothing_of_the_vehicle():
     assert stated_error(stated.with_(joint_error=WIDE)) is WIDE
     both = stated.with_(uncertainty={"kappa": 0.05, "track": 0.01})
     assert stated_error(both) == independent_error({"kappa": 0.05, "track": 0.01})
+
+
+@pytest.mark.parametrize(
+    ("stated", "own"),
+    [
+        ({}, UNSTATED_ERROR),
+        ({"yaw_inertia": 41.0}, UNSTATED_ERROR),
+        ({"yaw_moment": 5.7, "kappa": 0.1}, UNSTATED_ERROR),
+        ({"yaw_inertia": 600.0, "ackermann": 0.4, "toe": 0.01}, UNSTATED_ERROR),
+        ({"yaw_inertia": 41.0, "ackermann": 0.07, "toe": 0.003}, 0.0),
+    ],
+    ids=lambda value: ", ".join(value) if isinstance(value, dict) else None,
+)
+def test_one_stated_error_makes_n_no_surer(stated, own):
+    """An entry of [uncertainty], as of an effect that refine named, is no statement of how well the vehicle is known."""
+    model = bicycle(vehicle(None).with_(uncertainty=stated), CLAY)
+    assert common_error(0.02, model) == pytest.approx(np.hypot(0.02, own))
 
 
 def test_without_stated_errors_nothing_is_said_of_it(loaded):

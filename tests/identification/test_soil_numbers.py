@@ -2,6 +2,7 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ from typer.testing import CliRunner
 from drives import MULTI_LOG, PROJECT
 from softsoil.commands.cli import app
 from softsoil.declaration.model_file import soil_toml
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.files.joint_error import JointError
-from softsoil.identification.soil_numbers import identify_soil
+from softsoil.identification.rules import RULES
+from softsoil.identification.soil_numbers import _Bench, identify_soil
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
@@ -46,7 +49,7 @@ def test_friction_and_shear_modulus_are_recovered_and_n_with_them():
     assert max(wrong) > 0.08, "with the class as given n takes its errors up"
     assert found.ratio is not None and found.ratio > 1.2
     assert dict(found.soil.uncertainty) == {name: one.std for name, one in found.numbers.items()}
-    assert not found.unexplained[0].beyond(1.0)
+    assert not found.unexplained[0].beyond(dict(VerdictRules().unexplained))
 
 
 @pytest.mark.study
@@ -73,6 +76,14 @@ def test_an_n_at_a_bound_is_no_n():
     assert found.verdict == "contradicts_given"
 
 
+def test_a_number_far_from_its_class_departs_from_it_though_the_drives_hardly_reduce_its_error():
+    """What several numbers share is known, and none of them: c moves by 3.4 of its standard deviations all the same."""
+    stated = SimpleNamespace(soil=CLAY.with_(uncertainty=(("c", 800.0),)), rules=RULES)
+    found = _Bench.numbers(stated, SimpleNamespace(named=lambda: {"c": (1383.0, 700.0)}))["c"]
+    assert found.state == "not_identifiable" and found.std == 800.0
+    assert found.departs == pytest.approx((4140.0 - 1383.0) / 800.0)
+
+
 def test_a_soil_without_stated_errors_is_refused():
     with pytest.raises(ValueError, match=r"soil clay: expected a table .uncertainty. .* found none"):
         identify_soil([drive_on(CLAY, 1, 6.0)], CLAY, VEHICLE)
@@ -88,6 +99,8 @@ def test_the_command_writes_a_soil_that_every_command_takes(tmp_path):
     assert run.exit_code == 0, run.output
     assert "vehicle: reference" in run.output and "Identified: the drives give numbers of the soil" in run.output
     soil = load_soil(tmp_path / "soil.toml")
+    assert soil.joint_error is not None and soil.joint_error.names == ("phi", "k")
+    assert soil.joint_error.std == pytest.approx([std for _, std in soil.uncertainty], rel=1e-4)
     found = json.loads((tmp_path / "soil.json").read_text(encoding="utf-8"))
     assert soil.verdict == "identified"
     assert soil.phi == found["numbers"]["phi"]["value"] and abs(soil.phi - 0.2269) < 3 * dict(soil.uncertainty)["phi"]

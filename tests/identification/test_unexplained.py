@@ -40,7 +40,8 @@ def test_the_largest_share_of_each_channel_counts():
     assert more_than_right(logs) == pytest.approx(0.03 / 0.022) and more_than_right(logs[:1]) == 1.0
     assert more_than_right([left(omega_z=0.5)]) == 2.0
     for one, channel in ((left(omega_z=0.043), ""), (left(omega_z=0.045), "omega_z"), (left(v=0.21), "v")):
-        assert one.beyond(OWN_MOST) == channel and one.beyond(5.0) == ""
+        limits = {name: OWN_MOST * limit for name, limit in VerdictRules().unexplained}
+        assert one.beyond(limits) == channel and one.beyond(dict.fromkeys(limits, 0.5)) == ""
 
 
 @pytest.mark.parametrize(("share", "n_error", "said"), [(0.03, 0.08, True), (0.03, 0.04, False), (0.02, 0.08, False)])
@@ -49,6 +50,15 @@ def test_where_n_is_vague_no_more_may_be_left_than_a_right_model_leaves(share, n
     drive = read_drive(MULTI_LOG).between(0.0, 15.0)
     reason = doubt([drive], [CLAY], load_vehicle("reference"), [left(omega_z=share)], [], 1.0, vague)
     assert ("n by them has an error of 8 %" in reason and "another class" in reason) if said else reason == ""
+
+
+def test_limits_of_one_s_own_are_those_that_count_and_are_said():
+    drive, vehicle = read_drive(MULTI_LOG).between(0.0, 15.0), load_vehicle("reference")
+    said = [
+        doubt([drive], [CLAY], vehicle, [left(omega_z=0.03)], [], 1.0, limits={"omega_z": limit, "v": 0.1})
+        for limit in (0.022, 0.028, 0.035)
+    ]
+    assert "(a right one at most 2.2 %): " in said[0] and "2.8 % are allowed" in said[1] and said[2] == ""
 
 
 @pytest.mark.parametrize(
