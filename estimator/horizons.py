@@ -2,7 +2,8 @@
 
 A window starts at the recorded state, the model runs free through it on the recorded inputs, and the next window starts at
 the recorded state again. A last window that the log does not fill is left out, as is one that starts where a state is
-missing. Histories of the model at the start of a window are those along the recorded states before it.
+missing. Where the model has effects of sensors, a window starts at the state whose outputs were recorded, and its outputs are
+compared. Histories of the model at the start of a window are those along the recorded states before it.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from softsoil.recording.states import known_states, measured_states
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.inputs import measured_inputs
+from softsoil.windows.sensor_states import along, outputs_of, senses, settle
 from softsoil.windows.shooting import lengths, smoothed, window_starts
 
 Array = NDArray[np.float64]
@@ -129,7 +131,8 @@ class Replay:
         model = with_log_wheels(model, [log])
         self._nominal = model.p.nominal  # of a model with more parameters than p, where wheel speeds are absent
         self.predictor = Predictor(model, log.dt, substeps=substeps_for(log.dt))
-        self._extra = len(model.x) - len(STATE_CHANNELS)
+        self._more = model.x.nominal[len(STATE_CHANNELS) :]
+        self._outputs = outputs_of(model) if senses(model) else None
 
     def windows(self, p: ArrayLike, horizon: float, stop: int | None = None) -> Windows:
         """Windows of `horizon` (s) with parameters p (n_p,), over the rows from the start-up to `stop`.
@@ -143,12 +146,13 @@ class Replay:
         starts = window_starts(self.first, ~self._driven[:last], steps, steps)
         left_out = last - (int(starts[-1]) + steps + 1 if len(starts) else self.first)
         starts = starts[np.isfinite(self.states[starts]).all(axis=1)]
-        p = np.concatenate([p, self._nominal[len(np.asarray(p)) :]])
+        p = self._whole(p)
         full, memory = self._along(p)
         predicted = np.empty((len(starts), steps + 1, len(STATE_CHANNELS)))
+        said = None if self._outputs is None else self._outputs.map("outputs_ahead", "serial", steps + 1, [1], [])
         for i, row in enumerate(starts):
             path = self.predictor.rollout(full[row], self.inputs[row : row + steps], p, memory[row])
-            predicted[i] = path[:, : len(STATE_CHANNELS)]
+            predicted[i] = path[:, : len(STATE_CHANNELS)] if said is None else said(path.T, p).full().T
         recorded = np.array([self.recorded[row : row + steps + 1] for row in starts]).reshape(predicted.shape)
         return Windows(horizon, starts, predicted, recorded, left_out)
 
@@ -159,14 +163,30 @@ class Replay:
     def rates(self, p: ArrayLike) -> Array:
         """(N - 1, 6) rates of the states that the model has at the smoothed record, each as its step over dt says: noise of slips
         would be forces."""
-        p = np.concatenate([p, self._nominal[len(np.asarray(p)) :]])
-        full, memory = self.predictor.track(smoothed(self.states, self.dt, self._lengths), self.inputs, p)
+        p = self._whole(p)
+        full, memory = self.predictor.track(smoothed(self._true(p), self.dt, self._lengths), self.inputs, p)
         after = self.predictor.one_step(full[:-1], self.inputs[:-1], p, memory[:-1])
         return (after - full[:-1])[:, : len(STATE_CHANNELS)] / self.dt
 
-    def _along(self, p: ArrayLike) -> tuple[Array, Array]:
+    def _along(self, p: Array) -> tuple[Array, Array]:
         """States (N, n_x) with what the log does not measure run along it, and memory (N, n_m)."""
-        return self.predictor.track(np.column_stack([filled(column) for column in self.states.T]), self.inputs, p)
+        return self.predictor.track(np.column_stack([filled(column) for column in self._true(p).T]), self.inputs, p)
+
+    def true_record(self, p: ArrayLike) -> Array:
+        """(N, 6) states by the record, what sensors make of them with p (n_p,) taken off; NaN where it holds none."""
+        return np.asarray(self.recorded + (self._true(self._whole(p)) - self.states))
+
+    def _whole(self, p: ArrayLike) -> Array:
+        """p with the numbers of the model that it lacks, at their nominal values."""
+        return np.concatenate([p, self._nominal[len(np.asarray(p)) :]])
+
+    def _true(self, p: Array) -> Array:
+        """(N, 6) states whose outputs with p are those of the record."""
+        if self._outputs is None:
+            return self.states
+        found = np.column_stack([self.states, np.tile(self._more, (len(self.t), 1))])
+        settle(along(self._outputs, len(self.t)), p, self.states, found)
+        return found[:, : len(STATE_CHANNELS)]
 
 
 def bridged(states: Array, dt: float) -> Array:

@@ -114,7 +114,7 @@ def drive_residual(
     departure = -windows.error
     clock = np.asarray(replay.dt * np.arange(departure.shape[1]), dtype=float)
     integral = np.vstack([np.zeros(len(STATE_CHANNELS)), np.cumsum(replay.rates(p), axis=0) * replay.dt])
-    apart = replay.recorded - integral  # NaN for a derived channel: it judges no force
+    apart = replay.true_record(p) - integral  # NaN for a derived channel: it judges no force
     within = windows.rows[:, None] + np.arange(departure.shape[1])
     rate_v, rate_r = (slope(clock, apart[within, STATE_CHANNELS.index(name)]) for name in ("v", "omega_z"))
     force_f, force_r = split_by_axle(rate_v, rate_r, vehicle)

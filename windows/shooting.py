@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import savgol_filter
 
-from softsoil.codegen.compiled import CompiledFunction
 from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import PathLoop, StepLoop
 from softsoil.recording.clock import on_even_clock, on_fine_clock
@@ -25,13 +24,12 @@ from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.windows.histories import history_loop
 from softsoil.windows.inputs import measured_inputs
+from softsoil.windows.sensor_states import along, outputs_of, settle
 
 Array = NDArray[np.float64]
 
 BROKEN = 1e9
 """What a prediction that is not finite counts as, in the unit of its channel."""
-CORRECTIONS = 4
-"""Steps of the contraction that finds the states whose outputs were recorded."""
 SMOOTHING = 0.25
 """s: least length of the polynomial that smooths recorded states; much shorter than any motion of a vehicle on soft soil."""
 LONGEST_SMOOTHING = 0.6
@@ -123,7 +121,7 @@ class Compiled:
     @classmethod
     def of(cls, model: Model, dt: float, substeps: int) -> Compiled:
         """The functions for a step of dt (s), in `substeps` Euler steps."""
-        step, outputs = step_with_memory(model, dt, substeps=substeps), _outputs(model)
+        step, outputs = step_with_memory(model, dt, substeps=substeps), outputs_of(model)
         x, _, p = model.symbols()
         m, u = ca.SX.sym("m", len(model.cells)), ca.SX.sym("u", len(model.external))
         results = ca.cse([*step(x, m, u, p), outputs(x, p)])
@@ -163,7 +161,6 @@ class Shooting:
                 f"{drive.name}: expected at least 2 windows of {horizon:g} s driven forwards, found {len(self.rows)}"
             )
         self._loop, self._start = self.compiled.loop, self.compiled.start
-        self._outputs = self.compiled.outputs.map("outputs_along", "serial", len(drive.t), [1], [])
         self._extra = model.x.nominal[len(STATE_CHANNELS) :]
         take = self.rows[:, None] + np.arange(self.steps + 1)
         self.recorded = drive.measured[take][:, 1:]
@@ -213,16 +210,9 @@ class Shooting:
         states = np.column_stack([drive.smooth[:end], np.tile(self._extra, (end, 1))])
         m0 = np.array([self._start(states[0], drive.inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
         states = np.tile(states, (len(p), 1, 1))
-        outputs = CompiledFunction(self._outputs, compiled=False)  # with buffers that no other thread writes
+        outputs = along(self.compiled.outputs, len(drive.t))  # with buffers that no other thread writes
         for row, found in zip(p, states, strict=True):
-            outputs.inputs[1][:, 0] = row
-            for _ in range(1 + CORRECTIONS):  # outputs differ from the states by a sensor's small effect: a contraction
-                outputs.inputs[0][:, :end] = found.T
-                outputs.run()
-                missing = drive.smooth[:end] - outputs.outputs[0].T[:end]
-                if np.abs(missing).max() < 1e-9:
-                    break
-                found[:, : len(STATE_CHANNELS)] += missing
+            settle(outputs, row, drive.smooth[:end], found)
         memory = self.compiled.histories.along(states, m0, drive.inputs[:end], p, rows)[1]
         return states[:, rows], memory
 
@@ -231,12 +221,3 @@ def shootings(model: Model, drives: Sequence[Drive], horizon: float, substeps: i
     """Windows of `horizon` seconds of several drives, the model compiled once for each time step; substeps: as of Shooting."""
     steps = {dt: Compiled.of(model, dt, substeps) for dt in {drive.dt for drive in drives}}
     return tuple(Shooting(model, drive, horizon, substeps, steps[drive.dt]) for drive in drives)
-
-
-def _outputs(model: Model) -> ca.Function:
-    """CasADi function [x, p] -> [y]: outputs do not look at inputs or histories, measured states are outputs of the states."""
-    x, u, p = model.symbols()
-    outputs = ca.cse(model.measurement()(x, u, p))
-    if ca.depends_on(outputs, u):
-        raise ValueError(f"model {model.name}: expected outputs of the states alone, found some of the inputs")
-    return ca.Function("outputs", [x, p], [outputs], ["x", "p"], ["y"])

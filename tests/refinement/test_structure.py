@@ -6,6 +6,7 @@ import pytest
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
+from softsoil.refinement.residual import drive_residual
 from softsoil.refinement.structure import structure
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
@@ -30,6 +31,25 @@ def test_a_force_that_a_model_lacks_is_left_whatever_the_noise(noise):
     pushed = drive.with_channels(steer=drive["steer"] + 0.06)
     found = structure(add_noise(pushed, noise, 2), model, vehicle, model.p.nominal, 2.0)
     assert found.left and np.isfinite(found.share["front"])
+
+
+@pytest.mark.parametrize(
+    ("effect", "size"), [("lever_arm", {"velocity_lever": 0.86}), ("gyro_bias", {"gyro_bias": 0.02})], ids=lambda v: str(v)[:9]
+)
+def test_what_a_sensor_does_is_taken_off_where_the_model_has_it(effect, size):
+    """Axle forces and predictions of a log whose sensor is elsewhere or biased are those of the right log."""
+    vehicle = reference_vehicle()
+    right = add_noise(read_drive(MULTI_LOG), "good", 2)
+    seen = {"v": right["v"] + 0.86 * right["omega_z"]} if effect == "lever_arm" else {"omega_z": right["omega_z"] + 0.02}
+    log = right.with_channels(**seen)
+    plain, refined = (bicycle(vehicle, SOIL, "turn_slip", {**vehicle.effects, **more}) for more in ({}, {effect: size}))
+    without, found, of_right = (
+        drive_residual(*pair, vehicle).mse["2.5"]["v"] for pair in ((log, plain), (log, refined), (right, plain))
+    )
+    assert found == pytest.approx(of_right, rel=0.1)
+    assert without > 4.0 * of_right or effect == "gyro_bias"
+    left = structure(log, refined, vehicle, refined.p.nominal, 2.0)
+    assert not left.left and max(left.share.values()) < 0.1
 
 
 @pytest.mark.study
