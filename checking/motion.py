@@ -234,7 +234,8 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
                 not doubtful,
                 f"a point {away:+.2f} ± {std:.2f} m ahead of the front axle",
                 "the position of the front axle",
-                "give the antenna's place in [mount]" if doubtful else "",
+                f"give the antenna's place in [mount]; or v's, if that is of a point {abs(away):.2f} m "
+                f"{'ahead of' if away < 0.0 else 'behind'} the centre of gravity" if doubtful else "",
             )
         )
     return checks

@@ -62,7 +62,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             # The slip that the other wheels have is no sensor's.
             rolling = float(np.median([r for other, r in ratios.items() if other != name])) if odd and len(ratios) > 2 else 1.0
             cure = f"factor = {rolling / ratio:.3f} for {name}, or another radius" if odd or slips else ""
-            cure += _of_rim(ratio, geometry.radius) if odd or slips else ""
+            cure += _of_rim(ratio, geometry.radius) if slips and not odd else ""
             cure += "; or the wheels slip as much on this ground" if slips and not odd and ratio > 1.0 else ""
             if odd and abs(ratio / ratios.get(OTHER_SIDE[name], np.inf) - 1.0) < LIMITS.wheel_apart / 2:
                 cure += "; or both wheels of the axle slip as much: driven ones turn faster than they roll, towed ones slower"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from pathlib import Path
 
 import numpy as np
@@ -41,8 +42,10 @@ def read_table(path: str | Path) -> pd.DataFrame:
 def numbers(table: pd.DataFrame, column: str, path: str | Path) -> np.ndarray:
     """(N,) floats of a column; empty cells are NaN. ValueError for a missing column or text, with its row (1: first data row)."""
     if column not in table.columns:
-        near = difflib.get_close_matches(column, list(table.columns), n=1)
+        with_unit = [name for name in table.columns if re.split(r"[\s\[(]", name)[0] == column]
+        near = with_unit or difflib.get_close_matches(column, list(table.columns), n=1)
         hint = f"; nearest is {near[0]!r}" if near else ""
+        hint += ", whose unit softsoil import reads" if with_unit else ""
         sensors = ", ".join(c for c in table.columns if not c.startswith("true_"))
         raise ValueError(f"{path}: expected column {column!r}{hint}; found columns {sensors}")
     values = pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)

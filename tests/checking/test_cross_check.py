@@ -1,5 +1,7 @@
 """Channels against each other: good logs pass, hostile ones are refused or warned about, each with its channel and cure."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -118,6 +120,21 @@ def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
     assert len(cures(1.2)) == 4 and all("slip as much on this ground" in cure for cure in cures(1.2))
     assert len(cures(3.6 * vehicle.radius)) == 4 and all('km/h? unit = "km/h"' in cure for cure in cures(3.6 * vehicle.radius))
     assert cures(1.0) == []
+
+
+def test_one_wheel_that_drags_is_in_no_other_unit(good):
+    """Its ratio happens to be that of a rim speed in km/h, and the others are right."""
+    drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
+    one = drive.with_channels(omega_rl=3.6 * vehicle.radius * drive["omega_rl"])
+    (found,) = (c for c in check_channels(one, vehicle) if c.name.startswith("wheel_omega") and not c.passed)
+    assert found.channel == "omega_rl" and "factor = 0.8" in found.cure and "km/h" not in found.cure
+
+
+def test_a_v_of_another_point_is_said_where_positions_alone_seem_off(good):
+    drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
+    moved = drive.with_channels(v=drive["v"] + 1.6 * drive["omega_z"])
+    (found,) = (c for c in check_channels(moved, vehicle) if c.name == "reference_point")
+    assert not found.passed and re.search(r"or v's, if that is of a point \d\.\d\d m ahead of the centre", found.cure)
 
 
 def test_an_axle_that_slips_as_a_whole_may_be_driven_or_towed(good):

@@ -11,8 +11,9 @@ from drives import clay_bicycle, clay_drive
 from softsoil.commands.map import _covered
 from softsoil.estimator.tuning import ABSENT_WHEELS_ERROR
 from softsoil.estimator.verdict import Verdict
+from softsoil.figures.soil_map import fields
 from softsoil.mapping import soil_map
-from softsoil.mapping.cells import fuse
+from softsoil.mapping.cells import Cell, fuse
 from softsoil.mapping.drive_soil import DriveSoil, drive_soil
 from softsoil.mapping.frame import placed
 from softsoil.mapping.map_file import as_json, load_map
@@ -226,3 +227,11 @@ def test_what_keeps_windows_from_a_drive_is_said(log):
     one = drive_soil(kicked, clay_bicycle(), 0.7, 1.0)
     assert 0.3 < one.covered < 0.6 and one.blocked["steering"] > 0.05 and one.blocked["inputs"] == one.blocked["speed"] == 0.0
     assert re.fullmatch(r"windows in [3-5]\d % of it, none where the steering is faster than 1.5 rad/s", _covered(one))
+
+
+def test_fields_far_from_each_other_are_drawn_each_for_itself():
+    near = [Cell(i, 0, 0.5, 0.01, 3, 1, "identified") for i in range(6)]
+    far = [Cell(3000 + i, 4, 0.6, 0.01, 3, 1, "inconsistent") for i in range(3)]
+    assert fields([*far, *near]) == [near, far]
+    assert fields([*near, *[replace(cell, column=cell.column + 20) for cell in near]])[1:] == []
+    assert fields([]) == [[]]

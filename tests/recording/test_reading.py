@@ -55,6 +55,7 @@ def broken(column, row, value):
     [
         (lambda t: t.drop(columns="omega_z"), ["log.csv", "expected column 'omega_z'", "found columns"]),
         (lambda t: t.rename(columns={"omega_z": "omega_Z"}), ["expected column 'omega_z'", "nearest is 'omega_Z'"]),
+        (lambda t: t.rename(columns={"u": "u [m/s]"}), ["nearest is 'u [m/s]', whose unit softsoil import reads"]),
         (broken("v", 17, "fast"), ["log.csv", "'v'", "row 17", "expected a number", "'fast'"]),
         (broken("t", 30, 0.0), ["'t'", "row 30", "expected time to increase", "`softsoil import` puts"]),
         (broken("t", 12, np.nan), ["'t'", "row 12", "expected a time"]),
@@ -74,6 +75,7 @@ def broken(column, row, value):
     ids=[
         "missing",
         "misnamed",
+        "with its unit",
         "text",
         "backwards",
         "nan time",
