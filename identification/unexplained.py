@@ -41,7 +41,7 @@ class Unexplained:
     class_std: float = 0.0
 
     def beyond(self, limits: Mapping[str, float]) -> str:
-        """The channel of which more is left than its limit (share of its motion), empty where of none."""
+        """The channel of which more is left than its limit, empty for none; limits: share of each channel's motion."""
         return next((name for name, limit in limits.items() if self.low.get(name, 0.0) > limit), "")
 
     @property

@@ -36,14 +36,15 @@ def senses(model: Model) -> bool:
 
 
 def along(outputs: ca.Function, rows: int) -> CompiledFunction:
-    """`outputs_of` a model at so many points with one p, with buffers of its own."""
+    """`outputs_of` a model at so many rows with one p, with buffers of its own."""
     return CompiledFunction(outputs.map("outputs_along", "serial", rows, [1], []), compiled=False)
 
 
 def settle(outputs: CompiledFunction, p: Array, recorded: Array, found: Array) -> None:
-    """Correct states found (M, n_x), in place, until their outputs with p (n_p,) are those recorded (M, 6).
+    """Correct states in place until their outputs are those of the record.
 
-    outputs: `along` M rows or more. They differ from the states by a sensor's small effect: a contraction.
+    outputs: `along` M rows or more; p (n_p,); recorded (M, 6); found (M, n_x): states, at the record to begin with.
+    Outputs differ from states by a sensor's small effect: a contraction.
     """
     count = len(found)
     outputs.inputs[1][:, 0] = p

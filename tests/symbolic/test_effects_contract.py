@@ -24,6 +24,10 @@ RUT = {"multipass": 1e-5}
 """An effect whose absence is another quadrature of the same contact: two strips of the width, one of them empty."""
 
 
+NO_NUMBERS = ("name", "verdict", "joint_error")
+"""Fields of a soil that no law reads."""
+
+
 def bare(law: ForceLaw | str = "turn_slip") -> Model:
     return nominal_bicycle(reference_vehicle().with_(effects={}), CLAY, law)
 
@@ -88,7 +92,7 @@ class Everything:
     name: str = "everything"
 
     def __call__(self, soil, wheel, contact) -> WheelForce:
-        given = ca.vertcat(*(v for part in (soil, contact) for n, v in vars(part).items() if n not in ("name", "verdict")))
+        given = ca.vertcat(*(v for part in (soil, contact) for n, v in vars(part).items() if n not in NO_NUMBERS))
         count = np.arange(1.0, given.numel() + 1.0)
         weights = 100.0 * np.cos(np.outer(np.arange(1.0, 6.0), count))
         forces = ca.vertsplit(ca.mtimes(weights, ca.sin(count * given)))
