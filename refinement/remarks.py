@@ -57,13 +57,22 @@ def would_separate(groups: Sequence[Sequence[str]], verdict: str, selection: Sel
     doubtful = [*groups, *close]
     measures = [f"{name}: a log with {', '.join(selection.rivals[name])}" for name in selection.unnamable]
     if doubtful:
-        lines = [f"{', '.join(group)}: {known[group[0]].separates}" for group in doubtful]
+        lines = [f"{', '.join(group)}: {_manoeuvres(group, known)}" for group in doubtful]
         return "; ".join([*lines, *measures])
     if measures:
         return "; ".join(measures)
     if verdict == "unexplained":
         return "several speeds, steering rates and headings, straight stretches and tight turns in one drive"
     return ""
+
+
+def _manoeuvres(group: Sequence[str], known: Mapping[str, Effect]) -> str:
+    """What each effect of a group says of telling it from its like, each said once, with its names where several are."""
+    said: dict[str, list[str]] = {}
+    for name in group:
+        if name in known:
+            said.setdefault(known[name].separates, []).append(name)
+    return ", or ".join(f"{words} ({', '.join(names)})" if len(said) > 1 else words for words, names in said.items())
 
 
 def notes(recordings: Sequence[Recording], declaration: Declaration, bench: Bench, selection: Selection) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ def effect(vehicle: Vehicle) -> Effect:
             ),
         },
         signatures=("cornering slope",),
-        separates="straight driving and tight turns: the rut vanishes in tight turns, the load does not",
+        separates="straight driving and tight turns: a rut vanishes in tight turns, a load does not",
         rests_on=("v", "omega_z"),
         answers_to={"load_carried": ("payload_mass",)},
     )

@@ -1,6 +1,7 @@
 """What a log shows of absent channels: effects that it can name, and rivals that it cannot, which no other name replaces."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.observations import lacking
 from softsoil.refinement.refine import refine
+from softsoil.refinement.remarks import would_separate
 from softsoil.refinement.words import verdict_sentence
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
@@ -64,3 +66,12 @@ def test_a_bank_without_a_heading_is_not_named_and_nothing_else_in_its_place(ban
     assert found.selection.unnamable == ("bank",) and found.would_separate == "bank: a log with psi"
     assert "bank" in verdict_sentence(found)
     assert any(note.startswith("bank: explains") and "rests on psi" in note for note in found.notes)
+
+
+def test_each_effect_of_a_group_says_what_tells_it_from_its_like():
+    known = catalogue(reference_vehicle())
+    one = SimpleNamespace(tried=known, accepted=(), ranking=(), unnamable=(), rivals={})
+    said = would_separate([("payload", "steering_gain")], "effect", one)
+    assert f"{known['payload'].separates} (payload), or {known['steering_gain'].separates} (steering_gain)" in said
+    alike = would_separate([("bank", "grade")], "effect", one)
+    assert alike == f"bank, grade: {known['bank'].separates}"
