@@ -15,7 +15,10 @@ from softsoil.commands.cli import app
 from softsoil.commands.output import OutputFolder
 from softsoil.commands.refine import write_all
 from softsoil.declaration.model_file import Declaration, load_declaration
+from softsoil.figures import refine_report
+from softsoil.figures.refine import draw_axles
 from softsoil.figures.refine_report import write_report
+from softsoil.figures.refine_views import drive_views, held_horizon
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.drive import Recording
@@ -35,10 +38,12 @@ from softsoil.refinement.selection import (
     placed_for_sure,
     supported,
 )
+from softsoil.refinement.structure import Structure
 from softsoil.refinement.trace import Candidate, everything, fit_base, gain_of, make_bench
 from softsoil.refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.shooting import Shooting
 
 runner = CliRunner()
 CANDIDATES = ("steering_offset", "bank", "yaw_moment", "gyro_bias")
@@ -118,6 +123,27 @@ def test_nothing_is_invented_where_nothing_was_added(declared):
 
 
 ABOUT = {"software": {"version": "0.1", "command": "softsoil refine a.csv"}, "vehicle": {"name": "car", "file": "car.toml"}}
+
+
+def test_paths_are_of_the_longest_windows_that_the_part_that_judges_holds(found):
+    shooting = found.bench.shootings[0]
+    row = shooting.rows[found.bench.held[0][0]]
+    assert held_horizon(shooting, row) == 0.5, "of 2.5 s it holds fewer than four"
+    driven = shooting.drive.driven.copy()
+    driven[row :: round(0.4 / shooting.drive.dt)] = False
+    gaps = Shooting(shooting.model, replace(shooting.drive, driven=driven), 1.0, compiled=shooting.compiled)
+    assert held_horizon(gaps, row) == 0.0
+
+
+def test_a_report_says_where_there_are_no_paths_and_no_axle_forces(found, tmp_path):
+    (view,) = drive_views(found, 2.0)
+    none = np.empty((0, 0, 3))
+    assert "no window of 0.5 s" in refine_report._paths(replace(view, recorded=none, path_before=none, path_after=none))
+    unjudged = Structure({"front": math.nan, "rear": math.nan}, {"front": {}, "rear": {}})
+    blind = replace(view, structure_before=unjudged, structure_after=unjudged)
+    left = refine_report._left([blind], True)
+    assert left.count("not judged") == 4 and "nan" not in left
+    assert draw_axles(blind, tmp_path / "axles.png").stat().st_size > 1e4
 
 
 def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
