@@ -27,6 +27,7 @@ from benchmarks.judges.plant_vehicles import FIT, case_of, log_of
 from softsoil.checking.geometry_check import front_axle
 from softsoil.identification.identify import identify
 from softsoil.identification.result import Identification
+from softsoil.identification.unexplained import LIMITS
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_soil
 from softsoil.recording.noise import add_noise
@@ -129,7 +130,7 @@ def print_classes(subjects: Sequence[Subject], seeds: int) -> None:
                 print(
                     f"{subject.name:10s} {case:40s} "
                     f"seed {seed}: {found.verdict}; n {n}; n_error {100 * found.vehicle.n_error:.1f} %; most left "
-                    f"{max(one.worst for one in found.unexplained):.2f} of a right model's",
+                    f"{max(one.over(dict(LIMITS.unexplained))[0] for one in found.unexplained):.2f} of a right model's",
                     flush=True,
                 )
     print(f"identified: {sum(outcomes[False])} of {len(outcomes[False])} with right classes, "

@@ -32,6 +32,7 @@ from softsoil.figures.labels import plain
 from softsoil.figures.terrain import draw_estimate
 from softsoil.recording.drive import Recording
 from softsoil.recording.log_names import named_n
+from softsoil.symbolic.vehicle import TURNING
 
 
 def estimate(
@@ -163,10 +164,14 @@ def _of_class(found: TerrainEstimate) -> list[str]:
 
 
 def _not_looked_at(found: TerrainEstimate, unstated: bool) -> list[str]:
-    """What a verdict knows nothing of, as the vehicle's file states no errors; unstated: not even the one that they make of n."""
+    """What a verdict knows nothing of, as the vehicle's file states no errors; unstated: nor how well it is known."""
     evidence = None if found.verdict is None else found.verdict.evidence
-    if evidence is None or evidence.change is not None:
+    if evidence is None:
         return []
+    if evidence.change is not None:
+        known = f"n_error, [joint_error], or {', '.join(TURNING)} in [uncertainty]"
+        words = f"the vehicle's file does not state how well it is known ({known}): {100 * UNSTATED_ERROR:.0f} % of n is in its"
+        return [f"{words} standard deviation for that"] if unstated else []
     allowed = f": {100 * UNSTATED_ERROR:.0f} % of n is in its standard deviation for them" if unstated else ""
     return [
         "not looked at: a load, the steering's scale and the vehicle's numbers, since its file states no errors of them (that of "

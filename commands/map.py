@@ -75,16 +75,18 @@ def map_soil(
     refuse_hard_ground(built)
     drives, refused = [], []
     for log in logs:
+        name = log_name(log)
         try:
             drive = open_drive(log, columns, vehicle=vehicle, model=model)[1]
+            name = drive.name
             refuse_another(drive, declared.vehicle)
             drives.append(drive)
         except ValueError as error:
             if not (log.is_file() and logs[1:]):
                 raise
-            alike = sum(log_name(other) == log_name(log) for other in logs) > 1
+            alike = name == log_name(log) and sum(log_name(other) == name for other in logs) > 1
             where = f" ({log.resolve().parent.name})" if alike else ""
-            refused.append(unusable(f"{log_name(log)}{where}", str(error)))
+            refused.append(unusable(f"{name}{where}", str(error)))
     drives = distinct(drives)
     if not drives:
         raise ValueError("; ".join(one.left_out for one in refused))

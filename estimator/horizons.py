@@ -185,7 +185,8 @@ class Replay:
         if self._outputs is None:
             return self.states
         found = np.column_stack([self.states, np.tile(self._more, (len(self.t), 1))])
-        settle(along(self._outputs, len(self.t)), p, self.states, found)
+        sensed = np.asarray(np.isfinite(self.recorded).any(axis=0))
+        settle(along(self._outputs, len(self.t)), p, self.states, found, sensed)
         return found[:, : len(STATE_CHANNELS)]
 
 

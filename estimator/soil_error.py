@@ -87,11 +87,11 @@ def _by_class(model: Model, moved: dict[str, float]) -> float:
     moved: parameter -> share of n that it moves n by, per its unit.
     """
     joint = None if model.together is None else model.together.only(moved.keys())
-    if joint is not None:
-        by = np.array([moved[name] for name in joint.names])
-        return float(np.sqrt(max(by @ joint.covariance @ by, 0.0)))
-    stated = [model.p[name].spread * one for name, one in moved.items() if np.isfinite(model.p[name].spread)]
-    return float(np.linalg.norm(stated)) if stated else 0.0
+    names = () if joint is None else joint.names
+    by = np.array([moved[name] for name in names])
+    together = 0.0 if joint is None else float(by @ joint.covariance @ by)
+    alone = [model.p[name].spread * one for name, one in moved.items() if name not in names and np.isfinite(model.p[name].spread)]
+    return float(np.sqrt(max(together, 0.0) + np.sum(np.square(alone))))
 
 
 def _by_forces(windows: FreeWindows, steps: Steps) -> Array:

@@ -298,11 +298,11 @@ def _verdict(
         return "needs_data", "Every log repeats one steering wave, whose amplitude and phase n and the soil change alike."
     if fit.at_bound:
         return "contradicts_given", f"At a bound of its range ends {', '.join(fit.at_bound)}: is it that class, that vehicle?"
-    if not seen:
-        return "needs_data", "The drives say no more of the soil than its class states: steer to full lock, at several speeds."
     if far:
         rows = ((name, numbers[name]) for name in far)
         words = "; ".join(f"{name} is {one.value:.4g}, given as {one.given:.4g} ({one.departs:.1f})" for name, one in rows)
         return "contradicts_given", f"More than {FARTHEST:g} standard deviations from the class: {words}. Is it that class?"
+    if not seen:
+        return "needs_data", "The drives say no more of the soil than its class states: steer to full lock, at several speeds."
     left = f"; the drives do not show {', '.join(rest)}, which stay{'s' if len(rest) == 1 else ''} near the class" if rest else ""
     return "identified", f"{', '.join(seen)} by the drives, n to ± {100 * worst:.0f} % or better{left}."

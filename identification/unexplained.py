@@ -40,14 +40,14 @@ class Unexplained:
     n: float
     class_std: float = 0.0
 
-    def beyond(self, limits: Mapping[str, float]) -> str:
-        """The channel of which more is left than its limit, empty for none; limits: share of each channel's motion."""
-        return next((name for name, limit in limits.items() if self.low.get(name, 0.0) > limit), "")
+    def over(self, limits: Mapping[str, float]) -> tuple[float, str]:
+        """Largest of `low` over its limit, and of which channel; limits: share of each channel's motion."""
+        return max(((self.low.get(name, 0.0) / limit, name) for name, limit in limits.items()), default=(0.0, ""))
 
-    @property
-    def worst(self) -> float:
-        """Largest of `low` over what a right model leaves."""
-        return max((self.low.get(name, 0.0) / limit for name, limit in LIMITS.unexplained), default=0.0)
+    def beyond(self, limits: Mapping[str, float]) -> str:
+        """The channel of which more is left than its limit, empty for none; limits: as of `over`."""
+        times, name = self.over(limits)
+        return name if times > 1.0 else ""
 
 
 def own_logs(
@@ -107,10 +107,10 @@ def doubt(
     by the identified numbers, as a share, where it is so large that no more may be left than a right model leaves, else 0;
     limits: share of each channel's motion that may be left, default that, or `OWN_MOST` times as much where n is not vague.
     """
-    i = max(range(len(logs)), key=lambda i: logs[i].worst)
-    worst = logs[i]
     right = dict(LIMITS.unexplained)
     allowed = limits or {name: limit * (1.0 if vague else OWN_MOST) for name, limit in right.items()}
+    i = max(range(len(logs)), key=lambda i: logs[i].over(allowed)[0])
+    worst = logs[i]
     name = worst.beyond(allowed)
     if not name:
         return ""

@@ -32,6 +32,8 @@ SOIL_SIGNALS = Layout.of(
 """Names, units, reference values (clay of Table 6) and bounds of the soil parameters."""
 CLASS_NUMBERS = ("k_phi", "k_c", "c", "phi", "k")
 """What a class of soil states beside n and may be wrong about (the paper's tables have one value of each)."""
+SAME = 0.01
+"""Share by which a standard deviation in two tables of one file may differ."""
 SOFTEST = 3e4
 """N/m^(n+2): least k_phi + k_c/(0.1 m) of a soil; snow has 2e5, wet lean clay 1e5 (Wong). Below it a table was in kN and kPa."""
 
@@ -42,8 +44,8 @@ class Soil:
 
     Fields in SI units as in SOIL_SIGNALS; K and R are the elastic stiffness and the damping of the soil contact model.
     Each may be a float or a CasADi scalar. uncertainty: name and standard deviation of each that is known with an error, in its
-    unit; verdict: of `softsoil soil`, empty for none; joint_error: of those that were identified together, which counts before
-    their own, None for none. Raises ValueError for a float outside its bounds.
+    unit; verdict: of `softsoil soil`, empty for none; joint_error: of those that were identified together, None for none: it
+    stands for theirs. Raises ValueError for a float outside its bounds.
     Example: softsoil.Soil("loam", k_phi=1.5e6, k_c=5300.0, n=0.7, c=1700.0, phi=0.5, k=0.025).with_(n=0.6).n == 0.6
     """
 
@@ -114,6 +116,10 @@ def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
     most = {key: 10 * abs(values[key]) + 1e-12 for key in CLASS_NUMBERS} | {"phi": 0.3}  # rad: one in degrees is beyond it
     stds = number_table(table, "uncertainty", where, {key: (1e-12, most[key]) for key in CLASS_NUMBERS})
     joint = joint_error_from_table(table.get("joint_error", {}), {*CLASS_NUMBERS}, where)
+    for key, std in zip(joint.names, joint.std, strict=True) if joint else ():
+        if abs(stds.get(key, std) / std - 1.0) > SAME:
+            words = f"expected {std:g}, as [joint_error] has it, found {stds[key]:g}: change both"
+            raise ValueError(f"{where}: uncertainty.{key}: {words}")
     verdict = verdict_from_table(table, where)
     stiffness = values["k_phi"] + values["k_c"] / 0.1
     if stiffness < SOFTEST:

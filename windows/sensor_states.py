@@ -29,10 +29,11 @@ def outputs_of(model: Model) -> ca.Function:
 
 
 def senses(model: Model) -> bool:
-    """Whether an effect stands between the first six states and the outputs of a bicycle `model`."""
+    """Whether an effect of sensors stands between the first six states and the outputs of a bicycle `model`, one that can be
+    taken off: outputs that look at inputs say no state."""
     x, u, p = model.symbols()
     outputs = model.measurement()(x, u, p)
-    return not all(ca.is_equal(outputs[i], x[i], 0) for i in range(len(STATE_CHANNELS)))
+    return not ca.depends_on(outputs, u) and not all(ca.is_equal(outputs[i], x[i], 0) for i in range(len(STATE_CHANNELS)))
 
 
 def along(outputs: ca.Function, rows: int) -> CompiledFunction:
@@ -40,10 +41,11 @@ def along(outputs: ca.Function, rows: int) -> CompiledFunction:
     return CompiledFunction(outputs.map("outputs_along", "serial", rows, [1], []), compiled=False)
 
 
-def settle(outputs: CompiledFunction, p: Array, recorded: Array, found: Array) -> None:
+def settle(outputs: CompiledFunction, p: Array, recorded: Array, found: Array, sensed: NDArray[np.bool_]) -> None:
     """Correct states in place until their outputs are those of the record.
 
-    outputs: `along` M rows or more; p (n_p,); recorded (M, 6); found (M, n_x): states, at the record to begin with.
+    outputs: `along` M rows or more; p (n_p,); recorded (M, 6); found (M, n_x): states, at the record to begin with; sensed (6,):
+    channels that a sensor measures: in a derived one there is nothing of it.
     Outputs differ from states by a sensor's small effect: a contraction.
     """
     count = len(found)
@@ -51,7 +53,7 @@ def settle(outputs: CompiledFunction, p: Array, recorded: Array, found: Array) -
     for _ in range(1 + CORRECTIONS):
         outputs.inputs[0][:, :count] = found.T
         outputs.run()
-        missing = recorded - outputs.outputs[0].T[:count]
+        missing = np.where(sensed, recorded - outputs.outputs[0].T[:count], 0.0)
         if np.abs(missing).max() < 1e-9:
             break
         found[:, : len(STATE_CHANNELS)] += missing

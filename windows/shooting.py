@@ -210,9 +210,10 @@ class Shooting:
         states = np.column_stack([drive.smooth[:end], np.tile(self._extra, (end, 1))])
         m0 = np.array([self._start(states[0], drive.inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
         states = np.tile(states, (len(p), 1, 1))
+        sensed = np.asarray(np.isfinite(drive.measured).any(axis=0))
         outputs = along(self.compiled.outputs, len(drive.t))  # with buffers that no other thread writes
         for row, found in zip(p, states, strict=True):
-            settle(outputs, row, drive.smooth[:end], found)
+            settle(outputs, row, drive.smooth[:end], found, sensed)
         memory = self.compiled.histories.along(states, m0, drive.inputs[:end], p, rows)[1]
         return states[:, rows], memory
 

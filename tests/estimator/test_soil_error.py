@@ -109,6 +109,10 @@ def test_errors_that_were_identified_together_count_together(drive):
         share[correlation] = found.std
         assert found.std == pytest.approx(np.sqrt(one**2 + other**2 + 2 * correlation * one * other), rel=1e-6)
     assert share[-1.0] != share[1.0]
+    soil = CLAY.with_(joint_error=JointError(("phi",), (std["phi"],), ((),)), uncertainty=STATED)
+    windows = drive_windows(drive, bicycle(VEHICLE, soil), 2.0, HorizonRules())
+    mixed = soil_error(windows, run_guess(windows, 0.7, True, HorizonRules()).horizon).std
+    assert mixed == pytest.approx(share[0.0], rel=1e-6), "an error that is stated beside the joint one counts too"
 
 
 def test_joint_errors_are_read_from_files_and_written_to_them(tmp_path):
@@ -121,6 +125,10 @@ def test_joint_errors_are_read_from_files_and_written_to_them(tmp_path):
     (tmp_path / "wrong.toml").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match="joint_error: expected names of c, k, k_c, k_phi, phi; found 'mass'"):
         load_soil(tmp_path / "wrong.toml")
+    wider = soil_toml(soil.with_(uncertainty=(("phi", 0.02),)))
+    (tmp_path / "wider.toml").write_text(wider, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"uncertainty.phi: expected 0.01, as \[joint_error\] has it, found 0.02"):
+        load_soil(tmp_path / "wider.toml")
 
 
 def test_stated_errors_are_read_from_files_and_written_to_them(tmp_path):

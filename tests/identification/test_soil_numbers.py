@@ -14,7 +14,7 @@ from softsoil.declaration.model_file import soil_toml
 from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.files.joint_error import JointError
 from softsoil.identification.rules import RULES
-from softsoil.identification.soil_numbers import _Bench, identify_soil
+from softsoil.identification.soil_numbers import _Bench, _verdict, identify_soil
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
@@ -82,6 +82,9 @@ def test_a_number_far_from_its_class_departs_from_it_though_the_drives_hardly_re
     found = _Bench.numbers(stated, SimpleNamespace(named=lambda: {"c": (1383.0, 700.0)}))["c"]
     assert found.state == "not_identifiable" and found.std == 800.0
     assert found.departs == pytest.approx((4140.0 - 1383.0) / 800.0)
+    had = SimpleNamespace(steers=True, many_waves=True)
+    verdict, reason = _verdict({"c": found}, {"log": (0.5, 0.02)}, SimpleNamespace(at_bound=()), had)
+    assert verdict == "contradicts_given" and "c is 1383, given as 4140" in reason
 
 
 def test_a_soil_without_stated_errors_is_refused():

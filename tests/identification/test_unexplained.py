@@ -52,6 +52,14 @@ def test_where_n_is_vague_no_more_may_be_left_than_a_right_model_leaves(share, n
     assert ("n by them has an error of 8 %" in reason and "another class" in reason) if said else reason == ""
 
 
+def test_the_log_that_is_farthest_beyond_its_own_limit_is_named():
+    """More is left of the other, in a channel of which this vehicle's own logs leave as much."""
+    drives = [read_drive(MULTI_LOG).between(0.0, 15.0)] * 2
+    logs = [left("a", omega_z=0.0, v=0.19), left("b", omega_z=0.035, v=0.0)]
+    said = doubt(drives, [CLAY] * 2, load_vehicle("reference"), logs, [], 1.0, limits={"omega_z": 0.022, "v": 0.195})
+    assert "motion of b unexplained" in said
+
+
 def test_limits_of_one_s_own_are_those_that_count_and_are_said():
     drive, vehicle = read_drive(MULTI_LOG).between(0.0, 15.0), load_vehicle("reference")
     said = [
