@@ -36,7 +36,9 @@ def test_a_force_that_a_model_lacks_is_left_whatever_the_noise(noise):
 
 
 @pytest.mark.parametrize(
-    ("effect", "size"), [("lever_arm", {"velocity_lever": 0.86, "position_lever": 0.0}), ("gyro_bias", {"gyro_bias": 0.02})], ids=lambda v: str(v)[:9]
+    ("effect", "size"),
+    [("lever_arm", {"velocity_lever": 0.86, "position_lever": 0.0}), ("gyro_bias", {"gyro_bias": 0.02})],
+    ids=lambda v: str(v)[:9],
 )
 def test_what_a_sensor_does_is_taken_off_where_the_model_has_it(effect, size):
     """Axle forces and predictions of a log whose sensor is elsewhere or biased are those of the right log."""
@@ -60,7 +62,8 @@ def test_in_a_derived_channel_there_is_nothing_of_a_sensor():
     vehicle = reference_vehicle()
     log = read_drive(MULTI_LOG).between(0.0, 20.0)
     blind = Recording(log.name, {name: values for name, values in log.channels.items() if name != "v"})
-    refined = bicycle(vehicle, SOIL, "turn_slip", {**vehicle.effects, "lever_arm": {"velocity_lever": 0.5, "position_lever": 0.0}})
+    elsewhere = {"lever_arm": {"velocity_lever": 0.5, "position_lever": 0.0}}
+    refined = bicycle(vehicle, SOIL, "turn_slip", {**vehicle.effects, **elsewhere})
     with_, without = (predict(blind, model, 0.5, 2.5).mse for model in (refined, bicycle(vehicle, SOIL)))
     assert with_["y"] == pytest.approx(without["y"], rel=1e-3) and with_["omega_z"] == pytest.approx(without["omega_z"], rel=1e-3)
 
