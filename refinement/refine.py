@@ -171,7 +171,7 @@ def refine(
         fitted=tuple(number for number in out.fitted if number.name not in accepted),
         inseparable=groups,
         would_separate=would_separate(groups, verdict, selection),
-        ranking=selection.ranking,
+        ranking=tuple(sorted(selection.ranking, key=lambda candidate: -candidate.gain)),
         holdout=_holdout(bench),
         before=held_mse(bench, bench.absent, windowing.horizons),
         after=held_mse(final, final.absent, windowing.horizons),

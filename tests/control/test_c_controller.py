@@ -376,7 +376,11 @@ int main(void) {
 """
 
 
-@pytest.mark.parametrize("more", ((), ("-DSOFTSOIL_SCALAR",), ("-O3", "-march=native"), ("-x", "c++")), ids=" ".join)
+@pytest.mark.parametrize(
+    "more",
+    (pytest.param((), marks=pytest.mark.study), ("-DSOFTSOIL_SCALAR",), ("-O3", "-march=native"), ("-x", "c++")),
+    ids=" ".join,
+)
 def test_compilers_have_nothing_to_say(more, tmp_path):
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")

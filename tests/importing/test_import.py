@@ -188,7 +188,15 @@ def test_a_channel_faster_than_the_clock_is_averaged(clean):
     assert np.std(error) < 0.0036 and abs(np.mean(error)) < 3e-4
 
 
-@pytest.mark.parametrize(("kind", "compressed"), KINDS[1:], ids=lambda v: str(v))
+OTHERS = {("rosbag1", False), ("sqlite3", True)}
+"""Bags that differ from others of the list by their compression alone."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "compressed"),
+    [pytest.param(*one, marks=[pytest.mark.study] if one in OTHERS else []) for one in KINDS[1:]],
+    ids=lambda v: str(v),
+)
 def test_every_kind_of_bag_gives_the_same_drive(kind, compressed, clean, tmp_path, messy):
     found = imported(
         write_bag(clean, tmp_path / ("messy.bag" if kind == "rosbag1" else "messy"), kind, compressed=compressed)
