@@ -52,11 +52,11 @@ class Refinement:
     that were free within what is known of them; inseparable: groups that these data cannot separate; would_separate: the
     manoeuvre that would; ranking: all candidates of the first round by their gains; holdout: (from, to) of the first drive (s);
     before, after: horizon -> state -> mean squared error on held-out windows, declared model and refined model, both fitted on
-    the fit windows alone; n_before, n_after: by windows with free initial states, with the declared and the refined model, n_std of n_after,
-    judged: verdict on n_after, per drive, all empty on hard ground, which ground has: of each class its friction and tread;
-    structure: what is left at the end; strain: of the numbers whose joint error the vehicle's file states, about 1 where it
-    has not changed; load: share of its mass by which the drives have the vehicle heavier than the refined model, and its standard
-    error, None where that carries a load; both None where not looked at;
+    the fit windows alone; n_before, n_after: by windows with free initial states, with the declared and the refined model, n_std
+    of n_after, judged: verdict on n_after, per drive, all empty on hard ground, which ground has: of each class its friction and
+    tread; structure: what is left at the end; strain: of the numbers whose joint error the vehicle's file states, about 1 where
+    it has not changed; load: share of its mass by which the drives have the vehicle heavier than the refined model, and its
+    standard error, None where that carries a load; both None where not looked at;
     declaration: the refined one, by the whole drives, on the soil of the first; bench: the declared model's; selection, its bench
     fitted on the fit windows; recordings: what was used of the drives; soils: class of each; carried: effects that the measured
     inputs are seen to contain; notes; seconds.
