@@ -8,7 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 from drives import MULTI_LOG
+from softsoil.commands.bench import _value
 from softsoil.commands.cli import app
+from softsoil.commands.drive import _controllers, _courses
 from softsoil.commands.invocation import invoked
 from softsoil.commands.output import output_folder, say_written
 from softsoil.recording.read import read_drive, write_drive
@@ -87,3 +89,12 @@ def test_single_wheel_data_take_no_options_of_drives(home):
     np.savez(home / "runs.npz", a=np.zeros(1))
     done = softsoil("residual", "runs.npz", "--law", "bekker", "--n", "0.7")
     assert done.exit_code == 2 and "--law, --n: expected none beside single-wheel data" in done.output
+
+
+def test_courses_and_controllers_that_are_asked_for_twice_drive_once():
+    assert [course.name for course in _courses(["slalom_clay", "slalom_clay"], 1.0)] == ["slalom_clay"]
+    assert _controllers("n_true,n_true,n_guess") == ["n_true", "n_guess"]
+
+
+def test_a_ratio_has_no_unit():
+    assert [_value(4.35, "1"), _value(57.1, ""), _value(2.0, "us")] == ["4.35", "57.1", "2 µs"]

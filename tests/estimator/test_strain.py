@@ -1,9 +1,12 @@
 """A drive of another vehicle than the one that was identified: said where its file states errors of its numbers."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from identified import LOAD, NUMBERS, STD, N, drive, vehicle
+from softsoil.commands.estimate import _not_looked_at
 from softsoil.estimator.estimate import estimate
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
@@ -136,6 +139,16 @@ def test_one_stated_error_makes_n_no_surer(stated, own):
     """An entry of [uncertainty], as of an effect that refine named, is no statement of how well the vehicle is known."""
     model = bicycle(vehicle(None).with_(uncertainty=stated), CLAY)
     assert common_error(0.02, model) == pytest.approx(np.hypot(0.02, own))
+
+
+def test_that_n_keeps_that_error_is_said():
+    """Where nothing was looked at, and where the one stated error was enough for a look."""
+    cases = ((None, "not looked at: "), (object(), "does not state how well it is known (n_error, [joint_error], or "))
+    for change, words in cases:
+        found = SimpleNamespace(verdict=SimpleNamespace(evidence=SimpleNamespace(change=change)))
+        (said,) = _not_looked_at(found, unstated=True)
+        assert words in said and "5 % of n is in its standard deviation" in said
+    assert _not_looked_at(found, unstated=False) == []
 
 
 def test_without_stated_errors_nothing_is_said_of_it(loaded):

@@ -9,7 +9,7 @@ from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.refinement.residual import drive_residual
-from softsoil.refinement.structure import structure
+from softsoil.refinement.structure import _noisier, structure
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 
@@ -22,6 +22,14 @@ def test_sensor_noise_is_nothing_that_a_model_lacks(noise):
     model = bicycle(vehicle, SOIL)
     found = structure(add_noise(read_drive(MULTI_LOG), noise, 2), model, vehicle, model.p.nominal, 2.0)
     assert found.judged and not found.left
+
+
+def test_noise_that_is_added_once_more_is_not_the_log_s_own():
+    """Of a log made with noise of the same number, as by --noise with --seed 0."""
+    clean = read_drive(MULTI_LOG)
+    noisy = add_noise(clean, "good", 0)
+    own, more = (one["u"] - before["u"] for one, before in ((noisy, clean), (_noisier(noisy, 0), noisy)))
+    assert abs(np.corrcoef(own, more)[0, 1]) < 0.1
 
 
 @pytest.mark.parametrize("noise", ("none", "good", "table5"))
