@@ -55,7 +55,7 @@ def map_soil(
     origin: Annotated[
         tuple[float, float] | None,
         typer.Option("--origin", metavar="LAT LON", help="Latitude and longitude (deg) of the map's x = y = 0, as of a map that "
-                     "this one is to share its cells with; default: the first log's.", show_default=False),
+                     "this one is to share its cells with; default: of the log with most others near it.", show_default=False),
     ] = None,
     workers: Annotated[int, typer.Option("--workers", help="Processes (-1: one per core).")] = 1,
     out: OutOption = None,

@@ -19,14 +19,15 @@ Origin = tuple[float, float] | None
 
 
 def frame_of(recordings: Sequence[Recording], origin: Origin = None) -> Origin:
-    """Latitude and longitude (deg) of the map's x = y = 0: the origin asked for, else that of the first recording that has one;
-    None where none has. Raises ValueError for an origin on no globe, and for one where no recording has its own."""
-    known = next((one.origin for one in recordings if one.origin is not None), None)
+    """Latitude and longitude (deg) of the map's x = y = 0: the origin asked for, else that of the recording with most others on
+    its piece of ground, the first of several; None where none has one. Raises ValueError for an origin on no globe, and for one
+    where no recording has its own."""
+    known = [one.origin for one in recordings if one.origin is not None]
     if origin is None:
-        return known
+        return max(known, key=lambda here: sum(_away(one, here) <= FIELD for one in known), default=None)
     if not (abs(origin[0]) <= LARGEST_LATITUDE and abs(origin[1]) <= LARGEST_LONGITUDE):
         raise ValueError(f"map: expected an origin of latitude and longitude in degrees, found {origin[0]:g}, {origin[1]:g}")
-    if known is None:
+    if not known:
         raise ValueError("map: expected logs that an import made of fixes for a map with an origin, found none")
     return origin
 
@@ -47,6 +48,13 @@ def _elsewhere(recording: Recording, frame: Origin) -> str:
         return ""
     if recording.origin is None:
         return "its place on the globe is not known, as that of other logs is: import it with its fixes"
-    (x,), (y,) = other_frame("map", np.zeros(1), np.zeros(1), recording.origin, frame)
-    away = float(np.hypot(x, y))
+    away = _away(recording.origin, frame)
     return f"it is on another piece of ground, {away / 1e3:.0f} km from the map's origin" if away > FIELD else ""
+
+
+def _away(there: tuple[float, float], here: tuple[float, float]) -> float:
+    """Distance (m) of one origin from another."""
+    if there == here:
+        return 0.0
+    (x,), (y,) = other_frame("map", np.zeros(1), np.zeros(1), there, here)
+    return float(np.hypot(x, y))

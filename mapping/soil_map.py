@@ -64,7 +64,7 @@ def map_soil(
 
     logs: drives, files or tables, with measured positions; model: with declared effects; n0: initial guess of n (default: the
     soil's); cell: size of a cell (m); everything: also drives whose verdict says not to use their n; start: seconds left out at
-    the beginning; origin: latitude and longitude (deg) of the map's frame, default that of the first log that has one. Where none
+    the beginning; origin: latitude and longitude (deg) of the map's frame, default as of `frame_of`. Where none
     has one, logs are taken to share one frame. Drives that are not on the map stand in `drives`, with why. Raises ValueError
     where no drive is on it, for a model of hard ground, and for an origin to logs that have none, TypeError for what is no model.
 

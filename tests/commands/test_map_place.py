@@ -67,6 +67,13 @@ def test_a_log_without_a_place_or_of_another_field_does_not_lose_the_map():
     assert placed([replace(log, origin=None) for log in logs], None, 10.0) == ["", "", ""]
 
 
+def test_a_far_log_that_comes_first_does_not_take_the_map_from_the_others():
+    far = HERE[0] + 1.0, HERE[1]
+    logs = [replace(synthetic_log(k), origin=place) for k, place in enumerate((far, HERE, THERE))]
+    assert frame_of(logs) == HERE and [bool(why) for why in placed(logs, frame_of(logs), 10.0)] == [True, False, False]
+    assert frame_of(logs[:2]) == far
+
+
 @pytest.mark.slow
 def test_the_map_is_in_longitude_and_latitude(tmp_path):
     log = write_drive(replace(read_drive(MULTI_LOG).between(0.0, 15.0), origin=HERE), tmp_path / "log.parquet")
