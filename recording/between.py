@@ -57,13 +57,16 @@ def only_samples(recording: Recording) -> Recording:
 def samples(name: str, t: Array, values: Array) -> tuple[Rows, str] | None:
     """(N,) which rows of the channel called `name` hold a sample, and a note that says so; None where all do, as far as it shows.
 
-    name: of the channel; t (N,): s; values (N,).
+    name: of the channel; t (N,): s; values (N,), NaN in rows that are empty already.
     """
-    rows, words = held(values), "each value is held"
-    if rows is None and name in STATE_CHANNELS:  # of an input that is a line, nothing would be another
-        rows, words = straight(t, values), "a straight line"
-    if rows is None:
+    good = np.isfinite(values)
+    found, words = held(values[good]), "each value is held"
+    if found is None and name in STATE_CHANNELS:  # of an input that is a line, nothing would be another
+        found, words = straight(t[good], values[good]), "a straight line"
+    if found is None:
         return None
+    rows = np.zeros(len(t), dtype=bool)
+    rows[good] = found
     every = float(np.median(np.diff(t[rows])))
     if not every <= LONGEST.get(name, 0.0):
         return None
@@ -73,20 +76,20 @@ def samples(name: str, t: Array, values: Array) -> tuple[Rows, str] | None:
 def held(values: Array) -> Rows | None:
     """(N,) which rows hold a new sample, of a channel that repeats each until the next; None for any other channel.
 
-    values (N,): of the channel.
+    values (N,): of the channel, finite.
     """
     new = np.ones(len(values), dtype=bool)
     new[1:] = values[1:] != values[:-1]
-    return new if np.isfinite(values).all() and _regular(new) else None
+    return new if _regular(new) else None
 
 
 def straight(t: Array, values: Array) -> Rows | None:
     """(N,) which rows hold a sample, of a channel (N,) that is a straight line between them; None for any other channel.
 
-    t (N,): s; values (N,): of the channel. Where a sample stood between two rows, the line bends at both: the nearer one, which
+    t (N,): s; values (N,): of the channel, finite. Where a sample stood between two rows, the line bends at both: the nearer one, which
     bends more, is taken.
     """
-    if len(values) < FEWEST or not np.isfinite(values).all():
+    if len(values) < FEWEST:
         return None
     bend = np.zeros(len(values))
     bend[1:-1] = np.abs(np.diff(np.diff(values) / np.diff(t)))

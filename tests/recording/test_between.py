@@ -10,7 +10,7 @@ from softsoil.cases.hostile import GPS, variant
 from softsoil.checking.usable import checked
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.estimate import estimate
-from softsoil.recording.between import held, only_samples, straight
+from softsoil.recording.between import held, only_samples, samples, straight
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
 from softsoil.refinement.residual import residual
@@ -63,8 +63,21 @@ def test_what_every_row_measures_stays(noisy):
     coarse = np.round(np.cumsum(noise), 0)
     stairs = np.repeat(np.arange(6.0), 500)
     ramps = np.clip(np.mod(T, 3.0), 0.0, 0.2)
-    for values in (noise, coarse, stairs, ramps, np.sin(T), np.zeros(len(T)), np.where(T > 5.0, np.nan, noise)):
+    for values in (noise, coarse, stairs, ramps, np.sin(T), np.zeros(len(T))):
         assert held(values) is None and straight(T, values) is None
+        assert samples("u", T, values) is samples("u", T, np.where(T > 5.0, np.nan, values)) is None
+    assert samples("u", T, np.full(len(T), np.nan)) is None
+
+
+@pytest.mark.parametrize("line", [False, True])
+@pytest.mark.parametrize("empty", [slice(0, 3), slice(777, 778), slice(500, 900)])
+def test_an_empty_row_hides_no_samples(line, empty):
+    values, times = slow(0.1, line)
+    values[empty] = np.nan
+    rows, said = samples("u", T, values)
+    assert "samples 0.1 s from each other" in said and not rows[empty].any()
+    there = len(times) - (empty.stop - empty.start) / 10
+    assert 0.9 * there < rows.sum() <= there + 2
 
 
 def test_a_steering_angle_that_the_driver_holds_is_one(noisy):
