@@ -12,6 +12,7 @@ from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import Array
 from softsoil.recording.evidence import MOSTLY, Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
+from softsoil.recording.laid_heading import SCATTERED, laid_heading
 from softsoil.recording.plausible import against
 
 SLOPE, FEWEST = 4, 8
@@ -29,6 +30,9 @@ SURE_SIGN = 0.3
 SLIDING = 0.75
 """Share of u omega_z that dv/dt may take back while a vehicle slides: where v is not measured, a smaller departure of the lateral
 accelerometer's scale from 1 is no evidence (0.59 was met on clay, at full lock)."""
+
+MIRRORED = 0.998
+"""Length of the mean direction of positions below which they may be mirrored."""
 
 
 def heading_checks(m: Motion) -> list[Check]:
@@ -150,7 +154,7 @@ def pose_checks(m: Motion, geometry: Geometry) -> list[Check]:
     reach = round(0.5 / m.log.dt)
     psi, u, v, omega = (interpolated(m.channel(name), reach) for name in ("psi", "u", "v", "omega_z"))
     if not (np.isfinite(x).any() and np.isfinite(psi).any()):
-        return _speed_without_heading(m)
+        return _without_heading(m, geometry)
     has_v = bool(np.isfinite(v).any())
     v = v if has_v else np.zeros_like(u)
     cos, sin = np.cos(psi), np.sin(psi)
@@ -282,7 +286,7 @@ def _course(moved: tuple[Array, Array], ahead: tuple[Array, Array]) -> Check | N
     mean = np.mean(np.exp(1j * angle[good]))
     length, offset = float(abs(mean)), float(np.angle(mean))
     expected = "positions that move where the heading points"
-    if length < 0.6:
+    if length < SCATTERED:
         found = f"directions of motion that scatter about the heading (mean direction {length:.2f} long, 1 for a rigid body)"
         cure = "x and y swapped, one of them flipped, or a compass heading? sign = -1, compass = true, or swap"
         return Check("course_heading", "x, y, psi", False, found, expected, cure, True)
@@ -293,17 +297,32 @@ def _course(moved: tuple[Array, Array], ahead: tuple[Array, Array]) -> Check | N
     return Check("course_heading", "psi", True, f"motion {offset:+.3f} rad off the heading on the mean", expected)
 
 
-def _speed_without_heading(m: Motion) -> list[Check]:
-    """Positions without a heading: distance against speed."""
+def _without_heading(m: Motion, geometry: Geometry) -> list[Check]:
+    """Positions without a heading: distance against speed, and the way that they turn against the yaw rate."""
     x, y = m.channel("x"), m.channel("y")
     if not np.isfinite(x).any():
         return []
+    checks = _direction(m, x, y, geometry)
     speed = np.hypot(m.slope(x), m.slope(y))
     line = regress(m.driven(m.speed), m.driven(speed))
-    if line is None:
-        return []
+    if line is None or any(not check.passed for check in checks):
+        return checks
     return [
-        scale_check(
-            "speed_position", "u", line, 0, "a speed as the positions move (scale 1)", "correct unit or scale of u"
-        )
+        *checks,
+        scale_check("speed_position", "u", line, 0, "a speed as the positions move (scale 1)", "correct unit or scale of u"),
     ]
+
+
+def _direction(m: Motion, x: Array, y: Array, geometry: Geometry) -> list[Check]:
+    """Positions that turn as the yaw rate says; mirrored ones turn the other way."""
+    u, v, omega = (np.nan_to_num(interpolated(m.channel(name), round(1.0 / m.log.dt))) for name in ("u", "v", "omega_z"))
+    laid = laid_heading(x, y, u, v + geometry.l_f * omega, omega, m.log.dt)
+    if laid is None:
+        return []
+    expected = "positions that turn as the yaw rate says"
+    other = 1.0 - laid.mirrored < 0.1 * (1.0 - laid.agreement) and laid.agreement < MIRRORED
+    if other or laid.scattered:
+        found = f"a mean direction {laid.agreement:.2f} long, 1 for a rigid body; {laid.mirrored:.2f} with one axis turned round"
+        cure = "sign = -1 for x or for y, or swap them" if other else "positions of another time, or a yaw rate that is none"
+        return [Check("course_heading", "x, y", False, found, expected, cure, True)]
+    return [Check("course_heading", "x, y", True, f"a mean direction {laid.agreement:.2f} long", expected)]

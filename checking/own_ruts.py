@@ -34,9 +34,10 @@ NOTE = "x, y: wheels run in ruts of earlier in this log"
 def with_ruts(recording: Recording, geometry: Geometry) -> Recording:
     """The recording with the times in which wheels run in ruts of earlier in the drive, and a note of them.
 
-    geometry: tracks, wheelbase and width of the wheels. Unchanged where position or heading are not measured, or not well enough.
+    geometry: tracks, wheelbase and width of the wheels. Unchanged where positions are not measured, or not well enough; a heading
+    that is not measured is laid on them.
     """
-    if not recording.measured("x", "y", "psi", "u") or len(recording) < 2:
+    if not recording.measured("x", "y", "u") or recording.state_of("psi") == "absent" or len(recording) < 2:
         return recording
     ruts = _stretches(recording, geometry)
     if ruts == recording.ruts:

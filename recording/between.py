@@ -86,8 +86,8 @@ def held(values: Array) -> Rows | None:
 def straight(t: Array, values: Array) -> Rows | None:
     """(N,) which rows hold a sample, of a channel (N,) that is a straight line between them; None for any other channel.
 
-    t (N,): s; values (N,): of the channel, finite. Where a sample stood between two rows, the line bends at both: the nearer one, which
-    bends more, is taken.
+    t (N,): s; values (N,): of the channel, finite. Where a sample stood between two rows, the line bends at both: the nearer one,
+    which bends more, is taken.
     """
     if len(values) < FEWEST:
         return None

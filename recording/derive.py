@@ -13,6 +13,7 @@ from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import SPIKE, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry, corners
+from softsoil.recording.laid_heading import laid_heading
 
 SLOPE = 0.4
 """s: straight line through positions that gives a velocity."""
@@ -39,18 +40,26 @@ def completed(recording: Recording, geometry: Geometry) -> Recording:
         return recording
     log = on_even_clock(recording)
     channels, state, notes = dict(log.channels), dict(log.state), list(log.notes)
+    alone = "stands alone"
 
     def add(name: str, values: Array, how: str) -> None:
-        why = "not in the log" if name in missing else "set aside, since it stands alone"
+        why = "not in the log" if log.state_of(name) == "absent" else f"set aside, since it {alone}"
         channels[name], state[name] = values, "derived"
         notes.append(f"{name}: {why}; {how}")
 
     omega, u = _filled(log["omega_z"]), _filled(log["u"])
-    if "psi" in missing:
-        add("psi", np.cumsum(omega) * log.dt, "the integral of the yaw rate, from zero")
     if "v" in missing:
         add("v", *_lateral(log, geometry, u, omega))
-    psi, v = _heading(channels["psi"]), _filled(channels["v"])
+    v = _filled(channels["v"])
+    if "psi" in missing:
+        laid = laid_heading(log["x"], log["y"], u, v + geometry.l_f * omega, omega, log.dt) if log.measured("x", "y") else None
+        if laid is None or laid.scattered:
+            add("psi", np.cumsum(omega) * log.dt, "the integral of the yaw rate, from zero")
+            if log.measured("x", "y"):
+                missing, alone = [*missing, "x", "y"], "says no direction of a heading that is not in the log"
+        else:
+            add("psi", laid.psi, "the integral of the yaw rate, laid on the positions")
+    psi = _heading(channels["psi"])
     if "x" in missing or "y" in missing:
         aside = v + geometry.l_f * omega
         for name, rate in (("x", u * np.cos(psi) - aside * np.sin(psi)), ("y", u * np.sin(psi) + aside * np.cos(psi))):

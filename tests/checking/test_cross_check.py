@@ -1,6 +1,7 @@
 """Channels against each other: good logs pass, hostile ones are refused or warned about, each with its channel and cure."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,6 +81,21 @@ def test_a_flipped_yaw_rate_is_named_and_shifts_no_clock(good):
     assert steer is None or not steer.trusted or abs(steer.late_s) < 0.25
     right = {offset.group: offset for offset in time_offsets(drive, reference_vehicle())}
     assert all(offset.trusted for offset in right.values())
+
+
+def test_positions_without_a_heading_turn_as_the_yaw_rate_says(good):
+    drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
+
+    def found(**channels):
+        log = drive.with_channels(**channels)
+        log = replace(log, channels={name: values for name, values in log.channels.items() if name != "psi"})
+        return {check.name: check for check in check_channels(log, vehicle)}["course_heading"]
+
+    assert found().passed and found(x=-drive["x"], y=-drive["y"]).passed, "a frame may be turned"
+    for wrong in (found(y=-drive["y"]), found(x=-drive["x"]), found(x=drive["y"], y=drive["x"])):
+        assert wrong.beyond_doubt and "sign = -1 for x or for y, or swap them" in wrong.cure
+    apart = found(x=np.roll(drive["x"], 1500), y=np.roll(drive["y"], 700))
+    assert not apart.passed
 
 
 def test_a_steering_wheels_angle_is_named_before_what_it_does_to_the_wheels(good):

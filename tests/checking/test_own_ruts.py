@@ -5,6 +5,7 @@ import pytest
 
 import softsoil
 from softsoil.checking.own_ruts import with_ruts
+from softsoil.recording.derive import completed
 from softsoil.recording.forward import in_ruts
 
 VEHICLE = softsoil.load_vehicle("reference")
@@ -73,11 +74,20 @@ def test_what_was_reversed_over_is_not_fresh_on_the_way_forwards():
     assert found[-1][0] < 13.1 and 13.0 + 4.0 / SPEED < found[-1][1] < 15.5  # 4 m, and the wheelbase that stood on ruts
 
 
-@pytest.mark.parametrize("absent", ["x", "psi", "u"])
+@pytest.mark.parametrize("absent", ["x", "u"])
 def test_without_a_measured_position_nothing_is_known(absent):
     log = driven(circle, 2 * LAP)
     log = softsoil.Recording("log", dict(log.channels), state={absent: "derived"})
     assert with_ruts(log, VEHICLE).ruts == ()
+
+
+def test_a_heading_that_is_laid_on_the_positions_does():
+    log = driven(circle, 2 * LAP)
+    known = with_ruts(log, VEHICLE).ruts
+    channels = {name: values for name, values in log.channels.items() if name != "psi"}
+    laid = completed(softsoil.Recording("log", channels | {"steer": np.zeros(len(log))}), VEHICLE)
+    ((begin, end),) = with_ruts(laid, VEHICLE).ruts
+    assert known and laid.state_of("psi") == "derived" and (begin, end) == pytest.approx(known[0], abs=0.5)
 
 
 def test_a_position_worse_than_the_ruts_are_wide_says_nothing():

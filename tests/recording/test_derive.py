@@ -9,6 +9,7 @@ from drives import MULTI_LOG, reference_vehicle
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
 from softsoil.recording.states import known_states, measured_states
 from softsoil.symbolic.catalogue import bicycle
@@ -51,6 +52,27 @@ def test_a_derived_channel_is_near_the_measured_one(good, dropped, channel, most
     assert np.sqrt(np.mean(error**2)) < most
     assert drive.state_of(channel) == "derived" and not drive.measured(channel)
     assert any(note.startswith(channel) or channel in note for note in drive.notes)
+
+
+@pytest.mark.parametrize("turn", [0.0, 3.0])
+@pytest.mark.parametrize("noise", ["good", "table5"])
+def test_a_heading_is_laid_on_positions_of_any_frame(good, turn, noise):
+    """East and north of a receiver beside a gyro with a bias: no compass."""
+    noisy = add_noise(good, noise, 4)
+    x, y = np.cos(turn) * noisy["x"] - np.sin(turn) * noisy["y"], np.sin(turn) * noisy["x"] + np.cos(turn) * noisy["y"]
+    log = without(noisy.with_channels(x=x, y=y, omega_z=noisy["omega_z"] + 0.01), "psi")
+    drive = completed(log, reference_vehicle())
+    away = np.angle(np.exp(1j * (drive["psi"] - good["psi"] - turn)))
+    assert np.abs(away).max() < 0.015 and drive.state_of("psi") == "derived" and drive.measured("x", "y")
+    assert "psi: not in the log; the integral of the yaw rate, laid on the positions" in drive.notes
+
+
+def test_positions_that_say_no_direction_are_set_aside(good):
+    """A receiver that stands at one place while the vehicle drives."""
+    still = np.random.default_rng(1).normal(0.0, 3.0, (2, len(good)))
+    drive = completed(without(good.with_channels(x=still[0], y=still[1]), "psi"), reference_vehicle())
+    assert not drive.measured("x") and not drive.measured("y")
+    assert any(note.startswith("x: set aside, since it says no direction of a heading") for note in drive.notes)
 
 
 def test_a_whole_drive_is_left_as_it_is(good):

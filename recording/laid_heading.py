@@ -1,0 +1,95 @@
+"""A heading from the yaw rate and positions together: its turning from the gyro, its direction from where the vehicle went.
+
+The integral of a yaw rate begins anywhere and drifts. Over a few seconds the way that it makes with the speeds, and the way
+between the positions, are the same up to a turn; that turn is the heading's error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsoil.recording.drive import Array
+from softsoil.recording.evidence import interpolated
+from softsoil.recording.noise_level import noise_level
+
+WAY = 4.0
+"""s: length of the ways that are compared, at most a third of a drive."""
+SURE = 5.0
+"""Standard deviations of a position that a way must be long at least."""
+SHORTEST = 0.5
+"""m: the same where positions have no noise."""
+LONGEST_GAP = 2.0
+"""s between positions up to which a line stands for them."""
+LEAST = 1.0
+"""Seconds of such ways without which nothing is known of the direction."""
+DRIFT = 0.03
+"""rad/s: largest bias of a gyro."""
+WANDER = 10.0
+"""s on each side over which the drift may leave its line."""
+
+SCATTERED = 0.6
+"""Length of the mean direction below which positions and yaw rate are not of one body."""
+
+
+@dataclass(frozen=True)
+class Laid:
+    """A heading laid on positions.
+
+    psi (N,): rad; agreement: length of the mean direction of the ways between positions, seen from the heading: 1 for a rigid
+    body; mirrored: the same of positions with one axis turned round; bias: of the yaw rate (rad/s).
+    """
+
+    psi: Array
+    agreement: float
+    mirrored: float
+    bias: float
+
+    @property
+    def scattered(self) -> bool:
+        """Whether the positions fit no heading with this yaw rate."""
+        return self.agreement < SCATTERED
+
+
+def laid_heading(x: Array, y: Array, ahead: Array, aside: Array, omega: Array, dt: float) -> Laid | None:
+    """The heading that fits a yaw rate and positions; None where the positions say no direction.
+
+    x, y (N,): m, NaN where empty; ahead, aside (N,): velocity of that point in the vehicle's frame (m/s); omega (N,): yaw rate
+    (rad/s), these without NaN; dt: s.
+    """
+    psi = np.cumsum(omega) * dt
+    way = int(min(WAY / dt, len(psi) / 3))
+    reach = round(LONGEST_GAP / dt)
+    place = interpolated(x, reach) + 1j * interpolated(y, reach)
+    reckoned = np.cumsum((ahead + 1j * aside) * np.exp(1j * psi)) * dt
+    gone, claimed = place[way:] - place[:-way], reckoned[way:] - reckoned[:-way]
+    least = max(SHORTEST, SURE * max(noise_level(one, dt).white for one in (x, y)))
+    good = np.isfinite(gone) & (np.abs(claimed) > least)
+    if way < 1 or good.sum() * dt < LEAST:
+        return None
+    gone, claimed = np.where(good, gone, 0.0), np.where(good, claimed, 0.0)
+    t: Array = (np.arange(len(gone)) - 0.5 * len(gone)) * dt
+    turn = gone * np.conj(claimed)
+    agreement, bias = _agreement(turn, t)
+    mirrored, _ = _agreement(np.conj(gone) * np.conj(claimed), t)
+    straight = np.exp(1j * bias * t)
+    usual = np.angle(np.sum(turn * np.conj(straight)))
+    rest = turn * np.conj(straight) * np.exp(-1j * usual)
+    size = min(2 * round(WANDER / dt) + 1, len(rest))
+    ones = np.ones(size)
+    wander = np.angle(np.convolve(rest, ones, mode="same") + least**2 * np.convolve(np.ones(len(rest)), ones, mode="same"))
+    rows = np.clip(np.arange(len(psi)) - way // 2, 0, len(rest) - 1)
+    drift = bias * (np.arange(len(psi)) - 0.5 * (len(psi) - 1)) * dt
+    return Laid(psi + usual + drift + wander[rows], agreement, mirrored, -bias)
+
+
+def _agreement(turn: Array, t: Array) -> tuple[float, float]:
+    """Length of the mean direction of `turn` (K,), complex, at the best drift within DRIFT, and that drift (rad/s); t (K,): s."""
+    block = max(len(turn) // 2000, 1)
+    whole = len(turn) // block * block
+    small, at = turn[:whole].reshape(-1, block).sum(axis=1), t[:whole].reshape(-1, block).mean(axis=1)
+    drifts = np.linspace(-DRIFT, DRIFT, 2 * int(np.ceil(DRIFT * (at[-1] - at[0]) / 0.05)) + 1)
+    sums = np.array([abs(np.sum(small * np.exp(-1j * drift * at))) for drift in drifts])
+    best = int(sums.argmax())
+    return float(sums[best] / max(np.abs(turn).sum(), 1e-300)), float(drifts[best])
