@@ -69,7 +69,7 @@ def laid_heading(x: Array, y: Array, ahead: Array, aside: Array, omega: Array, d
     if way < 1 or good.sum() * dt < LEAST:
         return None
     gone, claimed = np.where(good, gone, 0.0), np.where(good, claimed, 0.0)
-    t: Array = (np.arange(len(gone)) - 0.5 * len(gone)) * dt
+    t = np.asarray((np.arange(len(gone)) - 0.5 * len(gone)) * dt, dtype=np.float64)
     turn = gone * np.conj(claimed)
     agreement, bias = _agreement(turn, t)
     mirrored, _ = _agreement(np.conj(gone) * np.conj(claimed), t)
