@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from softsoil.checking.clocks import clock_checks, filter_checks
 from softsoil.checking.motion import heading_checks, inertial_checks, pose_checks
-from softsoil.checking.place import place_checks
+from softsoil.checking.place import place_checks, position_checks
 from softsoil.checking.single import excitation_checks, single_checks
 from softsoil.checking.speed import speed_checks
 from softsoil.checking.wheels import sensor_checks, side_checks, steering_checks, turned_over, wheel_checks
@@ -34,7 +34,7 @@ def check_channels(recording: Recording, geometry: Geometry, late_steering: floa
     checks = excitation_checks(motion)
     if not checks[0].passed:
         return tuple(checks)
-    checks += place_checks(motion, geometry)
+    checks += place_checks(motion, geometry) + position_checks(motion, geometry)
     checks += clock_checks(recording, geometry, late_steering)  # before the rest: a clock that is off makes other checks fail
     checks += filter_checks(motion.log)
     checks += speed_checks(motion, geometry)

@@ -1,14 +1,19 @@
-"""Whether a lateral velocity is that of the centre of gravity, where no accelerometer says so: how v turns with the vehicle."""
+"""Of which point of the vehicle a lateral velocity is, or a position, by how it turns, where no other channel says so."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from softsoil.checking.words import Check
-from softsoil.recording.evidence import Motion, regress
+from softsoil.recording.drive import Array, Recording
+from softsoil.recording.evidence import Line, Motion, interpolated, regress
 from softsoil.recording.geometry import Geometry
+from softsoil.recording.laid_heading import laid_heading
 
-NAME = "lateral_velocity_place"
+NAME, POSITIONS = "lateral_velocity_place", "position_place"
 SIGMAS = 2.0
 FARTHEST = 0.15
 """Over l_r: how far ahead of the rear axle v may seem to be taken and is still doubted. Slip that does not grow in proportion
@@ -16,6 +21,9 @@ draws the estimate towards the axle: 0.1 to 1.05 on 76 drives of sixteen vehicle
 was doubted, -0.9 to 0.05 with the rear axle's, 72 of which were (`benchmarks.velocity_place`)."""
 STEADY = 0.3
 """Largest standard error, over l_r, of the estimate."""
+BEYOND = 1.4
+"""Over l_r: how far ahead of the rear axle, less l_f, a position may seem to be: 0.24 to 1.13 on those drives with the front
+axle's, none of which was doubted, -1.06 to 0.32 with the centre of gravity's, 53 of 64 of which were."""
 
 
 def place_checks(m: Motion, geometry: Geometry) -> list[Check]:
@@ -38,3 +46,58 @@ def place_checks(m: Motion, geometry: Geometry) -> list[Check]:
         "clocks that seem off may be right"
     )
     return [Check(NAME, "v", not doubtful, found, expected, cure if doubtful else "")]
+
+
+def position_checks(m: Motion, geometry: Geometry) -> list[Check]:
+    """Positions across the heading against (ahead - c u^2) omega_z, as of `place_checks`; l_f + l_r for the front axle. None with
+    a measured v, against which positions are compared themselves; a heading that is not measured is laid on them."""
+    if np.isfinite(m.channel("v")).any():
+        return []
+    line = _across(m, geometry)
+    if line is None or not line.std[0] < STEADY * geometry.l_r:
+        return []
+    ahead, std = float(line.value[0]), float(line.std[0])
+    seen, least = (ahead - geometry.l_f) / geometry.l_r, SIGMAS * std / geometry.l_r
+    doubtful = seen + least < FARTHEST or seen - least > BEYOND
+    wheelbase = geometry.l_f + geometry.l_r
+    found = f"one that turns {ahead:+.2f} ± {std:.2f} m ahead of the rear axle"
+    expected = f"the position of the front axle, {wheelbase:.2f} m ahead of the rear axle"
+    cure = "give the antenna's place in [mount] of the map; until then positions are set aside" if doubtful else ""
+    return [Check(POSITIONS, "x, y", not doubtful, found, expected, cure)]
+
+
+def without_misplaced(recording: Recording, checks: Sequence[Check]) -> Recording:
+    """The recording without positions that `position_checks` finds to be of another point: no lateral velocity is to be derived
+    from them.
+
+    checks: of its channels.
+    """
+    if all(check.passed for check in checks if check.name == POSITIONS):
+        return recording
+    note = "x, y: of another point than the front axle, by how they turn"
+    return replace(recording, state={**recording.state, "x": "absent", "y": "absent"}, notes=(*recording.notes, note))
+
+
+def _across(m: Motion, geometry: Geometry) -> Line | None:
+    """The sideways motion of positions on omega_z, -u |u| omega_z and u, which a heading that is turned makes."""
+    x, y = m.channel("x"), m.channel("y")
+    u, omega = (interpolated(m.channel(name), round(0.5 / m.log.dt)) for name in ("u", "omega_z"))
+    psi = interpolated(m.channel("psi"), round(0.5 / m.log.dt))
+    if not np.isfinite(psi).any():
+        known = np.nan_to_num(u), np.nan_to_num(omega)
+        laid = laid_heading(x, y, known[0], geometry.l_f * known[1], known[1], m.log.dt)
+        if laid is None or laid.scattered:
+            return None
+        psi = laid.psi
+    middle = np.unwrap(np.nan_to_num(m.mean(psi)))
+
+    def sideways(ahead: Array, aside: Array) -> Array:
+        """(windows,) slopes across the mean heading of the path that velocities in the vehicle's frame make."""
+        path = (ahead + 1j * aside) * np.exp(1j * psi)
+        rates = m.slope(m.integral(path.real), x), m.slope(m.integral(path.imag), y)
+        return -np.sin(middle) * rates[0] + np.cos(middle) * rates[1]
+
+    still = np.zeros_like(u)
+    moved = -np.sin(middle) * m.slope(x) + np.cos(middle) * m.slope(y) - sideways(u, still)
+    features = sideways(still, omega), sideways(still, -u * np.abs(u) * omega), sideways(still, u)
+    return regress(m.driven(moved), *features)

@@ -11,6 +11,7 @@ import pandas as pd
 from softsoil.checking.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.checking.geometry_check import beyond_doubt
 from softsoil.checking.own_ruts import with_ruts
+from softsoil.checking.place import without_misplaced
 from softsoil.recording.clock import on_coarse_clock
 from softsoil.recording.columns import Source
 from softsoil.recording.derive import completed
@@ -34,7 +35,7 @@ def checked(drive: Recording, geometry: Geometry, late_steering: float = 0.0) ->
     refuse_contradictions(where, checks)
     doubts = warnings(checks)
     notes = (*drive.notes, *(f"warning: {doubt}" for doubt in doubts))
-    return mark_checked(replace(drive, notes=notes)), doubts
+    return mark_checked(without_misplaced(replace(drive, notes=notes), checks)), doubts
 
 
 def mark_checked(drive: Recording) -> Recording:

@@ -12,7 +12,7 @@ import numpy as np
 from softsoil.checking.axle import axle_checks
 from softsoil.checking.cross_check import check_channels
 from softsoil.checking.offsets import Offset, time_offsets
-from softsoil.checking.place import place_checks
+from softsoil.checking.place import place_checks, without_misplaced
 from softsoil.checking.words import Check
 from softsoil.importing.bag import inspect_bag, read_bag
 from softsoil.importing.draft_map import geodetic
@@ -171,7 +171,7 @@ def bring_in(
     notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
     recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
     checks = (*check_channels(recording, geometry, late_steering), *axle_checks(recording, geometry))
-    return Import(merged, completed(recording, geometry), shifts, offsets, checks, series)
+    return Import(merged, completed(without_misplaced(recording, checks), geometry), shifts, offsets, checks, series)
 
 
 def _positions_elsewhere(

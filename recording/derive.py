@@ -43,7 +43,8 @@ def completed(recording: Recording, geometry: Geometry) -> Recording:
     alone = "stands alone"
 
     def add(name: str, values: Array, how: str) -> None:
-        why = "not in the log" if log.state_of(name) == "absent" else f"set aside, since it {alone}"
+        left = "set aside" if name in log and np.isfinite(log[name]).any() else "not in the log"
+        why = left if log.state_of(name) == "absent" else f"set aside, since it {alone}"
         channels[name], state[name] = values, "derived"
         notes.append(f"{name}: {why}; {how}")
 

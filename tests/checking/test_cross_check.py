@@ -11,7 +11,7 @@ from softsoil.cases.hostile import VARIANTS, variant
 from softsoil.checking.cross_check import check_channels, refuse_contradictions, warnings
 from softsoil.checking.offsets import time_offsets
 from softsoil.recording.derive import completed
-from softsoil.recording.drive import WHEEL_CHANNELS
+from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
 
@@ -81,6 +81,16 @@ def test_a_flipped_yaw_rate_is_named_and_shifts_no_clock(good):
     assert steer is None or not steer.trusted or abs(steer.late_s) < 0.25
     right = {offset.group: offset for offset in time_offsets(drive, reference_vehicle())}
     assert all(offset.trusted for offset in right.values())
+
+
+def test_a_flipped_steering_angle_of_a_short_wave_is_beyond_doubt():
+    """A second later a wave of 3.2 s fits a little again."""
+    t = np.arange(0.0, 30.0, 0.02)
+    steer, vehicle = 0.2 * np.sin(2 * np.pi * t / 3.2) + 0.05 * np.sin(0.9 * t), reference_vehicle()
+    omega = 0.7 * 2.0 * steer / (vehicle.l_f + vehicle.l_r)
+    channels = {"t": t, "u": np.full(len(t), 2.0), "omega_z": omega, "steer": -steer}
+    found = {check.name: check for check in check_channels(Recording("wave", channels), vehicle)}["steer_yaw_rate"]
+    assert found.beyond_doubt and "sign = -1 for steer" in found.cure and "(+0.3" in found.found
 
 
 def test_positions_without_a_heading_turn_as_the_yaw_rate_says(good):

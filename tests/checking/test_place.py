@@ -1,4 +1,5 @@
-"""The rear axle's lateral velocity in the place of the centre of gravity's, by how it turns, without an accelerometer."""
+"""The rear axle's lateral velocity in the place of the centre of gravity's, or its position in that of the front axle, by how it
+turns."""
 
 from dataclasses import replace
 
@@ -7,7 +8,8 @@ import pytest
 
 from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, reference_vehicle
 from softsoil.checking.cross_check import check_channels
-from softsoil.checking.place import NAME, place_checks
+from softsoil.checking.place import NAME, POSITIONS, place_checks, position_checks
+from softsoil.checking.usable import usable
 from softsoil.recording.evidence import Motion
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
@@ -61,3 +63,29 @@ def test_a_unit_and_a_place_that_explain_as_well_are_both_named():
     doubled = add_noise(drive.with_channels(v=2.0 * drive["v"]), "table5", 1)
     (doubted,) = [c for c in check_channels(doubled, reference_vehicle()) if c.name == "lateral_velocity_rate"]
     assert "correct sign or unit of v; or" in doubted.cure and "places of the sources" in doubted.cure
+
+
+def by_an_antenna(behind, *absent):
+    """A drive with noise, without v and what else is `absent`; its antenna is so far (m) behind the front axle."""
+    drive = add_noise(read_drive(MULTI_LOG), "good", 1)
+    psi = read_drive(MULTI_LOG)["psi"]
+    moved = {"x": drive["x"] - behind * np.cos(psi), "y": drive["y"] - behind * np.sin(psi)}
+    channels = {name: values for name, values in drive.channels.items() if name not in ("v", *absent)}
+    return replace(drive, channels={**channels, **moved})
+
+
+@pytest.mark.parametrize("absent", [(), ("psi",), ("a_x_imu", "a_y_imu")])
+def test_an_antenna_without_its_place_is_set_aside_where_v_is_not_measured(absent):
+    vehicle = reference_vehicle()
+    right, wrong = by_an_antenna(0.0, *absent), by_an_antenna(vehicle.l_f + 0.4, *absent)
+    (passed,), (doubted,) = (position_checks(Motion.of(drive), vehicle) for drive in (right, wrong))
+    assert passed.passed and not doubted.passed and "[mount]" in doubted.cure and doubted.name == POSITIONS
+    assert usable(right, vehicle).measured("x", "y")
+    with pytest.warns(UserWarning, match="the position of the front axle"):
+        drive = usable(wrong, vehicle)
+    assert not drive.measured("x") and "x: set aside; dead reckoning from speed and heading, from zero" in drive.notes
+    assert "v: not in the log; the rear axle's course" in " ".join(drive.notes)
+
+
+def test_with_a_measured_v_positions_are_compared_with_that():
+    assert position_checks(Motion.of(add_noise(read_drive(MULTI_LOG), "good", 1)), reference_vehicle()) == []
