@@ -80,7 +80,7 @@ def _drift_numbers(model: Model) -> DriftNumbers:
         )
         for channel in rules.channels
     )
-    return DriftNumbers(rules.after, rules.turning, rules.steering, rules.most, tuple(channels))
+    return DriftNumbers(rules.after, rules.gap, rules.turning, rules.steering, rules.most, tuple(channels))
 
 
 def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:

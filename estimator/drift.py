@@ -58,12 +58,14 @@ drive."""
 
 @dataclass(frozen=True)
 class DriftRules:
-    """after: s from the start in which nothing is said, the estimate being on its way; turning: m/s^2, lateral acceleration from
-    which a vehicle turns; steering: rad/s, rate from which its steering moves; most: limits that a sum may reach, so that it
-    comes back when the cause has gone; settles: s after an alarm in which its channel is decided; channels.
+    """after: s from the start in which nothing is said, the estimate being on its way; gap: s after inputs were unknown in which
+    nothing is said, the first corrections making up for that time; turning: m/s^2, lateral acceleration from which a vehicle
+    turns; steering: rad/s, rate from which its steering moves; most: limits that a sum may reach, so that it comes back when the
+    cause has gone; settles: s after an alarm in which its channel is decided; channels.
     """
 
     after: float = 6.0
+    gap: float = 2.0
     turning: float = 1.0
     steering: float = 0.3
     most: float = 3.0
@@ -104,6 +106,10 @@ class DriftMonitor:
         self.level, self.channel = 0.0, 0
         self.highest, self.added = 0.0, np.zeros_like(self._limit)
         self.alarm: tuple[float, int] | None = None
+
+    def wait(self, t: float) -> None:
+        """Say nothing for `gap` s from t (s) on, when inputs are unknown."""
+        self._from = max(self._from, t + self.rules.gap)
 
     def see(
         self, t: float, moved: Sequence[float] | Array, n: float, motion: tuple[float, float, float], steer_rate: float

@@ -82,6 +82,9 @@ class TerrainEstimate:
         last = int(np.flatnonzero(outside)[-1]) + 1 if outside.any() else 0
         return float(self.t[min(last, len(self.t) - 1)] - (self.t[0] if self.begun is None else self.begun))
 
+FIRST = 5
+"""Samples of a channel that make a first state."""
+
 
 @lru_cache(maxsize=4)
 def terrain_model(model: Model, tied: bool) -> Model:
@@ -120,15 +123,17 @@ def estimate_terrain(
     own = _filter(log, augmented, n0, tuning)
     every = tuning.update_every
     kept: list[tuple[float, float, int, Array, Array]] = []
-    # Of a log slower than the model's clock only its own samples are updates.
-    seen_rows: NDArray[np.bool_] = np.asarray(np.isfinite(measured).any(axis=1) | (log.dt >= own_step), dtype=bool)
-    step_us = []
+    own_rows = log.dt >= own_step  # of a log slower than the model's clock only its own samples are updates
+    step_us, unused = [], np.full(measured.shape[1], np.nan)
     for k in range(len(log) - 1):
         began = time.perf_counter()
         own.predict(inputs[k], bool(known[k]), bool(fresh[k]))
         own.t = float(log.t[k + 1])
-        if (k + 1) % every == 0 and seen_rows[k + 1]:
-            seen = own.update(measured[k + 1])
+        # What rows without an update measured counts at the next one.
+        unused = np.where(np.isfinite(measured[k + 1]), measured[k + 1], unused)
+        if (k + 1) % every == 0 and (own_rows or np.isfinite(unused).any()):
+            seen = own.update(unused)
+            unused = np.full_like(unused, np.nan)
             step_us.append((time.perf_counter() - began) * 1e6)
             kept.append((log.t[k + 1], seen.nis, seen.dof, own.ukf.x, own.n_std))
             if progress is not None and len(kept) % 64 == 0:
@@ -161,11 +166,21 @@ def _filter(log: Recording, model: Model, n0: float, tuning: Tuning) -> TerrainF
     sensor = sensor_std(log, np.array(tuning.sensor_floor))
     own = _idle(model, log.dt, tuning).pop("filter", None) or TerrainFilter(model, log.dt, sensor, tuning)
     own.set_sensors(sensor)
-    x0 = first_state(model, [_first(column) for column in known_states(log).T], n0)
-    own.start(x0, tuning.std0(model.x, sensor), float(log.t[0]))
+    first = np.array([_first(log.t, column) for column in known_states(log).T])
+    x0 = first_state(model, first[:, 0], n0)
+    std0 = tuning.std0(model.x, sensor)
+    std0[: len(first)] = np.hypot(std0[: len(first)], first[:, 1])
+    own.start(x0, std0, float(log.t[0]))
     return own
 
 
-def _first(values: Array) -> float:
-    """Median of the first few finite values: a first state that one outlier does not spoil."""
-    return float(np.median(values[np.isfinite(values)][:5])) if np.isfinite(values).any() else 0.0
+def _first(t: Array, values: Array) -> tuple[float, float]:
+    """A first state that one outlier does not spoil, by the first few finite values, and by how much it is less certain than one
+    of them: their median, or where a sensor is slower than the clock, what a line through them says of the first row."""
+    rows = np.flatnonzero(np.isfinite(values))[:FIRST]
+    if len(rows) < 2 or rows[-1] < 2 * len(rows):
+        return float(np.median(values[rows])) if len(rows) else 0.0, 0.0
+    rate = float(np.median(np.diff(values[rows]) / np.diff(t[rows])))
+    back = values[rows] - rate * (t[rows] - t[0])
+    middle = float(np.median(back))
+    return middle, 1.4826 * float(np.median(np.abs(back - middle)))

@@ -138,6 +138,8 @@ class TerrainFilter:
             self._stay_below_ceilings()
             u = self.ukf.held_inputs
         self.t += self.dt
+        if self._unknown:
+            self.drift.wait(self.t)
         self._rate = float(u[self._steer_rate]) if self._steer_rate >= 0 else 0.0
         self.status = FilterStatus(standing=standing, refused=refused, drift=self.drift.level)
 

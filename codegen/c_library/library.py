@@ -61,9 +61,10 @@ class DriftSum:
 
 @dataclass(frozen=True)
 class DriftNumbers:
-    """Rules of the drift monitor: after (s), turning (m/s^2), steering (rad/s), most (limits); channels, as in C."""
+    """Rules of the drift monitor: after, gap (s), turning (m/s^2), steering (rad/s), most (limits); channels, as in C."""
 
     after: float
+    gap: float
     turning: float
     steering: float
     most: float
@@ -307,7 +308,8 @@ def _drift(drift: DriftNumbers) -> dict[str, str]:
     channels = drift.channels
     rows = [f"  SOFTSOIL_DRIFT_{c.name}, /* {c.likely} */" for c in channels]
     return {
-        "n_drift": str(len(channels)), "drift_enum": "\n".join(rows), "drift_after": number(drift.after),
+        "n_drift": str(len(channels)), "drift_enum": "\n".join(rows),
+        "drift_after": number(drift.after), "drift_gap": number(drift.gap),
         "drift_allowance": _list([c.allowance for c in channels]), "drift_limit": _list([c.limit for c in channels]),
         "drift_sensor": _list([c.sensor for c in channels]), "drift_turning": number(drift.turning),
         "drift_steering": number(drift.steering), "drift_most": number(drift.most),

@@ -170,9 +170,9 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt);
  * not used twice. */
 int softsoil_update(softsoil_t *s, const double y[SOFTSOIL_N_Y], const unsigned char valid[SOFTSOIL_N_Y], double t);
 
-/* A whole log: rows t, u (N_U per row), y (N_Y per row, NaN where missing); an update every `every` rows, from a filter
- * that stands at t[0]. x and std (rows * N_X), nis (rows), dof (rows): results after each row, each may be NULL.
- * Returns the gravest status of all calls. */
+/* A whole log: rows t, u (N_U per row), y (N_Y per row, NaN where missing); an update every `every` rows, for which the newest
+ * measurements since the last one count, from a filter that stands at t[0]. x and std (rows * N_X), nis (rows), dof (rows):
+ * results after each row, each may be NULL. Returns the gravest status of all calls. */
 int softsoil_replay(softsoil_t *s, size_t rows, const double *t, const double *u, const double *y, size_t every, double *x,
                     double *std, double *nis, int32_t *dof);
 

@@ -449,6 +449,7 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
   if (s->standstill) s->flags |= SOFTSOIL_FLAG_STANDING;
   s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
   s->t += dt;
+  if (s->missing > held_inputs + CLOCK_SLACK) wait_for_drift(s);
   s->last_dt = dt;
   ++s->predictions;
   return status;
@@ -750,10 +751,15 @@ int softsoil_replay(softsoil_t *s, size_t rows, const double *t, const double *u
   if (s->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
   if (rows == 0 || every == 0) return SOFTSOIL_BAD_ARGUMENT;
   int status = SOFTSOIL_OK;
+  double kept[NY]; /* what rows without an update measured counts at the next one */
+  for (int i = 0; i < NY; ++i) kept[i] = NAN;
   for (size_t k = 0; k < rows; ++k) {
     if (k > 0) status = graver(status, softsoil_predict(s, u + (k - 1) * SOFTSOIL_N_U, t[k] - s->t));
+    for (int i = 0; k > 0 && i < NY; ++i)
+      if (isfinite(y[k * NY + (size_t)i])) kept[i] = y[k * NY + (size_t)i];
     if (k > 0 && k % every == 0) {
-      status = graver(status, softsoil_update(s, y + k * NY, NULL, t[k]));
+      status = graver(status, softsoil_update(s, kept, NULL, t[k]));
+      for (int i = 0; i < NY; ++i) kept[i] = NAN;
     } else {
       s->dof = 0;
     }

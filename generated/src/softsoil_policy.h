@@ -186,4 +186,10 @@ static void forget_drift(softsoil_t *s) {
   s->drift_from = s->t + 6.0;
 }
 
+/* Nothing is said of drift until the first corrections after unknown inputs have made up for them. */
+static void wait_for_drift(softsoil_t *s) {
+  const double t = s->t + 2.0;
+  if (s->drift_from < t) s->drift_from = t;
+}
+
 #endif

@@ -46,6 +46,7 @@ def spoiled(path: Path, model, seed: int):
     y[rng.random(y.shape) < 2e-3] = 1e12
     u[rng.random(u.shape) < 0.01] = np.nan
     u[rng.random(u.shape) < 2e-3] = 1e8
+    u[500:560] = np.nan  # inputs that are missing for longer than they are held
     y[400:480] = np.nan  # a second without any measurement
     y[600:640, 5] += 1.0  # a gyro that leaps, for longer than the patience lasts
     y[700:760, 0] += 30.0  # a position that leaps
