@@ -45,6 +45,8 @@ def run_study(
     as well. Raises ValueError where the runs fit no parameter.
     """
     found = calibrate(fit_on, names, progress=progress)
+    if not parameters(found):
+        raise ValueError(f"calibrate: expected runs that show one of {', '.join(names)}; found {len(fit_on)} that show none")
     laws: dict[str, tuple[ForceLaw, Sequence[WheelRun]]] = {
         "turn_slip": (law_for("turn_slip", judge_on), judge_on),
         "turn_slip_calibrated": (calibrated_law(judge_on, found), with_soil(judge_on, found)),

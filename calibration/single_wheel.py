@@ -96,7 +96,8 @@ def soil_column(run: WheelRun) -> Array:
 def predict(law: ForceLaw, runs: Sequence[WheelRun], load: str = "moment") -> list[Array]:
     """(4, N) f_x, f_y, m_y, sinkage per run (N, N, N m, m), in the wheel frame.
 
-    load: "moment" for the load measured at each sample, "mean" for its mean over the run. ValueError for another word,
+    load: "moment" for the load measured at each sample, "mean" for its mean over the run; the rows of a steady table are runs of
+    their own. ValueError for another word,
     or a run outside the domain of the laws.
     """
     if load not in ("moment", "mean"):
@@ -110,7 +111,7 @@ def predict(law: ForceLaw, runs: Sequence[WheelRun], load: str = "moment") -> li
             function = force_function(law, soil, Wheel(run.radius, run.width))
             functions[key] = compile_function(function) if len(runs) >= WORTH_COMPILING else function
         _check_domain(run)
-        given = run if load == "moment" else replace(run, load=np.full(len(run), run.load.mean()))
+        given = run if load == "moment" or run.dt is None else replace(run, load=np.full(len(run), run.load.mean()))
         predicted.append(np.array(functions[key](given.motion(), soil_column(run))))
     return predicted
 

@@ -137,8 +137,9 @@ def step_vehicle(state, command, machine, world, ground, dt, info, extra):
         carrier(machine.paths[w], state[TRAVEL + w], theta, value[w], by_q[w], by_angle[w])
         place = Place(value[w], by_q[w], by_angle[w], theta_rate)
         arm[w] = _wheel(w, state, command, machine, world, body, place, ground, dt, matrix, rhs, torque, axle[w], info[w])
+        shake, angle = world.imbalance[w] * state[SPIN + w] * state[SPIN + w], state[SPIN_ANGLE + w]
         for i in range(3):
-            extra[i] += info[w, i]
+            extra[i] += info[w, i] + shake * (turn[i, 0] * math.cos(angle) - turn[i, 2] * math.sin(angle))
     for a in range(2):
         left, right = 2 * a, 2 * a + 1
         force = bar_forces(

@@ -69,7 +69,8 @@ def replay(
     `hold_gear` its gears are shifted when the log's were, with `hold_speed` its speed u and wheel speeds are the log's
     at every row, so that a gear shifted at another moment does not count. With `cast` its wheels meet the soil as the
     reference simulator's do (see Plant).
-    Returns (plant, log) with equal rows. ValueError where the log does not reach from begin to end.
+    Returns (plant, log) with equal rows. ValueError where the log does not reach from begin to end, or its step is no multiple of
+    the plant's.
     """
     vehicle = vehicle or load_plant_vehicle()
     t, gears = log.t, gears_of(log, vehicle)
@@ -82,6 +83,8 @@ def replay(
     driver = Logged(t, commands)
     plant = _run_up(log, soil, early, int(gears[early]), effects, vehicle, cast)
     steps = round(log.dt / plant.dt)
+    if steps < 1 or abs(steps * plant.dt - log.dt) > 1e-6:
+        raise ValueError(f"{log.name}: expected rows every multiple of {plant.dt} s, found every {log.dt} s")
     within = np.arange(steps, dtype=np.float64) * plant.dt
     for row in range(early, first):
         plant.advance(driver(t[row] + within, plant.sample()))

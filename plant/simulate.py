@@ -53,11 +53,11 @@ def simulate(
     driver = _driver(manoeuvre)
     if plant is None:
         plant = Plant(soil, vehicle=vehicle, effects=effects, start=start or Start(u=5.0))
-    clean = drive(plant, driver, duration, sample, soil.name if isinstance(soil, Soil) else "field")
+    clean = drive(plant, driver, duration, sample)
     return sensors.apply(clean, seed) if sensors else clean
 
 
-def drive(plant: Plant, driver: Driver, duration: float, sample: float = SAMPLE, soil_name: str = "") -> Recording:
+def drive(plant: Plant, driver: Driver, duration: float, sample: float = SAMPLE) -> Recording:
     """Let a driver drive a plant; the clean recording. ValueError where `sample` is no multiple of the plant's step."""
     steps = round(sample / plant.dt)
     if steps < 1 or abs(steps * plant.dt - sample) > 1e-9:
@@ -70,7 +70,7 @@ def drive(plant: Plant, driver: Driver, duration: float, sample: float = SAMPLE,
         plant.advance(np.ascontiguousarray(driver(plant.time + within, seen), dtype=np.float64))
         seen = plant.sample()
         table[k] = seen.row
-    return recording_of(table, driver.name, soil_name)
+    return recording_of(table, driver.name, plant.soil.name)
 
 
 def recording_of(table: NDArray[np.float64], name: str, soil_name: str = "") -> Recording:

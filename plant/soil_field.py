@@ -28,7 +28,7 @@ class SoilField:
 
     values: (S, I, J, 8) parameter sets, S = 1 for all wheels, or S = 2 for left and right wheels separately;
     origin: (x, y) of the map's first cell centre (m); spacing: of the cells (m); blend: bilinear between cell centres,
-    or the nearest cell (a sharp border half-way between two centres). Outside the map the nearest cell counts.
+    or the nearest cell (a sharp border half-way between two centres); name: of the soil. Outside the map the nearest cell counts.
     Raises ValueError for another shape or spacing <= 0.
     """
 
@@ -36,6 +36,7 @@ class SoilField:
     origin: tuple[float, float] = (0.0, 0.0)
     spacing: float = 1.0
     blend: bool = True
+    name: str = "field"
 
     def __post_init__(self) -> None:
         shape = self.values.shape
@@ -52,7 +53,7 @@ class SoilField:
     @classmethod
     def uniform(cls, soil: Soil) -> SoilField:
         """The same soil everywhere."""
-        return cls(soil_vector(soil).reshape(1, 1, 1, 8))
+        return cls(soil_vector(soil).reshape(1, 1, 1, 8), name=soil.name)
 
     @classmethod
     def left_right(cls, left: Soil, right: Soil) -> SoilField:

@@ -105,7 +105,7 @@ class Plant:
                 self.state, commands[done:], self.vehicle.machine, self._world, ground, self.dt, self._room, self.info,
                 self.extra,
             )  # fmt: skip
-        self._command = commands[-1].copy()
+        self._command = commands[-1].copy() if len(commands) else self._command
         if not np.all(np.isfinite(self.state)):
             raise FloatingPointError(f"plant: the state is no longer finite at t = {self.time:.3f} s")
 
@@ -142,8 +142,8 @@ class Plant:
             np.savez_compressed(
                 file, state=self.state, command=self._command, info=self.info, extra=self.extra, step=self.dt,
                 keys=g.keys, slots=g.slots, count=g.count, nodes=g.nodes, spacing=g.spacing, cast=self._world.cast,
-                soil_values=self.soil.values, soil_meta=self.soil.meta, effects=json.dumps(asdict(self.effects)),
-                vehicle=self.vehicle.name,
+                soil_values=self.soil.values, soil_meta=self.soil.meta, soil_name=self.soil.name,
+                effects=json.dumps(asdict(self.effects)), vehicle=self.vehicle.name,
             )  # fmt: skip
 
     @classmethod
@@ -152,7 +152,8 @@ class Plant:
         with np.load(path, allow_pickle=False) as data:
             effects = Effects.from_table(json.loads(str(data["effects"])))
             meta = data["soil_meta"]
-            soil = SoilField(data["soil_values"], (float(meta[0]), float(meta[1])), float(meta[2]), bool(meta[3]))
+            name = str(data["soil_name"]) if "soil_name" in data else "field"
+            soil = SoilField(data["soil_values"], (float(meta[0]), float(meta[1])), float(meta[2]), bool(meta[3]), name)
             plant = cls(
                 soil, vehicle=vehicle, effects=effects, step=float(data["step"]), spacing=float(data["spacing"]),
                 cast="cast" in data and bool(data["cast"]),

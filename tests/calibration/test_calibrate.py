@@ -57,6 +57,12 @@ def test_steady_rows_cannot_tell_the_turn(runs):
     assert found.values["path"] == pytest.approx(1.2, rel=1e-3)
 
 
+def test_a_study_of_runs_that_show_no_parameter_is_refused(runs):
+    cohesionless = [replace(r, soil={**r.soil, "k_c": 0.0}) for r in runs]
+    with pytest.raises(ValueError, match="expected runs that show one of k_c; found 3 that show none"):
+        run_study(cohesionless[:3], cohesionless[3:], ("k_c",))
+
+
 def test_bad_names_and_no_runs_are_refused(runs):
     with pytest.raises(ValueError, match="found 'grip'"):
         calibrate(runs, ("grip",))

@@ -46,6 +46,14 @@ def test_frames_turn_there_and_back():
     assert np.allclose(np.hypot(side, ahead), np.hypot(30, 200))
 
 
+def test_rows_of_a_steady_table_have_their_own_loads():
+    still = np.zeros(300)
+    table = replace(sine_run(), dt=None, yaw_rate=still, steer_rate=still, dv_y=still, load=np.repeat([1000.0, 3000.0], 150))
+    law = law_for("turn_slip", [table])
+    moment, mean = (predict(law, [table], load)[0] for load in ("moment", "mean"))
+    assert np.array_equal(moment, mean) and np.ptp(moment[1]) > 0.0
+
+
 def test_moving_mean_keeps_lines_and_ends():
     assert np.allclose(moving_mean(np.full(11, 3.0), 5), 3.0)
     line = np.arange(30.0)

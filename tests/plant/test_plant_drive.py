@@ -8,6 +8,7 @@ import pytest
 from softsoil.plant.effects import Effects
 from softsoil.plant.machine import load_plant_vehicle
 from softsoil.plant.manoeuvres import Logged, Manoeuvre, Sine, Speed
+from softsoil.plant.replay import replay
 from softsoil.plant.sensors import Sensors
 from softsoil.plant.simulate import drive, simulate
 from softsoil.plant.start import Start
@@ -64,6 +65,23 @@ def test_save_and_resume_to_the_same_bits(tmp_path) -> None:
     one, two = drive(whole, LEFT, 1.2), drive(resumed, LEFT, 1.2)
     for name in one.channels:
         assert np.array_equal(one[name], two[name]), name
+
+
+def test_a_recording_names_the_soil_of_its_plant(tmp_path) -> None:
+    assert simulate(LEFT, SANDY_LOAM, 0.024).meta["soil"] == "sandy_loam"
+    plant = Plant(SANDY_LOAM, start=Start(u=5.0))
+    plant.advance(np.zeros((0, 3)))
+    assert plant.time == 0.0 and simulate(LEFT, CLAY, 0.024, plant=plant).meta["soil"] == "sandy_loam"
+    plant.save(tmp_path / "plant.npz")
+    assert Plant.load(tmp_path / "plant.npz").soil.name == "sandy_loam"
+
+
+def test_a_replay_of_rows_between_the_plants_steps_is_refused() -> None:
+    drive = simulate(LEFT, CLAY, 0.6)
+    t = 0.0125 * np.arange(len(drive))
+    other = Recording("odd", {**drive.channels, "t": t})
+    with pytest.raises(ValueError, match=r"odd: expected rows every multiple of 0\.002 s, found every 0\.0125 s"):
+        replay(other, CLAY, 0.1, 0.4)
 
 
 def test_step_holds_its_command_and_checks_it() -> None:

@@ -33,6 +33,13 @@ def test_imbalance_shakes_at_wheel_speed() -> None:
     assert lines[1] > 3 * lines[0]
 
 
+def test_an_imbalance_shakes_the_accelerometer_as_it_moves_the_vehicle() -> None:
+    drive = simulate(STRAIGHT, CLAY, 4.0, effects=Effects(imbalance=(0.3, 0.3, 0.3, 0.3)), sample=0.002)
+    moved = np.gradient(drive["u"], drive.dt) - drive["v"] * drive["omega_z"]
+    rows = slice(len(drive) // 4, -5)
+    assert np.std(moved[rows] - drive["a_x_imu"][rows]) < 0.3 * np.std(moved[rows])
+
+
 def test_out_of_round_wheel_lifts_once_a_turn() -> None:
     plain, lame = (simulate(STRAIGHT, CLAY, 3.0, effects=e) for e in (Effects(), Effects(out_of_round=(0.01, 0, 0, 0))))
     assert np.std(settled(lame, "true_z_fl")) > 2 * np.std(settled(plain, "true_z_fl"))
