@@ -15,6 +15,10 @@ STEP, REACH = 0.02, 0.5
 FAR, NEAR = 0.6, 0.05
 """m between the places of velocity and accelerometer: beyond the first it is the velocity that is not of the centre of gravity,
 below it may be either, and below the second neither is a cause worth naming."""
+GRAVITY, STEEPEST = 9.81, 0.4
+"""m/s^2, and the largest slope of ground that a vehicle drives on."""
+AROUND = 0.7
+"""rad: spread of the heading from which on a slope is seen from both sides."""
 AS_WELL = 1.15
 """Misfit of a cause, another scale among them, over that of the best, up to which it explains as well."""
 
@@ -35,7 +39,7 @@ def lateral_rate_checks(m: Motion, force: Array, u: Array, v: Array, omega: Arra
         return [check]
     # Other causes leave the noise of both sides, as a scale of 1 does.
     causes = [(max(line.scale, reverse.scale), "", check.cure)]
-    causes += [c for c in (_elsewhere(m, force, u, v, omega), _late(m, force, u, v, omega)) if c is not None]
+    causes += [c for cause in (_elsewhere, _late, _sloped) if (c := cause(m, force, u, v, omega)) is not None]
     best = min(causes)[0]
     causes = [c for c in causes if c[0] <= AS_WELL * best]
     found = ", or ".join(c[1] for c in causes if c[1])
@@ -90,6 +94,22 @@ def _late(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> tuple[fl
     late = best[1] * m.log.dt
     found = f"{best[2]} {abs(late):.2f} s {'late' if late > 0 else 'early'} against the accelerometer"
     return best[0], found, f"shift the source of {best[2]}, or leave the accelerometer out"
+
+
+def _sloped(m: Motion, force: Array, u: Array, v: Array, omega: Array) -> tuple[float, str, str] | None:
+    """Ground that slopes one way, which the accelerometer sees by the heading: misfit, words and cure; None for no cause."""
+    heading = m.mean(m.channel("psi"))
+    if not np.isfinite(heading).any():
+        return None
+    heading = heading - np.nanmean(heading)
+    turned = [np.sin(heading)] + ([np.cos(heading)] if np.nanstd(heading) > AROUND else [])  # else that is the constant
+    line = _right(m, force, u, v, omega, *turned)
+    if line is None:
+        return None
+    slope, std = np.linalg.norm(line.value[2:]) / GRAVITY, np.max(line.std[2:]) / GRAVITY
+    if not LIMITS.sigmas * std < slope < STEEPEST:
+        return None
+    return line.scale, f"ground that slopes by {100 * slope:.1f} ± {100 * std:.1f} %", "nothing is wrong with v on such ground"
 
 
 def _shifted(values: Array, lag: int) -> Array:

@@ -27,6 +27,8 @@ ALONG = 0.9
 """Share of the rates of x and y that velocities along the world's axes explain at least; the rest is the front axle's turning."""
 SURE_SIGN = 0.3
 """Scale of the yaw rate beyond whose negative its sign is wrong, or that of the heading; the steering tells which."""
+ROLLING = 1.3
+"""Scale of the lateral accelerometer up to which the body's roll may make it: 10 degrees per g are 1.17."""
 SLIDING = 0.75
 """Share of u omega_z that dv/dt may take back while a vehicle slides: where v is not measured, a smaller departure of the lateral
 accelerometer's scale from 1 is no evidence (0.59 was met on clay, at full lock)."""
@@ -116,7 +118,7 @@ def inertial_checks(m: Motion) -> list[Check]:
     ):
         words = "du/dt - v omega_z (scale 1)" if channel == "a_x_imu" else "dv/dt + u omega_z (scale 1)"
         expected = m.driven(expected)
-        if not np.isfinite(force).any() or np.nanstd(expected) < 0.3:
+        if not (np.isfinite(force).any() and np.isfinite(expected).any()) or np.nanstd(expected) < 0.3:
             continue
         line, crossed = regress(force, expected, one), regress(other, expected, one)
         if line is None:
@@ -135,12 +137,15 @@ def inertial_checks(m: Motion) -> list[Check]:
             continue
         if line.r2 < 0.3 and not has_v:
             continue
-        checks.append(scale_check(name, channel, line, 0, words, f"correct sign, unit or axis of {channel}"))
+        rolls = channel == "a_y_imu" and 1.0 < line.value[0] < ROLLING
+        cure = f"correct sign, unit or axis of {channel}{'; or it rolls with the body and sees its weight' if rolls else ''}"
+        checks.append(scale_check(name, channel, line, 0, words, cure))
         if checks[-1].passed:
             checks.append(
                 _bias(f"{name}_bias", channel, float(line.value[1]), float(line.std[1]), LIMITS.accelerometer, "m/s^2")
             )
-    if has_v and np.isfinite(force_y).any() and np.nanstd(m.driven(m.slope(v))) > 0.05:
+    rate = m.driven(m.slope(v))
+    if np.isfinite(rate).any() and np.isfinite(force_y).any() and np.nanstd(rate) > 0.05:
         checks += lateral_rate_checks(m, force_y, u, v, omega)
     return checks
 

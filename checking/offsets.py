@@ -286,7 +286,7 @@ def best_offset(
     error = _error(filled, base, q, usable, reach, int(lags[best]), dt, UNMODELLED.get(group, 0.0))
     if not np.isfinite(error):
         return None
-    more = max(np.sqrt(left[best] / LEFT_BY_STEER), 1.0) if group == "steer" else 1.0
+    more = max(np.sqrt(max(left[best], 0.0) / LEFT_BY_STEER), 1.0) if group == "steer" else 1.0
     std = float(np.hypot(error, more * SYSTEMATIC.get(group, 0.02)))
     late_s = float((lags[best] + away) * dt) + LEAD.get(group, 0.0)
     return Offset(group, against, late_s, std, float(np.sqrt(max(before, 0.0))), float(np.sqrt(after)))

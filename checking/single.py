@@ -8,7 +8,7 @@ from scipy.ndimage import uniform_filter1d
 
 from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import WHEEL_CHANNELS, Array
-from softsoil.recording.evidence import Motion
+from softsoil.recording.evidence import SLOWEST, Motion
 
 WATCHED = ("x", "y", "psi", "u", "v", "omega_z", "a_x_imu", "a_y_imu", "steer", *WHEEL_CHANNELS)
 LEAST_SPEED = 0.5
@@ -138,6 +138,8 @@ def excitation_checks(m: Motion) -> list[Check]:
             )
         ]
     steer = m.driven(m.mean(m.channel("steer")))
+    if not m.driving.any():
+        steer = m.mean(m.channel("steer"))
     spread = float(np.nanstd(steer)) if np.isfinite(steer).any() else 0.0
     steered = spread > LEAST_STEERING
     cure = (
@@ -148,4 +150,16 @@ def excitation_checks(m: Motion) -> list[Check]:
     return [
         Check("drives", "u", True, f"up to {speed:.3g} m/s", f"more than {LEAST_SPEED:g} m/s"),
         Check("steered", "steer", steered, f"a spread of {spread:.4f} rad", f"more than {LEAST_STEERING:g} rad", cure),
+        *_slower_than_positions(m),
     ]
+
+
+def _slower_than_positions(m: Motion) -> list[Check]:
+    """Where u is so slow everywhere that it is not compared, while the positions are not."""
+    moved = np.hypot(m.slope(m.channel("x")), m.slope(m.channel("y")))
+    middle = float(np.median(moved[np.isfinite(moved)])) if np.isfinite(moved).any() else 0.0
+    if m.driving.any() or not middle > SLOWEST:
+        return []
+    found = f"positions that move at {middle:.3g} m/s in the median, and u at {float(np.nanmedian(m.speed)):.3g}"
+    expected, cure = "a speed as the positions move (scale 1)", "correct unit or scale of u"
+    return [Check("speed_position", "u", False, found, expected, cure, True)]

@@ -55,13 +55,13 @@ NAMES: tuple[tuple[str, str], ...] = (
     *((channel, rf"({_SPINS}).*({corner})|({corner}).*({_TURNS})") for channel, corner in _CORNERS.items()),
     ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])(swa\Z|delta(?!_?[tv]))|(road|hand)_?wheel_?angle|lenk(rad)?winkel"),
     ("omega_z", r"yaw_?rate|omega_?z|gyro_?z|angular_velocity\.z|heading_rate|(?<![a-z])wz(?![a-z])|gierrate"),
-    ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|long\w*)(_?(imu|cg))?\Z|linear_acceleration\.x"),
-    ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*)(_?(imu|cg))?\Z|linear_acceleration\.y"),
+    ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|long\w*|forwards?|fwd|ahead)(_?(imu|cg))?\Z|linear_acceleration\.x"),
+    ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*|left)(_?(imu|cg))?\Z|linear_acceleration\.y"),
     ("psi", r"(?<!wheel_)(yaw|heading|hdg|psi|bearing|azimuth|gierwinkel)\Z"),
-    ("v", r"(?<![a-z])(v(el\w*?)?_?(y|lat\w*|left)|lateral_?(vel\w*|speed)|v)\Z"),
+    ("v", r"(?<![a-z])(v(el\w*?)?_?(y|lat\w*|left)|lateral_?(vel\w*|speed)|speed_?lat\w*|v)\Z"),
     (
         "u",
-        r"(?<![a-z])(v(el\w*?)?_?(x|long\w*|forwards?|fwd|ahead)|longitudinal_?(vel\w*|speed)|speed(_?[a-z]*)?|velocity|"
+        r"(?<![a-z])(v(el\w*?)?_?(x|long\w*|forwards?|fwd|ahead)|longitudinal_?(vel\w*|speed)|speed(?!_?(left|right|lat|side))(_?[a-z]*)?|velocity|"
         r"geschwindigkeit|u)\Z",
     ),
     ("throttle", r"throttle|gas"), ("brake", r"brake"),

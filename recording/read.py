@@ -29,6 +29,8 @@ IMPORTED = "drive.parquet"
 """What an import calls its drive's file; such a drive has the name of what was imported, every other file's its own."""
 TABLE_NAME = "table"
 """Name of a drive from a table in memory."""
+SET_BACK, SET_BACK_ROWS = 0.25, 5
+"""s, rows: a clock that stays so far behind where it was, for so many rows, has been set back; else a row is late."""
 GAP_STEPS = 2.5
 """A step longer than this many median steps is reported as a gap."""
 REGULAR = 0.9
@@ -140,9 +142,12 @@ def _check_clock(path: Path, column: str, t: Array) -> None:
     back = np.diff(t) <= 0
     if back.any():
         row = int(np.argmax(back)) + 1
-        raise ValueError(
-            f"{path}: column {column!r}, row {row + 1}: expected time to increase, found {t[row]:g} after {t[row - 1]:g}: "
+        again = len(t) >= row + SET_BACK_ROWS and t[row : row + SET_BACK_ROWS].max() < t[row - 1] - SET_BACK
+        cure = "the clock was set back, or another log begins: split them there" if again else (
             "`softsoil import` puts repeated and late rows in order"
+        )
+        raise ValueError(
+            f"{path}: column {column!r}, row {row + 1}: expected time to increase, found {t[row]:g} after {t[row - 1]:g}: {cure}"
         )
 
 

@@ -46,6 +46,8 @@ def numbers(table: pd.DataFrame, column: str, path: str | Path) -> np.ndarray:
         near = with_unit or difflib.get_close_matches(column, list(table.columns), n=1)
         hint = f"; nearest is {near[0]!r}" if near else ""
         hint += ", whose unit softsoil import reads" if with_unit else ""
+        if len(table.columns) == 1 and re.search(r"[;\t|]", table.columns[0]):
+            hint = ", separated by commas; softsoil import reads other separators"
         sensors = ", ".join(c for c in table.columns if not c.startswith("true_"))
         raise ValueError(f"{path}: expected column {column!r}{hint}; found columns {sensors}")
     values = pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)

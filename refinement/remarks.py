@@ -107,10 +107,9 @@ def notes(recordings: Sequence[Recording], declaration: Declaration, bench: Benc
                 f"{candidate.name}: explains {share} of what is left ({_lead(candidate, tried)}), but rests on {lacked}, which "
                 "the drives do not measure: not named, nor is what explains no more"
             )
-    values = bench.absent[:, bench.model.p.index(N_NAMES[0])]
-    for shooting, value, stuck in zip(bench.shootings, values, on_bound(bench), strict=True):
+    for shooting, stuck in zip(bench.shootings, on_bound(bench), strict=True):
         if stuck:
-            lines.append(f"{shooting.drive.name}: with the declared model n ends at its bound, {value:.2f}")
+            lines.append(f"{shooting.drive.name}: with the declared model n ends at a bound of its range: it lacks much")
     if not bench.sinks:
         lines.append(f"neither n nor a verdict on it: nothing sinks with {declaration.law}, where n has no meaning")
     return tuple(lines)

@@ -93,6 +93,21 @@ def test_a_flipped_steering_angle_of_a_short_wave_is_beyond_doubt():
     assert found.beyond_doubt and "sign = -1 for steer" in found.cure and "(+0.3" in found.found
 
 
+def test_a_speed_that_is_far_below_the_positions_is_beyond_doubt_and_no_steering_is_missed(good):
+    drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
+    slow = {check.name: check for check in check_channels(drive.with_channels(u=0.12 * drive["u"]), vehicle)}
+    assert slow["speed_position"].beyond_doubt and "correct unit or scale of u" in slow["speed_position"].cure
+    assert slow["steered"].passed
+    creeping = replace(drive, channels={**drive.channels, **{name: 0.12 * drive[name] for name in ("x", "y", "u", "v")}})
+    assert "speed_position" not in {check.name for check in check_channels(creeping, vehicle) if not check.passed}
+
+
+def test_an_accelerometer_that_rolls_with_the_body_is_named(good):
+    drive = add_noise(good, "good", 1)
+    found = {c.name: c for c in check_channels(drive.with_channels(a_y_imu=1.12 * drive["a_y_imu"]), reference_vehicle())}
+    assert not found["accelerometer_y"].passed and "it rolls with the body" in found["accelerometer_y"].cure
+
+
 def test_positions_without_a_heading_turn_as_the_yaw_rate_says(good):
     drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
 

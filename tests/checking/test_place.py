@@ -89,3 +89,11 @@ def test_an_antenna_without_its_place_is_set_aside_where_v_is_not_measured(absen
 
 def test_with_a_measured_v_positions_are_compared_with_that():
     assert position_checks(Motion.of(add_noise(read_drive(MULTI_LOG), "good", 1)), reference_vehicle()) == []
+
+
+def test_a_grade_is_no_other_place_of_v():
+    """20 % uphill along x: the accelerometer sees it by the heading."""
+    drive = add_noise(read_drive(LOAM_LOG), "good", 1)
+    sloped = drive.with_channels(a_y_imu=drive["a_y_imu"] - 0.2 * 9.81 * np.sin(drive["psi"]))
+    (doubted,) = [c for c in check_channels(sloped, reference_vehicle()) if c.name == "lateral_velocity_rate"]
+    assert not doubted.passed and "slopes by 18.8 ± 0.5 %" in doubted.found and "nothing is wrong with v" in doubted.cure

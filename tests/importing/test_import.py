@@ -386,6 +386,10 @@ def test_columns_are_recognised_by_their_names():
         "steering_rate": None,
         "engine_rpm": None,
         "GPS Latitude": None,
+        "acc_fwd": "a_x_imu",
+        "acc_left": "a_y_imu",
+        "speed_lateral": "v",
+        "speed_left": None,
     }
     assert {name: channel_named(name) for name in names} == names
 

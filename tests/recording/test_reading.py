@@ -58,6 +58,7 @@ def broken(column, row, value):
         (lambda t: t.rename(columns={"u": "u [m/s]"}), ["nearest is 'u [m/s]', whose unit softsoil import reads"]),
         (broken("v", 17, "fast"), ["log.csv", "'v'", "row 17", "expected a number", "'fast'"]),
         (broken("t", 30, 0.0), ["'t'", "row 30", "expected time to increase", "`softsoil import` puts"]),
+        (lambda t: pd.concat([t, t]), ["'t'", "expected time to increase", "the clock was set back, or another log begins"]),
         (broken("t", 12, np.nan), ["'t'", "row 12", "expected a time"]),
         (lambda t: t.assign(steer=np.rad2deg(t.steer)), ["'steer'", "row", "expected rad", "degrees?", 'unit = "deg"']),
         (lambda t: t.assign(omega_z=np.rad2deg(t.omega_z)), ["'omega_z'", "expected rad/s", "degrees?"]),
@@ -78,6 +79,7 @@ def broken(column, row, value):
         "with its unit",
         "text",
         "backwards",
+        "two logs",
         "nan time",
         "steer deg",
         "rate deg",
@@ -99,6 +101,13 @@ def test_fault_is_named(read, change, words):
     for word in words:
         assert word in str(fault.value)
     assert "\n" not in str(fault.value)
+
+
+def test_a_table_with_another_separator_is_sent_to_import(tmp_path):
+    path = tmp_path / "log.csv"
+    pd.DataFrame({"t": [0.0, 0.1], "u": [1.0, 1.0]}).to_csv(path, sep=";", index=False)
+    with pytest.raises(ValueError, match="expected column 't', separated by commas; softsoil import reads other separators"):
+        read_drive(path)
 
 
 def test_missing_values_and_gaps_are_noted_not_refused(read):
