@@ -162,6 +162,25 @@ def _rear_axle(c: Channels) -> Channels:
     return {**c, **place, "v": c["v"] - L_R * c["omega_z"]}
 
 
+def _antenna(c: Channels) -> Channels:
+    """Position of an antenna over the rear axle, whose place no one gives, and no lateral velocity."""
+    behind = L_F + L_R
+    place = {"x": c["x"] - behind * np.cos(c["psi"]), "y": c["y"] - behind * np.sin(c["psi"])}
+    return {name: values for name, values in {**c, **place}.items() if name != "v"}
+
+
+def _no_compass(c: Channels) -> Channels:
+    """East and north of a receiver beside a gyro: no heading, and the drive begins to the south-west."""
+    turn = np.exp(4.0j)
+    place = turn * (c["x"] + 1j * c["y"])
+    return {name: values for name, values in {**c, "x": place.real, "y": place.imag}.items() if name != "psi"}
+
+
+def _empty_cell(change: Callable[[Channels], Channels]) -> Callable[[Channels], Channels]:
+    """The change, and then no number in the first row, as a table that is filled forwards has none."""
+    return lambda c: {k: np.where(np.arange(len(v)) > 0, v, np.nan) if k in GPS else v for k, v in change(c).items()}
+
+
 def _one_encoder(c: Channels) -> Channels:
     mean: Array = sum((c[name] for name in WHEEL_CHANNELS), np.zeros(len(c["t"]))) / len(WHEEL_CHANNELS)
     return {**c, **dict.fromkeys(WHEEL_CHANNELS, mean)}
@@ -242,6 +261,8 @@ _SENSORS = (
 )  # fmt: skip
 _ROBOTS = (
     Variant("wheel odometry", _odometry), Variant("base frame at the rear axle", _rear_axle),
+    Variant("antenna over the rear axle, no v", _antenna), Variant("no heading", _no_compass, harmless=True),
+    Variant("no heading, x and y swapped", lambda c: _swapped("x", "y")(_no_compass(c))),
     Variant("v of the front axle", lambda c: {**c, "v": c["v"] + L_F * c["omega_z"]}),
     Variant("states 0.15 s late", _late(("x", "y", "psi", "u", "v", "omega_z"), 0.15)),
     Variant("no side slip in v", _no_side_slip), Variant("one encoder for all wheels", _one_encoder),
@@ -252,6 +273,7 @@ _DRIVES = (
     Variant("standing", _still), Variant("straight", _straight), Variant("reversing", _backwards),
     Variant("hard ground", _hard_ground),
     Variant("x, y, u, v held at 10 Hz", _between(GPS, 10.0, False), harmless=True),
+    Variant("x, y, u, v held at 10 Hz, no first value", _empty_cell(_between(GPS, 10.0, False)), harmless=True),
     Variant("x, y, u, v at 10 Hz, lines between", _between(GPS, 10.0, True), harmless=True),
     Variant("steer held at 20 Hz", _between(("steer",), 20.0, False), harmless=True),
     Variant("v through a low-pass of 0.05 s", _filtered({"v": 0.25}, 0.05), harmless=True),
