@@ -27,6 +27,8 @@ WORDS = (
 BOUNDS = (SOIL_SIGNALS["n"].lower, SOIL_SIGNALS["n"].upper)
 GUESSES = (0.35, 1.1)
 """Initial guesses that are tried beside the user's: a stiff and a soft soil."""
+LONGEST = 4.0
+"""How many times as long a drive is asked for at most."""
 NEGATIVE = -0.9  # an inertia so much smaller is no vehicle's: something else is wrong, and it is not spoken of
 CHANNEL_WORDS = {"omega_z": "yaw rate", "v": "lateral velocity"}
 
@@ -235,9 +237,12 @@ def _beside_the_law(e: Evidence, n: Array, others: Sequence[Array], rules: Verdi
 def _shows_a_load(e: Evidence, n: Array, others: Sequence[Array], rules: VerdictRules) -> Found:
     if e.change is None or e.change.seen_std <= rules.load_seen:
         return None
+    longer = (e.change.seen_std / rules.load_seen) ** 2
+    more = f"about {longer + 0.05:.1f} times as long, or " if longer < LONGEST else ""
     return "not_excited", (
         f"the drive tells a load to ± {percent_above(e.change.seen_std, rules.load_seen)} % of the vehicle's mass only (limit "
-        f"{100 * rules.load_seen:.0f} %), and a load that it does not show would make n wrong: drive longer, with more steering"
+        f"{100 * rules.load_seen:.0f} %), and a load that it does not show would make n wrong: drive "
+        f"{more}with more steering, at several speeds"
     )
 
 

@@ -12,6 +12,8 @@ from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.strain import vehicle_change
 from softsoil.estimator.tuning import UNSTATED_ERROR, Tuning, common_error
+from softsoil.estimator.verdict import _shows_a_load
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.files.joint_error import independent_error, joint_error_of
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.noise import add_noise
@@ -76,6 +78,14 @@ def test_a_declared_load_is_as_uncertain_as_its_file_says(loaded):
     assert "heavier" in exact.reason and "heavier" not in vague.reason
     assert vague.evidence.change.load == exact.evidence.change.load
     assert vague.evidence.change.load_std > 150.0 / vehicle().mass > exact.evidence.change.load_std
+
+
+@pytest.mark.parametrize(("seen", "asked"), [(0.07, "drive about 1.4 times as long, or with"), (0.2, "drive with more")])
+def test_a_drive_that_would_not_show_a_load_is_asked_for_what_would(seen, asked):
+    evidence = SimpleNamespace(change=SimpleNamespace(seen_std=seen))
+    word, reason = _shows_a_load(evidence, np.array([0.5]), (), VerdictRules())
+    assert word == "not_excited" and asked in reason
+    assert _shows_a_load(SimpleNamespace(change=SimpleNamespace(seen_std=0.05)), np.array([0.5]), (), VerdictRules()) is None
 
 
 def test_a_drive_that_does_not_turn_says_nothing_of_a_load():
