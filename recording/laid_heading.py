@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from softsoil.recording.drive import Array
 from softsoil.recording.evidence import interpolated
@@ -77,8 +78,8 @@ def laid_heading(x: Array, y: Array, ahead: Array, aside: Array, omega: Array, d
     usual = np.angle(np.sum(turn * np.conj(straight)))
     rest = turn * np.conj(straight) * np.exp(-1j * usual)
     size = min(2 * round(WANDER / dt) + 1, len(rest))
-    ones = np.ones(size)
-    wander = np.angle(np.convolve(rest, ones, mode="same") + least**2 * np.convolve(np.ones(len(rest)), ones, mode="same"))
+    along, across = (uniform_filter1d(part, size, mode="constant") for part in (rest.real, rest.imag))
+    wander = np.arctan2(across, along + least**2)
     rows = np.clip(np.arange(len(psi)) - way // 2, 0, len(rest) - 1)
     drift = bias * (np.arange(len(psi)) - 0.5 * (len(psi) - 1)) * dt
     return Laid(psi + usual + drift + wander[rows], agreement, mirrored, -bias)
