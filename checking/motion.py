@@ -33,6 +33,8 @@ SLIDING = 0.75
 """Share of u omega_z that dv/dt may take back while a vehicle slides: where v is not measured, a smaller departure of the lateral
 accelerometer's scale from 1 is no evidence (0.59 was met on clay, at full lock)."""
 
+LAID_BIAS = 0.01
+"""rad/s: doubtful bias of a yaw rate by the course of positions."""
 MIRRORED = 0.998
 """Length of the mean direction of positions below which they may be mirrored."""
 
@@ -330,4 +332,8 @@ def _direction(m: Motion, x: Array, y: Array, geometry: Geometry) -> list[Check]
         found = f"a mean direction {laid.agreement:.2f} long, 1 for a rigid body; {laid.mirrored:.2f} with one axis turned round"
         cure = "sign = -1 for x or for y, or swap them" if other else "positions of another time, or a yaw rate that is none"
         return [Check("course_heading", "x, y", False, found, expected, cure, True)]
-    return [Check("course_heading", "x, y", True, f"a mean direction {laid.agreement:.2f} long", expected)]
+    checks = [Check("course_heading", "x, y", True, f"a mean direction {laid.agreement:.2f} long", expected)]
+    if abs(laid.bias) > LAID_BIAS:
+        found, cure = f"a bias of {laid.bias:+.3f} rad/s by the positions' course", f"offset = {-laid.bias:.3f} for omega_z"
+        checks.append(Check("yaw_rate_bias", "omega_z", False, found, f"no bias beyond {LAID_BIAS:g} rad/s", cure))
+    return checks

@@ -21,6 +21,8 @@ draws the estimate towards the axle: 0.1 to 1.05 on 76 drives of sixteen vehicle
 was doubted, -0.9 to 0.05 with the rear axle's, 72 of which were (`benchmarks.velocity_place`)."""
 STEADY = 0.3
 """Largest standard error, over l_r, of the estimate."""
+LAYINGS = 4
+"""Rounds in which a heading is laid on positions and their place found."""
 BEYOND = 1.4
 """Over l_r: how far ahead of the rear axle, less l_f, a position may seem to be: 0.24 to 1.13 on those drives with the front
 axle's, none of which was doubted, -1.06 to 0.32 with the centre of gravity's, 53 of 64 of which were."""
@@ -62,7 +64,7 @@ def position_checks(m: Motion, geometry: Geometry) -> list[Check]:
     wheelbase = geometry.l_f + geometry.l_r
     found = f"one that turns {ahead:+.2f} ± {std:.2f} m ahead of the rear axle"
     expected = f"the position of the front axle, {wheelbase:.2f} m ahead of the rear axle"
-    cure = "give the antenna's place in [mount] of the map; until then positions are set aside" if doubtful else ""
+    cure = "give the antenna's place in [mount] of the map, or mend its clock; positions are set aside" if doubtful else ""
     return [Check(POSITIONS, "x, y", not doubtful, found, expected, cure)]
 
 
@@ -74,21 +76,30 @@ def without_misplaced(recording: Recording, checks: Sequence[Check]) -> Recordin
     """
     if all(check.passed for check in checks if check.name == POSITIONS):
         return recording
-    note = "x, y: of another point than the front axle, by how they turn"
+    note = "x, y: of another point than the front axle, or of another time, by how they turn"
     return replace(recording, state={**recording.state, "x": "absent", "y": "absent"}, notes=(*recording.notes, note))
 
 
 def _across(m: Motion, geometry: Geometry) -> Line | None:
     """The sideways motion of positions on omega_z, -u |u| omega_z and u, which a heading that is turned makes."""
-    x, y = m.channel("x"), m.channel("y")
     u, omega = (interpolated(m.channel(name), round(0.5 / m.log.dt)) for name in ("u", "omega_z"))
     psi = interpolated(m.channel("psi"), round(0.5 / m.log.dt))
-    if not np.isfinite(psi).any():
-        known = np.nan_to_num(u), np.nan_to_num(omega)
-        laid = laid_heading(x, y, known[0], geometry.l_f * known[1], known[1], m.log.dt)
-        if laid is None or laid.scattered:
+    if np.isfinite(psi).any():
+        return _sideways(m, psi, u, omega)
+    ahead, turning = np.nan_to_num(u), np.nan_to_num(omega)
+    aside, line = geometry.l_f * turning, None
+    for _ in range(LAYINGS):  # by the slip that the line says: none at first
+        laid = laid_heading(m.channel("x"), m.channel("y"), ahead, aside, turning, m.log.dt)
+        line = None if laid is None or laid.scattered else _sideways(m, laid.psi, u, omega)
+        if line is None or not np.isfinite(line.std[:2]).all():
             return None
-        psi = laid.psi
+        aside = (line.value[0] - line.value[1] * ahead * np.abs(ahead)) * turning
+    return line
+
+
+def _sideways(m: Motion, psi: Array, u: Array, omega: Array) -> Line | None:
+    """As of `_across`, with a heading (N,), rad, a speed (N,), m/s, and a yaw rate (N,), rad/s."""
+    x, y = m.channel("x"), m.channel("y")
     middle = np.unwrap(np.nan_to_num(m.mean(psi)))
 
     def sideways(ahead: Array, aside: Array) -> Array:

@@ -8,7 +8,7 @@ from scipy.ndimage import uniform_filter1d
 
 from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import WHEEL_CHANNELS, Array
-from softsoil.recording.evidence import SLOWEST, Motion
+from softsoil.recording.evidence import SLOWEST, Motion, interpolated
 
 WATCHED = ("x", "y", "psi", "u", "v", "omega_z", "a_x_imu", "a_y_imu", "steer", *WHEEL_CHANNELS)
 LEAST_SPEED = 0.5
@@ -21,6 +21,8 @@ COARSE = 0.05
 """m/s: a speed whose values differ by steps as large may keep one value though it is measured, at a steady speed."""
 AS_FAST = 0.1
 """Share by which such a speed may differ from that of the positions and is right."""
+FAR = 4.0
+"""s over which a way between positions is taken, so that their noise makes no speed."""
 LEAST_STEERING = 0.015
 """rad: spread of the steering angle below which a drive is straight."""
 
@@ -156,9 +158,11 @@ def excitation_checks(m: Motion) -> list[Check]:
 
 def _slower_than_positions(m: Motion) -> list[Check]:
     """Where u is so slow everywhere that it is not compared, while the positions are not."""
-    moved = np.hypot(m.slope(m.channel("x")), m.slope(m.channel("y")))
-    middle = float(np.median(moved[np.isfinite(moved)])) if np.isfinite(moved).any() else 0.0
-    if m.driving.any() or not middle > SLOWEST:
+    x, y = (interpolated(m.channel(name), round(FAR / m.log.dt)) for name in ("x", "y"))
+    way = min(round(FAR / m.log.dt), len(x) - 1)
+    gone = np.hypot(x[way:] - x[:-way], y[way:] - y[:-way]) / (way * m.log.dt)
+    middle = float(np.median(gone[np.isfinite(gone)])) if np.isfinite(gone).any() else 0.0
+    if m.driving.any() or not middle > max(SLOWEST, LIMITS.wrong_scale[1] * float(np.nanmedian(m.speed))):
         return []
     found = f"positions that move at {middle:.3g} m/s in the median, and u at {float(np.nanmedian(m.speed)):.3g}"
     expected, cure = "a speed as the positions move (scale 1)", "correct unit or scale of u"

@@ -176,11 +176,21 @@ def _filter(log: Recording, model: Model, n0: float, tuning: Tuning) -> TerrainF
 
 def _first(t: Array, values: Array) -> tuple[float, float]:
     """A first state that one outlier does not spoil, by the first few finite values, and by how much it is less certain than one
-    of them: their median, or where a sensor is slower than the clock, what a line through them says of the first row."""
+    of them: their median, or where a sensor is slower than the clock, what a line through them says of the first row. Of a
+    channel that begins later the median, as uncertain as the channel changes in so long a time."""
     rows = np.flatnonzero(np.isfinite(values))[:FIRST]
-    if len(rows) < 2 or rows[-1] < 2 * len(rows):
-        return float(np.median(values[rows])) if len(rows) else 0.0, 0.0
-    rate = float(np.median(np.diff(values[rows]) / np.diff(t[rows])))
+    if not len(rows):
+        return 0.0, 0.0
+    middle, every = float(np.median(values[rows])), float(np.median(np.diff(rows))) if len(rows) > 1 else 1.0
+    if rows[0] > 2.0 * every:
+        change = values[rows[0] :] - values[: -rows[0]]
+        change = change[np.isfinite(change)]
+        return middle, float(np.sqrt(np.mean(change**2))) if len(change) else abs(middle)
+    if every < 2.0:
+        return middle, 0.0
+    rates = np.diff(values[rows]) / np.diff(t[rows])
+    rate = float(np.median(rates))
     back = values[rows] - rate * (t[rows] - t[0])
     middle = float(np.median(back))
-    return middle, 1.4826 * float(np.median(np.abs(back - middle)))
+    apart, turning = (float(np.median(np.abs(one - np.median(one)))) for one in (back, rates))
+    return middle, 1.4826 * float(np.hypot(apart, 0.5 * turning * (t[rows[0]] - t[0])))

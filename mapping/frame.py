@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softsoil.importing.local_frame import LARGEST_LATITUDE, LARGEST_LONGITUDE, other_frame
 from softsoil.mapping.place import misplaced
@@ -15,6 +16,8 @@ OFF_THE_MAP = 0.25
 """Cells that a position may leap by."""
 FIELD = 2e4
 """m from the map's origin within which a drive is on the same piece of ground."""
+EARTH = 6.371e6
+"""m: mean radius."""
 Origin = tuple[float, float] | None
 
 
@@ -24,7 +27,7 @@ def frame_of(recordings: Sequence[Recording], origin: Origin = None) -> Origin:
     where no recording has its own."""
     known = [one.origin for one in recordings if one.origin is not None]
     if origin is None:
-        return max(known, key=lambda here: sum(_away(one, here) <= FIELD for one in known), default=None)
+        return known[int(np.argmax(_neighbours(np.array(known))))] if known else None
     if not (abs(origin[0]) <= LARGEST_LATITUDE and abs(origin[1]) <= LARGEST_LONGITUDE):
         raise ValueError(f"map: expected an origin of latitude and longitude in degrees, found {origin[0]:g}, {origin[1]:g}")
     if not known:
@@ -50,6 +53,13 @@ def _elsewhere(recording: Recording, frame: Origin) -> str:
         return "its place on the globe is not known, as that of other logs is: import it with its fixes"
     away = _away(recording.origin, frame)
     return f"it is on another piece of ground, {away / 1e3:.0f} km from the map's origin" if away > FIELD else ""
+
+
+def _neighbours(origins: NDArray[np.float64]) -> NDArray[np.int_]:
+    """(N,) how many of the origins (N, 2), deg, are on one's piece of ground."""
+    latitude, longitude = np.deg2rad(origins).T
+    apart = np.angle(np.exp(1j * (longitude[:, None] - longitude))) * np.cos(latitude)
+    return (EARTH * np.hypot(latitude[:, None] - latitude, apart) <= FIELD).sum(axis=1)
 
 
 def _away(there: tuple[float, float], here: tuple[float, float]) -> float:

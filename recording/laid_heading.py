@@ -25,11 +25,14 @@ LONGEST_GAP = 2.0
 """s between positions up to which a line stands for them."""
 LEAST = 1.0
 """Seconds of such ways without which nothing is known of the direction."""
-DRIFT = 0.03
+DRIFT = 0.06
 """rad/s: largest bias of a gyro."""
+STRETCH, COARSE = 60.0, 0.2
+"""s: stretches in which a gyro's bias is one number, and steps in which it is looked for."""
 WANDER = 10.0
-"""s on each side over which the drift may leave its line."""
-
+"""s on each side over which a drift is taken together."""
+FAINT = 0.02
+"""Share of the square of the shortest way, below which ways of so long a time say no direction: a vehicle that stands."""
 SCATTERED = 0.6
 """Length of the mean direction below which positions and yaw rate are not of one body."""
 
@@ -72,25 +75,34 @@ def laid_heading(x: Array, y: Array, ahead: Array, aside: Array, omega: Array, d
     gone, claimed = np.where(good, gone, 0.0), np.where(good, claimed, 0.0)
     t = np.asarray((np.arange(len(gone)) - 0.5 * len(gone)) * dt, dtype=np.float64)
     turn = gone * np.conj(claimed)
-    agreement, bias = _agreement(turn, t)
-    mirrored, _ = _agreement(np.conj(gone) * np.conj(claimed), t)
-    straight = np.exp(1j * bias * t)
-    usual = np.angle(np.sum(turn * np.conj(straight)))
-    rest = turn * np.conj(straight) * np.exp(-1j * usual)
+    agreement, bias = _agreement(turn, dt)
+    mirrored, _ = _agreement(np.conj(gone) * np.conj(claimed), dt)
+    rest = turn * np.exp(-1j * bias * t)
     size = min(2 * round(WANDER / dt) + 1, len(rest))
     along, across = (uniform_filter1d(part, size, mode="constant") for part in (rest.real, rest.imag))
-    wander = np.arctan2(across, along + least**2)
+    known = np.flatnonzero(np.hypot(along, across) > FAINT * least**2)
+    if not len(known):
+        return None
+    wander = np.interp(np.arange(len(rest)), known, np.unwrap(np.arctan2(across, along)[known]))
     rows = np.clip(np.arange(len(psi)) - way // 2, 0, len(rest) - 1)
     drift = bias * (np.arange(len(psi)) - 0.5 * (len(psi) - 1)) * dt
-    return Laid(psi + usual + drift + wander[rows], agreement, mirrored, -bias)
+    return Laid(psi + drift + wander[rows], agreement, mirrored, -bias)
 
 
-def _agreement(turn: Array, t: Array) -> tuple[float, float]:
-    """Length of the mean direction of `turn` (K,), complex, at the best drift within DRIFT, and that drift (rad/s); t (K,): s."""
-    block = max(len(turn) // 2000, 1)
+def _agreement(turn: Array, dt: float) -> tuple[float, float]:
+    """Length of the mean direction of `turn` (K,), complex, every dt (s), over stretches in each of which one drift within DRIFT
+    is left out, and the median of these (rad/s)."""
+    block = max(round(COARSE / dt), 1)
     whole = len(turn) // block * block
-    small, at = turn[:whole].reshape(-1, block).sum(axis=1), t[:whole].reshape(-1, block).mean(axis=1)
-    drifts = np.linspace(-DRIFT, DRIFT, 2 * int(np.ceil(DRIFT * (at[-1] - at[0]) / 0.05)) + 1)
-    sums = np.array([abs(np.sum(small * np.exp(-1j * drift * at))) for drift in drifts])
-    best = int(sums.argmax())
-    return float(sums[best] / max(np.abs(turn).sum(), 1e-300)), float(drifts[best])
+    small = turn[:whole].reshape(-1, block).sum(axis=1)
+    per = max(round(STRETCH / (block * dt)), 1)
+    count = max(round(len(small) / per), 1)
+    length, drifts = 0.0, []
+    for part in np.array_split(small, count):
+        at = np.arange(len(part)) * block * dt
+        tried = np.linspace(-DRIFT, DRIFT, 2 * int(np.ceil(DRIFT * max(at[-1], 1.0) / 0.05)) + 1)
+        sums = np.abs(np.exp(-1j * np.outer(tried, at)) @ part)
+        length += float(sums.max())
+        if sums.max() > 0.0:
+            drifts.append(float(tried[sums.argmax()]))
+    return length / max(float(np.abs(turn[:whole]).sum()), 1e-300), float(np.median(drifts)) if drifts else 0.0

@@ -98,8 +98,10 @@ def test_a_speed_that_is_far_below_the_positions_is_beyond_doubt_and_no_steering
     slow = {check.name: check for check in check_channels(drive.with_channels(u=0.12 * drive["u"]), vehicle)}
     assert slow["speed_position"].beyond_doubt and "correct unit or scale of u" in slow["speed_position"].cure
     assert slow["steered"].passed
-    creeping = replace(drive, channels={**drive.channels, **{name: 0.12 * drive[name] for name in ("x", "y", "u", "v")}})
-    assert "speed_position" not in {check.name for check in check_channels(creeping, vehicle) if not check.passed}
+    slow = replace(good, channels={**good.channels, **{name: 0.12 * good[name] for name in ("x", "y", "u", "v")}})
+    for noise in ("good", {"x": 1.2, "y": 1.2, "u": 0.05, "omega_z": 0.005}):
+        creeping = add_noise(slow, noise, 1)
+        assert "speed_position" not in {check.name for check in check_channels(creeping, vehicle) if not check.passed}
 
 
 def test_an_accelerometer_that_rolls_with_the_body_is_named(good):
@@ -121,6 +123,11 @@ def test_positions_without_a_heading_turn_as_the_yaw_rate_says(good):
         assert wrong.beyond_doubt and "sign = -1 for x or for y, or swap them" in wrong.cure
     apart = found(x=np.roll(drive["x"], 1500), y=np.roll(drive["y"], 700))
     assert not apart.passed
+    turning = replace(drive, channels={name: values for name, values in drive.channels.items() if name != "psi"})
+    biased = turning.with_channels(omega_z=turning["omega_z"] + 0.03)
+    (said,) = [check for check in check_channels(biased, vehicle) if check.name == "yaw_rate_bias"]
+    assert "offset = -0.0" in said.cure and not said.beyond_doubt
+    assert "yaw_rate_bias" not in {check.name for check in check_channels(turning, vehicle)}
 
 
 def test_a_steering_wheels_angle_is_named_before_what_it_does_to_the_wheels(good):

@@ -10,6 +10,7 @@ from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, reference_vehicle
 from softsoil.checking.cross_check import check_channels
 from softsoil.checking.place import NAME, POSITIONS, place_checks, position_checks
 from softsoil.checking.usable import usable
+from softsoil.recording.drive import Recording
 from softsoil.recording.evidence import Motion
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
@@ -85,6 +86,20 @@ def test_an_antenna_without_its_place_is_set_aside_where_v_is_not_measured(absen
         drive = usable(wrong, vehicle)
     assert not drive.measured("x") and "x: set aside; dead reckoning from speed and heading, from zero" in drive.notes
     assert "v: not in the log; the rear axle's course" in " ".join(drive.notes)
+
+
+@pytest.mark.parametrize("period", [6.0, 20.0])
+def test_without_a_heading_slip_of_a_fast_drive_is_no_other_place(period):
+    """15 m/s: v of the laid heading is that of the slip, (l_r - c u^2) omega_z."""
+    vehicle, t = reference_vehicle(), np.arange(0.0, 120.0, 0.02)
+    u = 15.0 + 2.0 * np.sin(0.11 * t)
+    omega = 0.12 * np.sin(2 * np.pi * t / period) + 0.03 * np.sin(2 * np.pi * t / 47.0)
+    aside = (vehicle.l_r - 0.02 * u**2) * omega + vehicle.l_f * omega
+    path = np.cumsum((u + 1j * aside) * np.exp(1j * np.cumsum(omega) * 0.02)) * 0.02
+    noise = np.random.default_rng(1).normal(0.0, 1.0, (4, len(t)))
+    channels = {"t": t, "x": path.real + 0.05 * noise[0], "y": path.imag + 0.05 * noise[1], "u": u + 0.05 * noise[2]}
+    drive = Recording("fast", {**channels, "omega_z": omega + 0.005 * noise[3], "steer": 0.2 * omega})
+    assert all(check.passed for check in position_checks(Motion.of(drive), vehicle))
 
 
 def test_with_a_measured_v_positions_are_compared_with_that():

@@ -72,6 +72,8 @@ def test_a_far_log_that_comes_first_does_not_take_the_map_from_the_others():
     logs = [replace(synthetic_log(k), origin=place) for k, place in enumerate((far, HERE, THERE))]
     assert frame_of(logs) == HERE and [bool(why) for why in placed(logs, frame_of(logs), 10.0)] == [True, False, False]
     assert frame_of(logs[:2]) == far
+    islands = [replace(synthetic_log(k), origin=place) for k, place in enumerate((far, (-17.0, 179.99), (-17.0, -179.99)))]
+    assert frame_of(islands) == (-17.0, 179.99)
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import pytest
 from drives import LOAM_LOG, MULTI_LOG, reference_vehicle
 from softsoil.checking.usable import usable
 from softsoil.estimator.estimate import estimate
-from softsoil.estimator.terrain import estimate_terrain
+from softsoil.estimator.terrain import _first, estimate_terrain
 from softsoil.estimator.tuning import Tuning
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.noise import add_noise
@@ -60,6 +60,15 @@ def test_an_estimate_starts_where_slow_positions_say(hertz):
     found = estimate_terrain(drive, bicycle(reference_vehicle(), CLAY), 0.7, tied=True)
     away = np.hypot(*(found.states[:, i] - np.interp(found.t, truth.t, truth[name]) for i, name in enumerate(("x", "y"))))
     assert away.max() < 1.0 and away[found.t > 1.5].max() < 0.3 and not found.counts.gated and found.drift is None
+
+
+@pytest.mark.parametrize(("late", "speed", "most"), [(0.1, 0.0, 0.1), (8.0, 0.0, 0.1), (2.0, 5.0, 11.0)])
+def test_a_channel_that_begins_later_is_as_uncertain_as_it_changes_until_then(late, speed, most):
+    """No line through noise of a few rows is drawn back over seconds."""
+    t = np.arange(0.0, 30.0, 0.01)
+    values = speed * t + np.random.default_rng(3).normal(0.0, 0.05, len(t))
+    first, std = _first(t, np.where(t < late, np.nan, values))
+    assert abs(first) < 3.0 * std + 0.1 and std < most
 
 
 def test_an_outlier_among_the_first_samples_spoils_no_first_state():

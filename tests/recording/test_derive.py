@@ -9,6 +9,7 @@ from drives import MULTI_LOG, reference_vehicle
 from softsoil.estimator.terrain import estimate_terrain
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.recording.laid_heading import laid_heading
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
 from softsoil.recording.states import known_states, measured_states
@@ -65,6 +66,21 @@ def test_a_heading_is_laid_on_positions_of_any_frame(good, turn, noise):
     away = np.angle(np.exp(1j * (drive["psi"] - good["psi"] - turn)))
     assert np.abs(away).max() < 0.015 and drive.state_of("psi") == "derived" and drive.measured("x", "y")
     assert "psi: not in the log; the integral of the yaw rate, laid on the positions" in drive.notes
+
+
+def test_a_heading_of_an_hour_with_a_gyro_that_wanders_and_stops_is_laid():
+    """Bias from 0 to 0.01 rad/s, 18 rad in all, and two minutes of standing."""
+    dt = 0.05
+    t = np.arange(0.0, 3600.0, dt)
+    u = np.where((t > 1000.0) & (t < 1120.0), 0.0, 4.0)
+    omega = 0.05 * u * np.sin(2 * np.pi * t / 11.0)
+    psi = np.cumsum(omega) * dt + 1.0
+    noise = np.random.default_rng(2).normal(0.0, 0.05, (2, len(t)))
+    path = np.cumsum(u * np.exp(1j * psi)) * dt + noise[0] + 1j * noise[1]
+    laid = laid_heading(path.real, path.imag, u, 0.0 * u, omega + 0.01 * t / t[-1], dt)
+    assert laid is not None and not laid.scattered and laid.agreement > 0.97
+    away = np.angle(np.exp(1j * (laid.psi - psi)))
+    assert np.abs(away[u > 0.0]).max() < 0.06 and np.abs(away).max() < 0.3
 
 
 def test_positions_that_say_no_direction_are_set_aside(good):
