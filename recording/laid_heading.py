@@ -64,13 +64,15 @@ def laid_heading(x: Array, y: Array, ahead: Array, aside: Array, omega: Array, d
     """
     psi = np.cumsum(omega) * dt
     way = int(min(WAY / dt, len(psi) / 3))
+    if way < 1:
+        return None
     reach = round(LONGEST_GAP / dt)
     place = interpolated(x, reach) + 1j * interpolated(y, reach)
     reckoned = np.cumsum((ahead + 1j * aside) * np.exp(1j * psi)) * dt
     gone, claimed = place[way:] - place[:-way], reckoned[way:] - reckoned[:-way]
     least = max(SHORTEST, SURE * max(noise_level(one, dt).white for one in (x, y)))
     good = np.isfinite(gone) & (np.abs(claimed) > least)
-    if way < 1 or good.sum() * dt < LEAST:
+    if good.sum() * dt < LEAST:
         return None
     gone, claimed = np.where(good, gone, 0.0), np.where(good, claimed, 0.0)
     t = np.asarray((np.arange(len(gone)) - 0.5 * len(gone)) * dt, dtype=np.float64)

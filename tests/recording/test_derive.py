@@ -87,6 +87,7 @@ def test_positions_that_say_no_direction_are_set_aside(good):
     """A receiver that stands at one place while the vehicle drives."""
     still = np.random.default_rng(1).normal(0.0, 3.0, (2, len(good)))
     drive = completed(without(good.with_channels(x=still[0], y=still[1]), "psi"), reference_vehicle())
+    assert completed(without(good.between(0.0, 0.03), "psi"), reference_vehicle()).state_of("psi") == "derived", "two rows"
     assert not drive.measured("x") and not drive.measured("y")
     assert any(note.startswith("x: set aside, since it says no direction of a heading") for note in drive.notes)
 
