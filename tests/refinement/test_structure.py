@@ -45,9 +45,10 @@ def test_a_force_that_a_model_lacks_is_left_whatever_the_noise(noise):
 
 @pytest.mark.parametrize(
     ("effect", "size"),
-    [("lever_arm", {"velocity_lever": 0.86, "position_lever": 0.0}), ("gyro_bias", {"gyro_bias": 0.02})],
+    [("lever_arm", {"velocity_lever": 0.86, "position_lever": 0.0}),
+     pytest.param("gyro_bias", {"gyro_bias": 0.02}, marks=pytest.mark.study)],
     ids=lambda v: str(v)[:9],
-)
+)  # fmt: skip
 def test_what_a_sensor_does_is_taken_off_where_the_model_has_it(effect, size):
     """Axle forces and predictions of a log whose sensor is elsewhere or biased are those of the right log."""
     vehicle = reference_vehicle()
