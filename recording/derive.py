@@ -59,7 +59,7 @@ def completed(recording: Recording, geometry: Geometry) -> Recording:
             if log.measured("x", "y"):
                 missing, alone = [*missing, "x", "y"], "says no direction of a heading that is not in the log"
         else:
-            add("psi", laid.psi, "the integral of the yaw rate, laid on the positions")
+            add("psi", laid.psi, "the integral of the yaw rate, aligned with the positions")
     psi = _heading(channels["psi"])
     if "x" in missing or "y" in missing:
         aside = v + geometry.l_f * omega

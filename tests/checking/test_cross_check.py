@@ -128,6 +128,8 @@ def test_positions_without_a_heading_turn_as_the_yaw_rate_says(good):
     (said,) = [check for check in check_channels(biased, vehicle) if check.name == "yaw_rate_bias"]
     assert "offset = -0.0" in said.cure and not said.beyond_doubt
     assert "yaw_rate_bias" not in {check.name for check in check_channels(turning, vehicle)}
+    fast = {check.name: check for check in check_channels(biased.with_channels(u=1.2 * drive["u"]), vehicle)}
+    assert not fast["yaw_rate_bias"].passed and not fast["speed_position"].passed, "one doubt hides no other"
 
 
 def test_a_steering_wheels_angle_is_named_before_what_it_does_to_the_wheels(good):

@@ -65,7 +65,7 @@ def test_a_heading_is_laid_on_positions_of_any_frame(good, turn, noise):
     drive = completed(log, reference_vehicle())
     away = np.angle(np.exp(1j * (drive["psi"] - good["psi"] - turn)))
     assert np.abs(away).max() < 0.015 and drive.state_of("psi") == "derived" and drive.measured("x", "y")
-    assert "psi: not in the log; the integral of the yaw rate, laid on the positions" in drive.notes
+    assert "psi: not in the log; the integral of the yaw rate, aligned with the positions" in drive.notes
 
 
 def test_a_heading_of_an_hour_with_a_gyro_that_wanders_and_stops_is_laid():
