@@ -87,7 +87,7 @@ def test_the_same_numbers_as_in_python_on_example_logs(log, damage):
 
 
 @pytest.mark.parametrize(
-    "flags", (pytest.param(SCALAR, id="scalar", marks=pytest.mark.study), pytest.param(FLAGS, id="lanes"))
+    "flags", (pytest.param(SCALAR, id="scalar"), pytest.param(FLAGS, id="lanes", marks=pytest.mark.study))
 )
 def test_the_same_numbers_with_one_n_for_each_axle(flags):
     recording = add_noise(read_drive(example_logs()[0]), "table5", 2)

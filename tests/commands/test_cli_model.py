@@ -76,6 +76,7 @@ def test_log_with_other_columns_and_units_gives_the_same_estimate(tmp_path):
     assert first["n_front"] == pytest.approx(second["n_front"], rel=1e-6)
 
 
+@pytest.mark.study
 def test_log_with_gaps_jitter_and_holes_is_estimated_all_the_same(tmp_path, refined):
     even = write_drive(read_drive(MULTI_LOG).between(0.0, 14.0), tmp_path / "even.csv")
     table = pd.read_csv(even)

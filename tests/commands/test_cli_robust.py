@@ -30,6 +30,7 @@ def softsoil(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments], env={"COLUMNS": "160"})
 
 
+@pytest.mark.study
 def test_a_doubtful_channel_is_warned_of_once_and_is_the_first_thing_to_mend(home, monkeypatch):
     monkeypatch.setattr("softsoil.commands.estimate.late_clocks", lambda *_, **__: ())  # looked for elsewhere
     drive = read_drive("short_clay_n0.50.csv")

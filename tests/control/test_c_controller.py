@@ -343,7 +343,8 @@ def test_before_what_it_cannot_pass_it_brakes_and_goes_on_when_clear():
     assert halts[walls - 1 :] == [True] * SETTINGS.clear_steps + [False] * 5
 
 
-@pytest.mark.parametrize("target", [pytest.param("storm", marks=pytest.mark.study), "fuzz"])
+@pytest.mark.study
+@pytest.mark.parametrize("target", ["storm", "fuzz"])
 def test_storm_under_sanitizers(target, tmp_path):
     """Everything that can go wrong, from chance and from bytes; `benchmarks/clibrary_trust.py controller` runs longer."""
     if shutil.which("gcc") is None:
@@ -378,7 +379,12 @@ int main(void) {
 
 @pytest.mark.parametrize(
     "more",
-    (pytest.param((), marks=pytest.mark.study), ("-DSOFTSOIL_SCALAR",), ("-O3", "-march=native"), ("-x", "c++")),
+    (
+        pytest.param((), marks=pytest.mark.study),
+        ("-DSOFTSOIL_SCALAR",),
+        pytest.param(("-O3", "-march=native"), marks=pytest.mark.study),
+        ("-x", "c++"),
+    ),
     ids=" ".join,
 )
 def test_compilers_have_nothing_to_say(more, tmp_path):
@@ -446,6 +452,7 @@ def test_the_example_closes_the_loop(tmp_path):
     assert "previous plan goes on" not in done.stdout, "no solve failed"
 
 
+@pytest.mark.study
 def test_cmake_takes_it_as_a_subdirectory_and_as_a_package(tmp_path):
     """The filter as a subdirectory, filter and controller as a package, by CMake and by pkg-config."""
     if shutil.which("cmake") is None:

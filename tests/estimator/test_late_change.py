@@ -72,6 +72,7 @@ def two_soils():
     return add_noise(simulate(manoeuvre, ground, 30.0, seed=77, start=Start(u=5.0)), "table5", 3)
 
 
+@pytest.mark.study
 def test_the_last_soil_of_a_drive_is_estimated_from_its_own_windows(two_soils):
     model = bicycle(load_vehicle(PLANT_VEHICLE), SOILS["sandy_loam"].with_(n=0.8))
     rules = HorizonRules()

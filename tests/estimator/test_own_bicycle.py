@@ -89,7 +89,7 @@ def test_another_vehicle_on_another_soil():
     assert 0.9 <= found.nis_inside_95 <= 0.99
 
 
-@pytest.mark.parametrize("dt", [0.004, 0.05])
+@pytest.mark.parametrize("dt", [pytest.param(0.004, marks=pytest.mark.study), 0.05])
 def test_rows_may_be_finer_or_coarser_than_the_papers(dt):
     fine = synthetic_drive(clay_bicycle(), reference_vehicle().radius, dt=0.002)
     every = round(dt / 0.002)

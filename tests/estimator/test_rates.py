@@ -36,6 +36,7 @@ def test_a_log_of_fewer_hertz_says_the_same():
     assert slow.n_front[-1] == pytest.approx(whole.n_front[-1], rel=0.02)
 
 
+@pytest.mark.study
 def test_a_gap_in_an_input_is_left_out():
     model, log = bicycle(reference_vehicle(), CLAY), read_drive(MULTI_LOG).between(0.0, 25.0)
     gap = (log.t > log.t[0] + 15.0) & (log.t < log.t[0] + 17.0)

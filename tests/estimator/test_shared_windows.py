@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from drives import clay_bicycle, clay_drive
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.recording.derive import mark
@@ -19,6 +21,7 @@ def test_pieces_copies_and_clocks_of_one_rate_share_a_model():
     assert compiled(log.between(3.3, 12.0), model) is one and compiled(epoch, model) is one
 
 
+@pytest.mark.study
 def test_a_log_without_wheel_speeds_has_its_own():
     log, model = clay_drive(16.0), clay_bicycle()
     assert compiled(mark(log, "derived", *WHEEL_CHANNELS), model) is not compiled(log, model)

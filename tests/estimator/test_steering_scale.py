@@ -23,6 +23,7 @@ def estimated(log, scale, **numbers):
     return softsoil.estimate(log.with_channels(steer=scale * log["steer"]), model, 0.7)
 
 
+@pytest.mark.study
 def test_a_right_scale_is_right(log):
     found = estimated(log, 1.0)
     change = found.verdict.evidence.change

@@ -118,7 +118,7 @@ def n_of(drive):
     return estimate_terrain(drive, bicycle(reference_vehicle(), CLAY), 0.7, tied=True, start=2.0).n_front[-1]
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_n_of_a_messy_bag_is_that_of_the_clean_log(clean, tmp_path):
     """Rates, jitter, dropouts, lever arm and the late clock together; 4 ms of the steering's clock are 1.7 % of n.
 

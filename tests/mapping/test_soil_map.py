@@ -85,6 +85,7 @@ def test_a_cell_needs_a_size(size):
         fuse([drive(0.5, 100.0)], size)
 
 
+@pytest.mark.study
 def test_without_wheel_speeds_the_driveline_is_the_logs_and_the_error_wider(log):
     measured = drive_soil(log, clay_bicycle(), 0.7, 1.0)
     derived = drive_soil(mark(log, "derived", *WHEEL_CHANNELS), clay_bicycle(), 0.7, 1.0)

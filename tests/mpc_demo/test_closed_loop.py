@@ -87,7 +87,7 @@ def test_before_what_it_cannot_pass_the_vehicle_stops(where, radius):
     assert np.abs(run.column("truth")[:, 5]).max() < 1.5, "no wild turn"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_change_of_soil_in_mid_course_is_followed():
     """Clay whose n goes from 0.5 to 0.75: the estimate moves the same way, and no solve fails on the way."""
     run = loop().run(scenarios()["two_soils"], "n_estimated", 3)

@@ -47,6 +47,7 @@ def test_a_block_has_the_median_of_its_numbers_across_a_turn_of_the_heading():
     assert np.isnan(coarse["v"][0]) and coarse["v"][1:].tolist() == [2.0, 1.0, 1.0]
 
 
+@pytest.mark.study
 def test_commands_run_on_the_coarse_clock_and_believe_the_rate_no_more():
     log, model = read_drive(MULTI_LOG).between(0.0, 15.0), bicycle(reference_vehicle(), CLAY)
     again = fast(1000.0, 15.0)

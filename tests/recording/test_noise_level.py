@@ -143,7 +143,7 @@ def test_n_is_identified_from_filtered_channels(clean, name):
     assert found.verdict.word == "identified" and abs(found.n_front[-1] / 0.5 - 1.0) < 0.06
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_no_n_is_identified_with_a_filtered_yaw_rate(noisy):
     late = noisy.with_channels(omega_z=low_pass(noisy["omega_z"], noisy.dt, 0.02))
     with pytest.warns(UserWarning, match="log it unfiltered"):

@@ -279,6 +279,7 @@ def test_what_is_handed_on_is_fitted_to_the_whole_drive(found):
     assert found.after == held_mse(bench, bench.absent)
 
 
+@pytest.mark.study
 def test_a_change_of_soil_is_found_where_it_is(declared):
     change = {"n_change": 0.25, "change_x": 55.0, "change_y": 0.0, "change_heading": 0.2}
     found = refine([drive({"soil_change": change})], declared, workers=1, candidates=("soil_change", "bank"))

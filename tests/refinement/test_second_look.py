@@ -242,7 +242,7 @@ def test_what_is_looked_at_again(without):
     assert not worth_it(payload, replace(effect, corrections={"outputs": next(iter(effect.corrections.values()))}))
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_what_rests_on_absent_channels_is_not_named(without):
     declared = Declaration(vehicle(), CLAY)
     again = (without.recordings, declared, without.bench)

@@ -16,7 +16,7 @@ from softsoil.symbolic.soil import CLAY
 SOIL = CLAY.with_(n=0.5)
 
 
-@pytest.mark.parametrize("noise", ("good", "table5"))
+@pytest.mark.parametrize("noise", (pytest.param("good", marks=pytest.mark.study), "table5"))
 def test_sensor_noise_is_nothing_that_a_model_lacks(noise):
     vehicle = reference_vehicle()
     model = bicycle(vehicle, SOIL)
@@ -32,7 +32,7 @@ def test_noise_that_is_added_once_more_is_not_the_log_s_own():
     assert abs(np.corrcoef(own, more)[0, 1]) < 0.1
 
 
-@pytest.mark.parametrize("noise", ("none", "good", "table5"))
+@pytest.mark.parametrize("noise", (*(pytest.param(n, marks=pytest.mark.study) for n in ("none", "good")), "table5"))
 def test_a_force_that_a_model_lacks_is_left_whatever_the_noise(noise):
     """A steering 0.06 rad off."""
     vehicle = reference_vehicle()
