@@ -12,6 +12,7 @@ from softsoil.identification.words import (
     error_sentence,
     judged_sentences,
     state_words,
+    taking_up_sentence,
     value_words,
     verdict_sentence,
 )
@@ -24,6 +25,8 @@ def say(found: Identification) -> None:
     for words in found.asks:
         console.print(f"Next: {words}.", highlight=False)
     console.print(number_table(found))
+    if taking_up := taking_up_sentence(found):
+        console.print(taking_up, highlight=False)
     for log, (value, std) in found.n.items():
         console.print(f"{log}: n {with_error(value, std)}", highlight=False)
     for line in (error_sentence(found), *judged_sentences(found)):

@@ -13,7 +13,13 @@ from softsoil.figures.labels import per_cent
 from softsoil.figures.numbers import draw_numbers
 from softsoil.figures.page_html import figure, items, paragraph, provenance, row, section, table, words, write_page
 from softsoil.identification.result import Identification, in_order
-from softsoil.identification.words import error_sentence, judged_sentences, state_words, verdict_sentence
+from softsoil.identification.words import (
+    error_sentence,
+    judged_sentences,
+    state_words,
+    taking_up_sentence,
+    verdict_sentence,
+)
 from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.refinement.words import in_degrees, with_error
 
@@ -69,7 +75,8 @@ def _numbers(result: Identification) -> str:
         cells = [f"<code>{escape(name)}</code>", with_error(value, std), unit, escape(state_words(one))]
         cells += [per_cent(0.01 * one.n_percent_per_std, 1, "+"), with_error(*in_degrees(*one.before, one.unit)[:2])]
         rows.append(row([*cells, words(f"{known.doc}; {why}".rstrip("; "))], " r  rr "))
-    return table(rows)
+    taking_up = taking_up_sentence(result)
+    return table(rows) + (paragraph(taking_up) if taking_up else "")
 
 
 def _soils(result: Identification) -> str:

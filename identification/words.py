@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from softsoil.estimator.verdict import CHANNEL_WORDS
-from softsoil.identification.result import Found, Identification
+from softsoil.identification.result import Found, Identification, in_order
+from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.refinement.words import in_degrees, times_smaller, with_error, with_unit
 
 NO_BETTER = "no better known than before"
@@ -48,6 +49,18 @@ def error_sentence(found: Identification) -> str:
     shares = found.vehicle.unexplained.items()
     left = " and ".join(f"{100 * share:.1f} % of the {CHANNEL_WORDS[name]}'s" for name, share in shares if share > 0.0)
     return f"{said} Beyond sensor noise the numbers leave at most {left} motion of these logs unexplained." if left else said
+
+
+def taking_up_sentence(found: Identification) -> str:
+    """Which identified numbers' errors are the fit's alone, since a fit moves them also by what the model lacks; "" for none."""
+    numbers = by_name()
+    names = [name for name in in_order(found.numbers) if numbers[name].takes_up and found.numbers[name].state == "identified"]
+    if not names:
+        return ""
+    return (
+        f"These numbers may also have taken up what the model lacks, which their ± does not hold: {', '.join(names)}. "
+        "They serve n and predictions, not a workshop."
+    )
 
 
 def judged_sentences(found: Identification) -> list[str]:

@@ -39,7 +39,8 @@ class Number:
     prior: expected value and standard deviation where it is not given; why: the argument for the prior; measured: standard
     deviation where it is given; how: how one measures it; free: whether logs may move it;
     pinned_by: the manoeuvre that shows a parameter of an effect; shown_by: the group of channels (`checking.offsets`) that seems
-    early where a vehicle has much of the effect, "" for none.
+    early where a vehicle has much of the effect, "" for none; takes_up: a fit moves it also by what the model lacks, which its
+    standard deviation does not hold.
     """
 
     name: str
@@ -55,11 +56,13 @@ class Number:
     free: bool = True
     pinned_by: str = ""
     shown_by: str = ""
+    takes_up: bool = False
 
 
-def _number(name, doc, prior, why, measured, how, free=True) -> Number:
+def _number(name, doc, prior, why, measured, how, free=True, takes_up=False) -> Number:
     lower, upper, unit = BOUNDS[name]
-    return Number(name, "", "" if unit == "1" else unit, doc, lower, upper, prior, why, measured, how, free)
+    unit = "" if unit == "1" else unit
+    return Number(name, "", unit, doc, lower, upper, prior, why, measured, how, free, takes_up=takes_up)
 
 
 def _of(effect: str, name: str, entry: Mapping[str, Any]) -> Number:
@@ -75,7 +78,7 @@ def _of(effect: str, name: str, entry: Mapping[str, Any]) -> Number:
     lower, upper = entry["bounds"]
     measured = _plain(float(entry["measured"]))
     words = entry["why"], measured, entry["how"]
-    seen = {"pinned_by": entry["pinned_by"], "shown_by": shown_by}
+    seen = {"pinned_by": entry["pinned_by"], "shown_by": shown_by, "takes_up": entry.get("takes_up", False)}
     return Number(name, effect, entry["unit"], entry["doc"], lower, upper, prior, *words, **seen)
 
 
@@ -98,10 +101,10 @@ OWN: tuple[Number, ...] = (
             "radius of gyration squared over l_f l_r is 0.7 to 1.1 on cars, less with a load in the middle, more at the ends",
             _share(0.05), "drawings, or a pendulum"),
     _number("track", "between the front wheels", lambda k: (k["track"], 0.0), "", _share(0.03),
-            "tape between the contacts; a suspension moves them by some centimetres"),
+            "tape between the contacts; a suspension moves them by some centimetres", takes_up=True),
     _number("track_rear", "between the rear wheels", lambda k: (k["track"], 0.04 * k["track"]),
             "within some centimetres of the front track", _share(0.03),
-            "tape between the contacts; a suspension moves them by some centimetres"),
+            "tape between the contacts; a suspension moves them by some centimetres", takes_up=True),
     _number("radius", "radius of the wheels", lambda k: (k["radius"], 0.0), "", _plain(0.0005),
             "tape around the wheel: 3 mm of the circumference"),
     _number("width", "width of the wheels", lambda k: (k["width"], 0.0), "", _share(0.01), "tape", free=False),
@@ -110,7 +113,8 @@ OWN: tuple[Number, ...] = (
             "estimate; by scale with one axle lifted", free=False),
     _number("scrub", "front wheels' centres outside the axes that they are steered about",
             lambda k: (0.15 * k["radius"], 0.2 * k["radius"]),
-            "the axis meets the wheel between its middle plane and a third of a radius inside it", _plain(0.01), "tape"),
+            "the axis meets the wheel between its middle plane and a third of a radius inside it", _plain(0.01), "tape",
+            takes_up=True),
     _number("toe", "front toe, left minus right", lambda k: (0.0, 0.015),
             "workshops set it within 0.5 deg; suspensions move it by as much", _plain(0.003), "alignment bench"),
     _number("toe_rear", "rear toe, left minus right", lambda k: (0.0, 0.02),

@@ -17,7 +17,7 @@ from softsoil.identification.identify import by_rolling
 from softsoil.identification.n_errors import model_error, n_stds
 from softsoil.identification.result import Found
 from softsoil.identification.rules import RULES
-from softsoil.identification.words import state_words
+from softsoil.identification.words import state_words, taking_up_sentence
 from softsoil.recording.derive import completed
 from softsoil.recording.drive import Recording
 from softsoil.recording.noise import add_noise
@@ -45,6 +45,14 @@ def test_axle_loads_and_wheelbase_give_the_place_of_the_centre_of_gravity():
 )  # fmt: skip
 def test_an_identified_number_that_is_no_better_known_than_before_says_so(state, std, given, words):
     assert state_words(Found(1.1, std, "m", state, 0.5, given, (1.0, 0.2))) == words
+
+
+def test_numbers_that_take_up_what_the_model_lacks_are_named_where_they_are_identified():
+    one = Found(1.1, 0.1, "m", "identified", 0.5, None, (1.0, 0.2))
+    numbers = {"yaw_inertia": one, "scrub": one, "lean_steer": replace(one, state="not_identifiable"), "track": one}
+    said = taking_up_sentence(SimpleNamespace(numbers=numbers))
+    assert "does not hold: track, scrub." in said
+    assert taking_up_sentence(SimpleNamespace(numbers={"yaw_inertia": one})) == ""
 
 
 @pytest.mark.parametrize("unit", (1.0, 9.81, 9.81e-3, 2.2046), ids=("kg", "N", "kN", "lb"))
