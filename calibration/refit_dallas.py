@@ -72,16 +72,18 @@ def refit(runs: Sequence[WheelRun], progress: Callable[[str], None] = lambda tex
 
 
 def side_force(run: WheelRun) -> ca.Function:
-    """[motion (7), soil (6), g (3)] -> [F, dF/dg] of one branch with factors g: force across the wheel's course (N)."""
-    motion, soil, g = ca.SX.sym("motion", 7), ca.SX.sym("soil", 6), ca.SX.sym("g", 3)
+    """[motion (7), soil (6), yaw, g (3)] -> [F, dF/dg] of one branch with factors g: force to the left in the frame of judgement
+    (N), as `WheelRun.lateral`, with the wheel frame at yaw (rad) against it.
+    """
+    motion, soil, yaw, g = ca.SX.sym("motion", 7), ca.SX.sym("soil", 6), ca.SX.sym("yaw"), ca.SX.sym("g", 3)
     factors = [Factor(n=(x,)) for x in (ca.exp(g[0]), G2_SCALE * g[1], ca.exp(g[2]))]
     branch = Branch(*factors)
     law = Dallas((SlipRange(-1.0, 1.0, branch, branch),), Bekker(), n_range=N_RANGE)
     contact = Contact(**{key: motion[i] for i, key in enumerate(MOTION)})
     given = law(Soil(run.group, *[soil[i] for i in range(len(SOIL_KEYS))]), Wheel(run.radius, run.width), contact)
-    force = (given.f_y * contact.v_x - given.f_x * contact.v_y) / ca.sqrt(contact.v_x**2 + contact.v_y**2)
+    force = given.f_x * ca.sin(yaw) + given.f_y * ca.cos(yaw)
     return compile_function(
-        ca.Function("side", [motion, soil, g], [ca.densify(ca.horzcat(force, ca.jacobian(force, g)))])
+        ca.Function("side", [motion, soil, yaw, g], [ca.densify(ca.horzcat(force, ca.jacobian(force, g)))])
     )
 
 
@@ -89,15 +91,12 @@ def match_run(side: ca.Function, run: WheelRun, upper: bool) -> Matched:
     """g_1, g_2, g_3 of one branch of one run."""
     away = run.steer_rate * -run.v_y > 0
     chosen = np.flatnonzero(away != upper)[::THIN]
-    motion, soil, measured = (
-        run.motion()[:, chosen],
-        soil_column(run),
-        run.smooth(run.lateral(run.f_x, run.f_y))[chosen],
-    )
+    motion, soil, yaw = run.motion()[:, chosen], soil_column(run), np.broadcast_to(run.yaw, (len(run),))[chosen]
+    measured = run.smooth(run.lateral(run.f_x, run.f_y))[chosen]
     peak = max(float(np.abs(measured).max()), 1.0)
 
     def both(g: Array) -> Array:
-        return np.array(side(motion, soil, g)).reshape(len(chosen), 4)
+        return np.array(side(motion, soil, yaw[None], g)).reshape(len(chosen), 4)
 
     hold = PRIOR * np.sqrt(len(chosen)) * np.eye(3)
     found = least_squares(

@@ -123,10 +123,12 @@ def test_a_calibration_file_that_is_none_is_named(tmp_path):
             load_factors(path, "rig")
 
 
-def test_correction_factors_of_a_run_are_matched():
+@pytest.mark.parametrize("arm", (0.0, 0.6))
+def test_correction_factors_of_a_run_are_matched(arm):
+    """Of a wheel, too, whose centre is `arm` m beside the axis that it yaws about: it does not move as the rig does."""
     true = (1.2, 20.0, 0.03)
     branch = Branch(*[Factor(n=(g,)) for g in true])
-    blank = [sine_run()]
+    blank = [replace(run := sine_run(), v_x=run.v_x - arm * run.yaw_rate)]
     law = Dallas((SlipRange(-1.0, 1.0, branch, branch),), Bekker(), n_range=(0.4, 1.3))
     (run,) = own_data(blank, law)
     found = match_run(side_force(run), run, upper=False)
