@@ -17,7 +17,7 @@ from softsoil.identification.axle_places import AxlePlaces, axle_places
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
 from softsoil.identification.judge import judge
-from softsoil.identification.late_channels import with_late_channels
+from softsoil.identification.late_channels import recorded_late, with_late_channels
 from softsoil.identification.n_errors import model_error, n_error, n_stds, unmeasured
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
@@ -123,7 +123,7 @@ def identify(
         vehicle=vehicle.with_(verdict=verdict),
         known=known,
         seconds=time.perf_counter() - began,
-        notes=(places.note, state.rolls, *late, *(f"{r.name}: {note}" for r in recordings for note in r.notes)),
+        notes=(places.note, state.rolls, *late, *recorded_late(numbers), *_own_notes(recordings)),
     )
 
 
@@ -148,6 +148,10 @@ class _State:
 def _without_wheels(recordings: Sequence[Recording]) -> str:
     """Names of those that do not measure the speed of every wheel."""
     return ", ".join(recording.name for recording in recordings if not recording.measured(*WHEEL_CHANNELS))
+
+
+def _own_notes(recordings: Sequence[Recording]) -> list[str]:
+    return [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
 
 
 def _not_rolling(recordings: Sequence[Recording]) -> str:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from softsoil.checking.offsets import Offset, time_offsets
 from softsoil.declaration.late_steering import late_steering
+from softsoil.identification.result import Found
 from softsoil.recording.drive import Recording
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import NUMBERS, Number, declared_vehicle
+from softsoil.refinement.words import with_error
 
 SEEN = 3.0
 """Standard errors by which the channels are early in every log; a wrong yaw inertia makes less of it (0.008 s for 10 %)."""
+LATE = 1.5
+"""Standard errors, four times the logs' scatter, below zero by which an identified lag is a channel that is recorded late."""
 ALIKE = 3.0
 """Standard errors within which all logs have to say the same: the vehicle's own lag is in each, a clock's offset changes."""
 
@@ -35,6 +39,20 @@ def with_late_channels(known: Known, recordings: Sequence[Recording]) -> tuple[K
             known = replace(known, early={**known.early, number.shown_by: early})
             notes.append(_note(number, early, max(offset.std for offset in seen)))
     return known, tuple(notes)
+
+
+def recorded_late(numbers: Mapping[str, Found]) -> tuple[str, ...]:
+    """A note of each group of channels that an identified number below zero says is recorded late."""
+    notes = []
+    for number in NUMBERS:
+        one = numbers.get(number.name) if number.shown_by else None
+        if one is not None and one.state == "identified" and one.value < -LATE * one.std:
+            notes.append(
+                f"{number.name}: {with_error(one.value, one.std)} s, below zero: {number.shown_by} is recorded that much late. "
+                f"This file makes up for it wherever it is recorded alike; softsoil import shifts it: late = {-one.value:.3f} at "
+                f"{number.shown_by} in its map"
+            )
+    return tuple(notes)
 
 
 def _beside(offset: Offset, declared: float) -> Offset:

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from softsoil.identification.bench import fit_numbers, free_numbers, make_bench
 from softsoil.identification.identify import identify
-from softsoil.identification.late_channels import with_late_channels
-from softsoil.identification.result import in_order
+from softsoil.identification.late_channels import recorded_late, with_late_channels
+from softsoil.identification.result import Found, in_order
 from softsoil.identification.vehicle_toml import vehicle_toml
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.noise import add_noise
@@ -69,6 +70,25 @@ def test_a_declared_lag_stays_as_it_is(late):
     for effects in ({"steering_lag": {"steering_lag": 0.05}}, {"steering_delay": {"steering_delay": LAG}}):
         declared = replace(KNOWN, effects=effects)
         assert with_late_channels(declared, late) == (declared, ())
+
+
+def test_a_steering_that_is_recorded_late_is_no_other_inertia_or_n():
+    """By 0.03 s: with lags of zero and more n was 14 % too high, and the vehicle was identified."""
+    log, late = log_of("multi", 0.6, 3, 0.0), 0.03
+    shifted = log.with_channels(steer=np.interp(log.t - late, log.t, log["steer"]))
+    bench = make_bench([shifted], [CLAY], KNOWN, 2.0)
+    fit = fit_numbers(bench, free_numbers(bench, ["yaw_inertia", "steering_lag"]), {}, [0.5])
+    found = fit.named()
+    assert found["steering_lag"][0] == pytest.approx(-late, abs=0.005)
+    assert found["yaw_inertia"][0] == pytest.approx(INERTIA, rel=0.04) and found["n_0"][0] == pytest.approx(0.6, rel=0.04)
+
+
+def test_it_is_said_with_its_size():
+    one = Found(-0.039, 0.011, "s", "identified", 5.0, None, (0.01, 0.02))
+    (note,) = recorded_late({"steering_lag": one})
+    assert "-0.039 ± 0.011 s, below zero: steer is recorded that much late" in note and "late = 0.039 at steer" in note
+    assert recorded_late({"steering_lag": replace(one, value=-0.01), "toe": one}) == ()
+    assert recorded_late({"steering_lag": replace(one, state="not_identifiable")}) == ()
 
 
 @pytest.mark.study
