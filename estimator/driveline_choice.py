@@ -67,7 +67,8 @@ def choose_driveline(
     models, n0: of each recording, and the initial guess of its n, one for both axles; start: seconds left out at the beginning
     of each. Raises ValueError for a drive that the model cannot use, or too short a one.
     """
-    windows = [drive_windows(r, m, start, HorizonRules()) for r, m in zip(recordings, models, strict=True)]
+    absent = absent_wheels(recordings)  # in all models alike: a log that measures them is as good a witness
+    windows = [drive_windows(r, m, start, HorizonRules(), absent) for r, m in zip(recordings, models, strict=True)]
     fits = {
         words: [_fit(w, n, numbers) for w, n in zip(windows, n0, strict=True)] for words, numbers in DRIVELINES.items()
     }

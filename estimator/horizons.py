@@ -143,9 +143,9 @@ class Replay:
         if steps < 1:
             raise ValueError(f"horizon: expected at least one step of {self.dt:g} s, found {horizon:g} s")
         last = len(self.t) if stop is None else stop
-        starts = window_starts(self.first, ~self._driven[:last], steps, steps)
+        known = np.asarray(np.isfinite(self.states[:last]).all(axis=1))
+        starts = window_starts(self.first, ~self._driven[:last], steps, steps, known)
         left_out = last - (int(starts[-1]) + steps + 1 if len(starts) else self.first)
-        starts = starts[np.isfinite(self.states[starts]).all(axis=1)]
         p = self._whole(p)
         full, memory = self._along(p)
         predicted = np.empty((len(starts), steps + 1, len(STATE_CHANNELS)))

@@ -17,6 +17,7 @@ import pandas as pd
 from softsoil.checking.usable import usable
 from softsoil.declaration.handed import check_model
 from softsoil.declaration.late_steering import late_steering
+from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.estimator.evidence import gather
 from softsoil.estimator.horizons import START_UP
 from softsoil.estimator.modes import run_guess
@@ -95,6 +96,8 @@ def clocks_of(recording: Recording, model: Model, verdict: Verdict, tied: bool, 
     if verdict.word != "inconsistent" or verdict.evidence is None or model.doubted:
         return ()
     n0 = float(verdict.evidence.n[0])
+    choice = log_driveline(recording, model, n0, start)
+    model = model if choice is None else with_choice(model, choice)
     horizon, rules = HorizonRules(), VerdictRules().of(model)
     middle = 0.5 * (recording.t[0] + start + recording.t[-1])
     part = recording.between(max(middle - 0.5 * PART, recording.t[0] + start), middle + 0.5 * PART)
@@ -107,10 +110,13 @@ def clocks_of(recording: Recording, model: Model, verdict: Verdict, tied: bool, 
         drive_windows(part, model, 0.0, horizon)
     except ValueError:  # the middle of the drive holds no two windows
         return ()
-    clocks = []
+    clocks: list[tuple[float, LateClock]] = []
+    tried: list[set[str]] = [set()]
     for what, names in CLOCKS.items():
-        if not recording.measured(*names[:1]):
+        own = {name for name in names if name in recording and recording.measured(name)}
+        if names[0] not in own or own in tried:  # of wheels that are not in the log their group is the steering alone
             continue
+        tried.append(own)
         costs, rows = {0: cost(names, 0)}, 0
         for reach in (TRIED, FINER):
             step = max(round(reach / recording.dt), 1)

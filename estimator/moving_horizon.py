@@ -137,12 +137,16 @@ def estimate_horizon(
     )  # fmt: skip
 
 
-def drive_windows(recording: Recording, model: Model, start: float, rules: HorizonRules) -> FreeWindows:
+def drive_windows(
+    recording: Recording, model: Model, start: float, rules: HorizonRules, absent: tuple[str, ...] | None = None
+) -> FreeWindows:
     """Windows of a drive after `start` seconds, weighted by sensor noise and model error; where the vehicle's file states errors
-    of its numbers, these are parameters of their model, and so are a load and the steering's scale."""
+    of its numbers, these are parameters of their model, and so are a load and the steering's scale. absent: wheels that the model
+    turns, default those without a measured speed."""
     drive = shooting_drive(recording, model, start, live=True)
     sigma = np.hypot(sensor_std(recording, LEAST_NOISE), rules.model_error)
-    compiled = window_model(_with_numbers(model, absent_wheels([recording])), drive.dt, substeps_for(drive.dt))
+    absent = absent_wheels([recording]) if absent is None else absent
+    compiled = window_model(_with_numbers(model, absent), drive.dt, substeps_for(drive.dt))
     return FreeWindows(compiled, drive, rules.length, sigma, rules.fastest, rules.stride, rules.run_in, rules.slowest)
 
 

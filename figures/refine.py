@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,7 @@ def _over_time(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -
     said = [f"{share:.0f} %" for share in shares]
     words = f"{said[0]} of its force" + (f", then {said[1]}" if view.refined and said[1] != said[0] else "")
     if not np.isfinite(shares).all():
-        words = "not judged: lateral velocity or yaw rate is not measured"
+        words = "not judged, see the notes"
     axis.set(title=f"{axle.capitalize()} axle: {words}", ylabel="unexplained force, N")
 
 
@@ -68,7 +69,7 @@ def draw_ranking(result: Refinement, path: Path) -> Path:
     colors = [ESTIMATED if c.name in accepted else SOFT for c in ranking]
     with page(path, "Share of the held-out cost that each candidate removes", 8, 0.24 * len(ranking) + 1.2) as axis:
         places = np.arange(len(ranking))
-        shares = [100 * max(c.gain, -1.0) for c in ranking]
+        shares = [100 * max(c.gain, -1.0) if math.isfinite(c.gain) else 0.0 for c in ranking]
         bars = {"ecolor": TRUE, "elinewidth": 1, "capsize": 2}
         axis.barh(
             places, shares, xerr=[100 * min(c.std, 1.0) for c in ranking], color=colors, height=0.7, error_kw=bars

@@ -17,9 +17,9 @@ from softsoil.refinement.unknown_ground import free_n
 from softsoil.refinement.vehicle_numbers import declared_vehicle
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.windows.absent_wheels import with_log_wheels
-from softsoil.windows.free_starts import FASTEST, HORIZON, SEEN, steps_of, until
+from softsoil.windows.free_starts import FASTEST, HORIZON, steps_of, until
 from softsoil.windows.free_windows import FreeWindows, WindowModel, window_rows
-from softsoil.windows.shooting import Drive
+from softsoil.windows.shooting import SEEN, Drive
 from softsoil.windows.window_fit import fit_windows
 
 Array = NDArray[np.float64]

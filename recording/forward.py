@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, Recording
 
 STANDING = 0.2
 """m/s: below this the vehicle stands, crawls or reverses: slip has no meaning there."""
@@ -55,6 +55,15 @@ def inputs_known(recording: Recording) -> NDArray[np.bool_]:
     for name in ("steer", *WHEEL_CHANNELS):
         if name in recording and recording.measured(name):
             known &= near_samples(recording.t, recording.t[np.isfinite(recording[name])], HELD_INPUTS)
+    return known
+
+
+def states_known(recording: Recording, least: float) -> NDArray[np.bool_]:
+    """(N,) whether each row lies near samples of every state that is measured, as `near_samples` with `least` (s)."""
+    known = np.ones(len(recording), dtype=bool)
+    for name in STATE_CHANNELS:
+        if recording.measured(name):
+            known &= near_samples(recording.t, recording.t[np.isfinite(recording[name])], least)
     return known
 
 

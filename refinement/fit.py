@@ -154,7 +154,9 @@ class _Problem:
             shooting.residual(p[:, d], windows)
             for d, (shooting, windows) in enumerate(zip(self.shootings, self.windows, strict=True))
         ]
-        return np.concatenate(parts, axis=1) / self.weights.sigma
+        longest = max(part.shape[2] for part in parts)  # drives of several rates: no value after a window's last sample
+        padded = [np.pad(part, ((0, 0), (0, 0), (0, longest - part.shape[2]), (0, 0)), constant_values=np.nan) for part in parts]
+        return np.concatenate(padded, axis=1) / self.weights.sigma
 
     def cost(self, value: Array, z: Array) -> float:
         """Mean robust square of the residuals z (W, N, 6), and of what departs from what is known: as a channel of a window."""
@@ -183,7 +185,7 @@ class _Problem:
         """The damped Gauss-Newton step that stays inside the bounds: cut off at them, a step goes where none should."""
         weighted, z = self._weighted(jacobian, residual)
         away, slope = self._known(value)
-        samples = residual.shape[1]  # of a channel in a window: what is known weighs as much
+        samples = residual.shape[1] * self.seen  # of a channel in a window: what is known weighs as much
         hessian = np.einsum("wmk,wml->kl", weighted, jacobian) + samples * np.diag(slope**2)
         gradient = self.scale * (np.einsum("wmk,wm->k", weighted, z) + samples * slope * away)
         scaled = hessian * np.outer(self.scale, self.scale)
@@ -198,10 +200,11 @@ class _Problem:
         """Standard errors with windows as clusters, residuals inside of which are anything but independent: by leaving out one at
         a time, since a drive has few."""
         weighted, z = self._weighted(jacobian, residual)
-        known = residual.shape[1] * np.diag((self._known(value)[1] * self.scale) ** 2)
+        samples = residual.shape[1] * self.seen
+        known = samples * np.diag((self._known(value)[1] * self.scale) ** 2)
         hessian = np.einsum("wmk,wml->kl", weighted, jacobian) * np.outer(self.scale, self.scale) + known
         per_window = np.einsum("wmk,wm->wk", weighted, z) * self.scale
         per_window = per_window - per_window.mean(axis=0)
         each = np.einsum("wmk,wml->wkl", weighted, jacobian) * np.outer(self.scale, self.scale)
-        cov = jackknife_covariance(hessian, per_window, each, residual.shape[1] * known)
+        cov = jackknife_covariance(hessian, per_window, each, samples * known)
         return self.scale * np.sqrt(np.maximum(np.diag(cov), 0.0))

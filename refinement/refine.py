@@ -19,6 +19,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.driveline_choice import Choice, choose_driveline, undeclared
 from softsoil.estimator.horizons import HORIZONS, START_UP
 from softsoil.estimator.late_clocks import LateClock
+from softsoil.estimator.tuning import Tuning, common_error
 from softsoil.recording.copies import refuse_copies
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
@@ -29,6 +30,7 @@ from softsoil.refinement.ground import fitted_ground
 from softsoil.refinement.handed_on import handed_on, moved
 from softsoil.refinement.observations import carried, lacking, ruled_out
 from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
+from softsoil.refinement.residual import unjudged
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.second_look import Look, look_twice, strained_words
@@ -148,7 +150,7 @@ def refine(
         if name not in idle_here
     )
     lines += tuple(
-        f"{recording.name}: axle forces are not judged: v and omega_z are not both measured"
+        f"{recording.name}: axle forces are not judged: {unjudged(recording)}"
         for recording, one in zip(recordings, left, strict=True)
         if not one.judged
     )
@@ -180,7 +182,8 @@ def refine(
         n_std=tuple(one.std for one in after),
         judged=tuple(one.verdict for one in after),
         ground=() if bench.sinks else fitted_ground(
-            bench.ground, soils, [r.name for r in recordings], bench.values(bench.ground), out.last, [s.left for s in left]
+            bench.ground, soils, [r.name for r in recordings], bench.values(bench.ground), out.last, [s.left for s in left],
+            common_error(Tuning().common_error, bench.model),
         ),
         structure=left,
         strain=look.strain,

@@ -34,6 +34,8 @@ WINDOW = 0.5
 """s: shooting window of the channel and axle residuals; short enough that errors do not feed back on themselves."""
 FEWEST = 4
 """Measured rows of a window that its rates need."""
+JUDGED_BY = ("v", "omega_z")
+"""States whose rates say what force an axle lacks."""
 
 
 @dataclass(frozen=True)
@@ -108,8 +110,10 @@ def drive_residual(
     replay = Replay(recording, model, start)
     windows = replay.windows(p, WINDOW)
     if not len(windows.rows):
+        held = max(float(replay.t[-1] - replay.t[0]), 0.0)
         raise ValueError(
-            f"{recording.name}: expected more than {start + WINDOW:g} s of forward driving, found {replay.t[-1]:g} s"
+            f"{recording.name}: expected more than {start + WINDOW:g} s of forward driving in which a window begins where all "
+            f"states are measured, found {'none in ' if held > start + WINDOW else ''}{held:.4g} s"
         )
     departure = -windows.error
     clock = np.asarray(replay.dt * np.arange(departure.shape[1]), dtype=float)
@@ -138,6 +142,19 @@ def slope(clock: Array, values: Array) -> Array:
     away = np.where(good, clock - np.where(good, clock, 0.0).sum(axis=1, keepdims=True) / np.maximum(count, 1), 0.0)
     slopes = (away * np.where(good, values, 0.0)).sum(axis=1) / np.maximum((away**2).sum(axis=1), 1e-12)
     return np.where(count[:, 0] >= FEWEST, slopes, np.nan)
+
+
+def unjudged(recording: Recording) -> str:
+    """Why the axle forces of a recording are not judged, in words."""
+    absent = [name for name in JUDGED_BY if not recording.measured(name)]
+    if absent:
+        return f"{' and '.join(absent)} {'are' if len(absent) > 1 else 'is'} not measured"
+    seen = {name: recording.t[np.isfinite(recording[name])] for name in JUDGED_BY}
+    apart = {name: float(np.median(np.diff(t))) if len(t) > 1 else np.inf for name, t in seen.items()}
+    slowest = max(apart, key=lambda name: apart[name])
+    if apart[slowest] * (FEWEST - 1) > WINDOW:
+        return f"{slowest} is measured at {1.0 / apart[slowest]:.2g} Hz, fewer than {FEWEST} times in {WINDOW:g} s"
+    return f"{' and '.join(JUDGED_BY)} are not measured together for {WINDOW:g} s often enough"
 
 
 def rms(values: Array) -> float:

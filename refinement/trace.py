@@ -87,9 +87,11 @@ class Bench:
 
     @property
     def floor(self) -> float:
-        """Mean cost of a window that sensor noise alone makes: what no model can remove."""
-        seen = np.any([np.isfinite(shooting.recorded).any(axis=(0, 1)) for shooting in self.shootings], axis=0)
-        return float(np.mean(((self.sensor / self.weights.sigma) ** 2)[seen]))
+        """Mean cost of a window that sensor noise alone makes, over the values that it holds: what no model can remove."""
+        share = np.minimum(self.sensor / self.weights.sigma, 1.0) ** 2
+        counts = np.concatenate([np.isfinite(shooting.recorded).sum(axis=1) for shooting in self.shootings])  # (W, 6)
+        held = counts.sum(axis=1) > 0
+        return float(np.mean((counts @ share)[held] / counts.sum(axis=1)[held]))
 
 
 def open_effects(declaration: Declaration, names: Sequence[str] | None = None) -> dict[str, Effect]:

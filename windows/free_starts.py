@@ -15,7 +15,7 @@ from softsoil.recording.states import sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.windows.free_windows import FreeWindows, Linear, WindowModel
 from softsoil.windows.parameters import Free
-from softsoil.windows.shooting import MODEL_STD, Drive
+from softsoil.windows.shooting import MODEL_STD, SEEN, Drive
 
 Array = NDArray[np.float64]
 
@@ -26,9 +26,6 @@ SUBSTEPS = 2
 NOISE_FLOOR = np.full(6, 1e-4)
 FASTEST = 1.5
 """rad/s: no window runs across a faster steering, which no actuator follows."""
-SEEN = 0.5
-"""Share of the measured rows of most windows that one has at least: across a gap its initial state went anywhere, and no step of
-the numbers was taken."""
 
 
 def steps_of(dt: float) -> int:
@@ -43,7 +40,7 @@ def free_windows(compiled: WindowModel, drive: Drive, recording: Recording, floo
 
 def until(drive: Drive, row: int) -> Drive:
     """The drive before a row."""
-    parts = {name: getattr(drive, name)[:row] for name in ("t", "measured", "smooth", "inputs", "driven", "usable")}
+    parts = {name: getattr(drive, name)[:row] for name in ("t", "measured", "smooth", "inputs", "driven", "usable", "near")}
     return replace(drive, **parts)
 
 

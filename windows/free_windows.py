@@ -22,7 +22,7 @@ from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.model import Model
 from softsoil.windows.histories import history_loop
 from softsoil.windows.parameters import Free
-from softsoil.windows.shooting import BROKEN, Drive, window_starts
+from softsoil.windows.shooting import BROKEN, Drive, well_measured, window_starts
 
 Array = NDArray[np.float64]
 
@@ -308,7 +308,4 @@ def window_rows(
     after = round(SETTLING / drive.dt)
     blocked = np.any(list(blocked_rows(model, drive, fastest, slowest).values()), axis=0)
     blocked = np.convolve(blocked, np.ones(2 * after + 1), mode="same") > 0
-    found, measured = window_starts(drive.first, blocked, steps, apart), np.isfinite(drive.measured).any(axis=1)
-    counts = np.concatenate([[0], np.cumsum(measured)])
-    inside = counts[found + steps + 1] - counts[found]
-    return found[inside >= seen * np.median(inside)] if len(found) else found
+    return well_measured(window_starts(drive.first, blocked, steps, apart), steps, drive.measured, seen)

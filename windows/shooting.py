@@ -19,7 +19,7 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import PathLoop, StepLoop
 from softsoil.recording.clock import on_even_clock, on_fine_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
-from softsoil.recording.forward import driven, usable_rows
+from softsoil.recording.forward import driven, states_known, usable_rows
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.windows.histories import history_loop
@@ -36,6 +36,11 @@ LONGEST_SMOOTHING = 0.6
 """s: its greatest length, for noisy sensors: as long as a vehicle takes to follow its steering."""
 MODEL_STD = np.array([0.03, 0.03, 0.004, 0.02, 0.015, 0.008])
 """What a right model misses over a window of 1 s, per state (m, m, rad, m/s, m/s, rad/s): some per cent of the lateral force."""
+SEEN = 0.5
+"""Share of the measured rows of most windows that one has at least: across a gap its initial state went anywhere, and no step of
+the numbers was taken."""
+BRIDGED = 0.25
+"""s: samples of a state this far from each other, or as far as that sensor's are, are no gap."""
 LEFT = 1.3
 """A quadratic over N samples leaves 1.5 over the root of N of their noise; taken a little smaller, so that good sensors keep
 SMOOTHING."""
@@ -48,7 +53,7 @@ class Drive:
     name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing or derived; smooth (N, 6): smoothed, complete;
     inputs (N, n_u): external inputs; first: row where the start-up is over; driven (N,): rows that windows may run across,
     forwards and after the start-up that follows a standstill, too; usable (N,): rows of which the inputs are known and the soil
-    is fresh.
+    is fresh; near (N,): rows in no gap of what is measured of the states.
     """
 
     name: str
@@ -60,6 +65,7 @@ class Drive:
     first: int
     driven: NDArray[np.bool_]
     usable: NDArray[np.bool_]
+    near: NDArray[np.bool_]
 
 
 def shooting_drive(
@@ -86,7 +92,8 @@ def shooting_drive(
     length = smoothing or (SMOOTHING if live else lengths(log))
     smooth = smoothed(known_states(log), log.dt, length)
     usable = usable_rows(log)
-    return Drive(log.name, log.dt, log.t, measured, smooth, inputs, first, driven(log, start) & usable, usable)
+    near = states_known(log, BRIDGED)
+    return Drive(log.name, log.dt, log.t, measured, smooth, inputs, first, driven(log, start) & usable, usable, near)
 
 
 def lengths(log: Recording) -> Array:
@@ -129,18 +136,33 @@ class Compiled:
         return cls(loop, history_loop(model, dt), start_memory(model), outputs)
 
 
-def window_starts(first: int, blocked: NDArray[np.bool_], steps: int, stride: int) -> NDArray[np.int_]:
+def window_starts(
+    first: int, blocked: NDArray[np.bool_], steps: int, stride: int, known: NDArray[np.bool_] | None = None
+) -> NDArray[np.int_]:
     """First rows of windows of so many steps from row `first` on, `stride` rows from one to the next, none across
-    a `blocked` row (N,)."""
+    a `blocked` row (N,), and each at the next row (N,) whose states are `known`, where that is given."""
     rows, row = [], first
     while row + steps < len(blocked):
         inside = np.flatnonzero(blocked[row : row + steps + 1])
         if len(inside):
             row += int(inside[-1]) + 1
+        elif known is not None and not known[row]:
+            ahead = np.flatnonzero(known[row:])
+            row = row + int(ahead[0]) if len(ahead) else len(blocked)
         else:
             rows.append(row)
             row += stride
     return np.array(rows, dtype=int)
+
+
+def well_measured(rows: NDArray[np.int_], steps: int, measured: Array, share: float = SEEN) -> NDArray[np.int_]:
+    """Those of the windows of so many steps from rows (W,) that have at least a `share` of the measured rows that most have;
+    measured (N, n): NaN where nothing was."""
+    if not len(rows):
+        return rows
+    counts = np.concatenate([[0], np.cumsum(np.isfinite(measured).any(axis=1))])
+    inside = counts[rows + steps + 1] - counts[rows]
+    return np.asarray(rows[inside >= share * np.median(inside)])
 
 
 class Shooting:
@@ -167,9 +189,11 @@ class Shooting:
         self._inputs = drive.inputs[take]
 
     def starts(self, horizon: float) -> NDArray[np.int_]:
-        """Rows at which windows of another length (s) of the same drive would start."""
+        """Rows at which windows of another length (s) of the same drive would start: none in a gap of what is measured, and none
+        across most of one."""
         steps = max(round(horizon / self.drive.dt), 2)
-        return window_starts(self.drive.first, ~self.drive.driven, steps, steps)
+        rows = window_starts(self.drive.first, ~self.drive.driven, steps, steps, self.drive.near)
+        return well_measured(rows, steps, self.drive.measured)
 
     def ahead(self, horizon: float) -> Shooting:
         """Windows of another length (s) of the same drive, with the same compiled functions."""

@@ -6,11 +6,11 @@ import casadi as ca
 
 from softsoil.symbolic.effect import Corner, Correction, Effect, Layout, Signal, Vehicle, each_wheel
 from softsoil.symbolic.model import Quantities
-from softsoil.symbolic.smooth import smooth_norm
+from softsoil.symbolic.smooth import smooth_min, smooth_norm
 
 
 def effect(vehicle: Vehicle) -> Effect:
-    """A slipping wheel digs: the same pressure at h (1 + f |s|), hence k_eq/(1 + f |s|)^n."""
+    """A slipping wheel digs: the same pressure at h (1 + f |s|), hence k_eq/(1 + f |s|)^n; s over the faster, rim or travel."""
     return Effect(
         name="slip_sinkage",
         doc="a wheel that slips digs itself in",
@@ -35,6 +35,7 @@ def _compute(q: Quantities, corner: Corner) -> Corner:
     contact, soil = corner.contact, corner.soil
     rolling = q["radius"] * contact.omega  # type: ignore[union-attr]
     v_x = contact.v_x  # type: ignore[union-attr]
-    slip = ca.sqrt((rolling - v_x) ** 2 + 1e-4) / smooth_norm(v_x, rolling, 0.1)
+    rim, travel = smooth_norm(rolling, 0.0, 0.1), smooth_norm(v_x, 0.0, 0.1)
+    slip = ca.sqrt((rolling - v_x) ** 2 + 1e-4) / -smooth_min(-rim, -travel, 0.01)
     soften = ca.exp(-soil.n * ca.log(1.0 + q["slip_sinkage"] * slip))  # type: ignore[union-attr]
     return corner.with_(soil=replace(soil, k_phi=soil.k_phi * soften, k_c=soil.k_c * soften))  # type: ignore

@@ -214,10 +214,11 @@ def test_unknowns_of_the_ground():
 def test_a_friction_is_judged(phi, std, left, word):
     free = free_road([HARD_GROUND])
     last = Fit(free, np.array([phi, 0.003]), np.array([std, 1e-5]), np.zeros((1, 2)), 1.0, ())
-    (ground,) = fitted_ground(free, [HARD_GROUND], ["a"], np.array([0.6, 0.002]), last, [left])
+    (ground,) = fitted_ground(free, [HARD_GROUND], ["a"], np.array([0.6, 0.002]), last, [left], 0.03)
     friction = ground.numbers[0]
     assert friction.word == word and friction.value == pytest.approx(math.tan(phi))
-    assert friction.before == pytest.approx(math.tan(0.6)) and friction.std == pytest.approx(std / math.cos(phi) ** 2)
+    assert friction.before == pytest.approx(math.tan(0.6))
+    assert friction.std == pytest.approx(np.hypot(std / math.cos(phi) ** 2, 0.03 * math.tan(phi)))
 
 
 def test_a_stiffer_ground_needs_more_steps(offset_drive):
