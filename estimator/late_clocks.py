@@ -111,12 +111,7 @@ def clocks_of(recording: Recording, model: Model, verdict: Verdict, tied: bool, 
     except ValueError:  # the middle of the drive holds no two windows
         return ()
     clocks: list[tuple[float, LateClock]] = []
-    tried: list[set[str]] = [set()]
-    for what, names in CLOCKS.items():
-        own = {name for name in names if name in recording and recording.measured(name)}
-        if names[0] not in own or own in tried:  # of wheels that are not in the log their group is the steering alone
-            continue
-        tried.append(own)
+    for what, names in own_clocks(recording).items():
         costs, rows = {0: cost(names, 0)}, 0
         for reach in (TRIED, FINER):
             step = max(round(reach / recording.dt), 1)
@@ -133,6 +128,16 @@ def clocks_of(recording: Recording, model: Model, verdict: Verdict, tied: bool, 
         if decide(evidence, evidence.n, (), rules).usable:
             clocks.append((min(costs.values()), LateClock(what, late, float(evidence.n[0]), float(evidence.std[0]))))
     return tuple(clock for _, clock in sorted(clocks, key=lambda one: one[0]))
+
+
+def own_clocks(recording: Recording) -> dict[str, tuple[str, ...]]:
+    """Those of CLOCKS that time something in the recording which those before do not: wheels without speeds have none."""
+    clocks: dict[str, tuple[str, ...]] = {}
+    for what, names in CLOCKS.items():
+        own = tuple(name for name in names if name in recording and recording.measured(name))
+        if names[0] in own and own not in clocks.values():
+            clocks[what] = own
+    return clocks
 
 
 def _vertex(costs: Mapping[int, float], rows: int, step: int) -> int:

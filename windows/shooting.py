@@ -53,7 +53,7 @@ class Drive:
     name; dt (s); t (N,); measured (N, 6): recorded states, NaN where missing or derived; smooth (N, 6): smoothed, complete;
     inputs (N, n_u): external inputs; first: row where the start-up is over; driven (N,): rows that windows may run across,
     forwards and after the start-up that follows a standstill, too; usable (N,): rows of which the inputs are known and the soil
-    is fresh; near (N,): rows in no gap of what is measured of the states.
+    is fresh; near (N,): rows whose smoothed states rest on no gap.
     """
 
     name: str
@@ -92,7 +92,8 @@ def shooting_drive(
     length = smoothing or (SMOOTHING if live else lengths(log))
     smooth = smoothed(known_states(log), log.dt, length)
     usable = usable_rows(log)
-    near = states_known(log, BRIDGED)
+    reach = round(0.5 * float(np.max(length)) / log.dt)  # of the polynomial, which must not lean on a gap's line
+    near = np.convolve(~states_known(log, BRIDGED), np.ones(2 * reach + 1), mode="same") == 0
     return Drive(log.name, log.dt, log.t, measured, smooth, inputs, first, driven(log, start) & usable, usable, near)
 
 

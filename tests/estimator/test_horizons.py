@@ -9,9 +9,10 @@ from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.codegen.predictor import Predictor
 from softsoil.estimator.horizons import HORIZONS, Replay
 from softsoil.mpc_demo.synthetic import synthetic_drive
+from softsoil.recording.derive import mark
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
-from softsoil.refinement.residual import drive_residual, split_by_axle
+from softsoil.refinement.residual import drive_residual, split_by_axle, unjudged
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.soil import CLAY
 
@@ -105,3 +106,22 @@ def test_split_by_axle_puts_force_and_moment_back():
 def test_log_too_short_for_a_window_is_named():
     with pytest.raises(ValueError, match=r"expected more than 2.5 s"):
         drive_residual(clay_drive(2.0), clay_bicycle(), reference_vehicle())
+
+
+@pytest.mark.parametrize("first", (0.0, 0.3))
+def test_windows_begin_at_fixes_of_a_slow_receiver(first):
+    """x and y once a second: windows side by side that met no fix were left out, all of them."""
+    drive = clay_drive()
+    seen = np.abs((drive.t - first + 0.5) % 1.0 - 0.5) < 0.5 * drive.dt
+    slow = drive.with_channels(**{name: np.where(seen, drive[name], np.nan) for name in ("x", "y")})
+    windows = Replay(slow, clay_bicycle()).windows(clay_bicycle().p.nominal, 2.5)
+    assert len(windows.rows) > 7 and np.isfinite(list(windows.mse.values())).all()
+    assert np.isfinite(windows.recorded[:, 0]).all() and windows.mse["y"] < 1e-4
+    assert np.isfinite(drive_residual(slow, clay_bicycle(), reference_vehicle()).rate_v).any()
+
+
+def test_it_is_said_why_axle_forces_are_not_judged():
+    drive = clay_drive()
+    slow = drive.with_channels(v=np.where(np.arange(len(drive)) % 17 == 0, drive["v"], np.nan))
+    assert unjudged(slow) == "v is measured at 4.9 Hz, fewer than 4 times in 0.5 s"
+    assert unjudged(mark(drive, "derived", "v", "omega_z")) == "v and omega_z are not measured"

@@ -6,7 +6,9 @@ import pytest
 
 import softsoil
 from softsoil.commands.estimate import as_json
-from softsoil.estimator.late_clocks import CLOCKS, shifted
+from softsoil.estimator.late_clocks import CLOCKS, own_clocks, shifted
+from softsoil.recording.derive import mark
+from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 
 
@@ -17,6 +19,12 @@ def log():
 
 def model(**numbers):
     return softsoil.bicycle(softsoil.load_vehicle("reference").with_(**numbers), softsoil.load_soil("clay"))
+
+
+def test_no_clock_is_asked_for_twice_or_of_channels_that_are_not_there(log):
+    assert set(own_clocks(log)) == set(CLOCKS)
+    without = own_clocks(mark(log, "derived", *WHEEL_CHANNELS))
+    assert without["steer"] == ("steer",) and "steer and the wheels" not in without
 
 
 @pytest.mark.study

@@ -1,12 +1,14 @@
 """The tracing's optimiser against scipy's bounded least squares and closed forms, on residuals with a known answer."""
 
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 from softsoil.refinement.fit import HUBER, Fit, Free, Weights, fit
+from softsoil.refinement.trace import Bench
 from softsoil.symbolic.signals import Layout, Signal
 
 NAMES = ("a", "b", "c")
@@ -89,3 +91,39 @@ def test_what_is_known_weighs_as_one_channel_of_a_window() -> None:
     assert alone.value[0] == pytest.approx(curved.data.mean(), abs=1e-6)
     assert both.value[0] == pytest.approx(expected, abs=1e-6)
     assert both.std[0] < std
+
+
+@dataclass(frozen=True)
+class Straight:
+    """Residuals that are linear in the parameters: a line of (W, N, 6) numbers each."""
+
+    slope: np.ndarray
+    data: np.ndarray
+    model: Parameters = field(default_factory=Parameters)
+
+    def residual(self, p: np.ndarray, windows: np.ndarray) -> np.ndarray:
+        rows = np.atleast_2d(p)
+        found = np.einsum("sk,kwni->swni", rows, self.slope)[:, windows] - self.data[windows]
+        return found if np.ndim(p) > 1 else found[0]
+
+
+def test_drives_of_different_rates_are_fitted_together():
+    rng = np.random.default_rng(5)
+    truth, drives = np.array([2.0, -1.0, 0.5]), []
+    for samples in (5, 8):
+        slope = rng.normal(size=(3, WINDOWS, samples, 6))
+        drives.append(Straight(slope, np.einsum("k,kwni->wni", truth, slope) + 0.1 * rng.normal(size=(WINDOWS, samples, 6))))
+    free = tuple(Free(name, (name,), 1.0, -10.0, 10.0) for name in NAMES)
+    found = fit(drives, [np.arange(WINDOWS)] * 2, Weights(np.full(6, 0.5)), free, np.zeros(3), np.zeros((2, 3)))
+    columns = np.concatenate([one.slope.reshape(3, -1) for one in drives], axis=1).T
+    expected = np.linalg.lstsq(columns, np.concatenate([one.data.ravel() for one in drives]), rcond=None)[0]
+    np.testing.assert_allclose(found.value, expected, atol=1e-4)
+
+
+def test_the_floor_of_noise_counts_values_as_the_cost_does():
+    """A channel at a tenth of the rate counts a tenth; a sensor cannot be noisier than what is left."""
+    recorded = np.zeros((4, 20, 6))
+    recorded[:, np.arange(20) % 10 != 0, 0] = np.nan
+    sensor = np.array([9.0, 0.1, 0.1, 0.1, 0.1, 0.1])
+    bench = SimpleNamespace(shootings=(SimpleNamespace(recorded=recorded),), sensor=sensor, weights=Weights(np.ones(6)))
+    assert Bench.floor.fget(bench) == pytest.approx((2 * 1.0 + 100 * 0.01) / 102)

@@ -14,10 +14,11 @@ from softsoil.plant.world import Plant
 from softsoil.recording.drive import Recording
 from softsoil.recording.states import measured_states
 from softsoil.symbolic.catalogue import bicycle, catalogue
-from softsoil.symbolic.effect import add_effect
+from softsoil.symbolic.effect import Corner, add_effect
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLAY, SANDY_LOAM, Soil
 from softsoil.symbolic.vehicle import load_vehicle
+from softsoil.symbolic.wheel import Contact
 from softsoil.windows.inputs import measured_inputs
 
 START = 200
@@ -146,3 +147,15 @@ def test_the_centre_of_pressure_takes_the_place_of_a_declared_offset(vehicle):
             loads[offset, share] = model.probe("load_f")(model.x.pack(u=5.0), u, model.p.nominal).full()[0, 0]
     assert loads[0.05, 1.0] == pytest.approx(loads[0.0, 1.0], rel=1e-12)
     assert loads[0.0, 0.0] - loads[0.05, 0.0] == pytest.approx(vehicle.mass * 9.81 * 0.05 / vehicle.wheelbase, rel=1e-9)
+
+
+@pytest.mark.parametrize("slip", (-0.5, -0.1, 0.05, 0.3, 0.9))
+def test_a_wheel_digs_itself_in_by_its_slip(slip):
+    """|s| over the faster of rim and travel, as the law's own."""
+    (correction,) = catalogue(load_vehicle("reference"))["slip_sinkage"].corrections.values()
+    speed, radius = 5.0, 0.33
+    omega = speed / (radius * (1.0 - slip)) if slip > 0 else speed * (1.0 + slip) / radius
+    contact = Contact(v_x=speed, v_y=0.0, omega=omega, load=3000.0)
+    corner = Corner("f", 0, 2, 0.0, 3000.0, 0.0, omega, soil=CLAY, contact=contact)
+    (found,) = correction.compute({"radius": radius, "slip_sinkage": 1.0, "wheels": (corner,)})["wheels"]
+    assert float(found.soil.k_phi / CLAY.k_phi) ** (-1.0 / CLAY.n) - 1.0 == pytest.approx(abs(slip), rel=0.02)

@@ -4,13 +4,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from drives import MULTI_LOG, reference_vehicle
+from drives import MULTI_LOG, clay_bicycle, clay_drive, reference_vehicle
 from softsoil.declaration.model_file import Declaration
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.catalogue import catalogue
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import CLAY
 from softsoil.windows.shooting import LONGEST_SMOOTHING, SMOOTHING, Shooting, lengths, shooting_drive, smoothed
@@ -52,3 +53,23 @@ def test_no_effect_lets_what_is_measured_depend_on_inputs() -> None:
     x, u, p = model.symbols()
     assert len(model.effects) == len(catalogue(vehicle))
     assert not ca.depends_on(ca.cse(model.measurement()(x, u, p)), u)
+
+
+def test_no_window_begins_in_a_gap_or_runs_across_most_of_one() -> None:
+    """A navigation system that is silent for 2.6 s: a window began on a line through its gap, and no effect had any gain."""
+    model = clay_bicycle()
+    drive = clay_drive()
+    silent = (drive.t > 18.0) & (drive.t < 20.6)
+    log = drive.with_channels(**{name: np.where(silent, np.nan, drive[name]) for name in STATE_CHANNELS})
+    shooting = Shooting(model, shooting_drive(log, model, 2.0), 2.0)
+    begun = shooting.drive.t[shooting.rows]
+    assert len(begun) > 10 and not ((begun > 18.0) & (begun < 20.6)).any()
+    left = shooting.residual(model.p.nominal)
+    assert np.isfinite(left).mean(axis=(1, 2)).min() > 0.4 and np.nanmax(np.abs(left)) < 0.01
+
+
+def test_forces_that_build_up_are_there_where_a_window_begins() -> None:
+    vehicle = reference_vehicle()
+    model = bicycle(vehicle, CLAY, effects={**vehicle.effects, "relaxation": {"relaxation_length": 0.6}})
+    shooting = Shooting(model, shooting_drive(synthetic_drive(model, vehicle.radius, seconds=12.0), model, 2.0), 1.0)
+    assert np.abs(shooting.residual(model.p.nominal)).max(axis=(0, 1))[4] < 1e-3, "0.06 m/s where they began at none"
