@@ -111,12 +111,13 @@ def _axles(view: DriveView) -> str:
 def _ranking(declared: Declaration, result: Refinement) -> str:
     least, whole, apart = (100 * share for share in (RULES.least_gain, RULES.least_whole, RULES.least_whole_apart))
     caption = (
-        f"Each effect alone, fitted together with {result.unknown}. An effect is named if it removes at least {least:.0f} % of the "
-        f"held-out cost beyond sensor noise ({100 * RULES.one_wave_gain:.0f} % where the steering repeats one wave, a second effect "
-        f"{100 * RULES.later_gain:.0f} % of what the first has left) and {whole:.0f} % of the whole of it ({apart:.0f} % of an effect "
-        f"of sensors or of a place), if windows that gain nothing would not show as much ({100 * RULES.chance:g} %), and if its "
-        f"parameter stands {RULES.least_parameter_sigmas:g} standard errors from absence (or those windows leave no doubt) and not at "
-        f"a bound; a change at a place also if it stands {RULES.place_sigmas:g} of them from absence in a fit to the whole drive."
+        f"Each effect alone, fitted together with {result.unknown}. An effect is named if it removes at least {least:.0f} % "
+        f"of the held-out cost beyond sensor noise ({100 * RULES.one_wave_gain:.0f} % where the steering repeats one wave, a "
+        f"second effect {100 * RULES.later_gain:.0f} % of what the first has left) and {whole:.0f} % of the whole of it "
+        f"({apart:.0f} % of an effect of sensors or of a place), if windows that gain nothing would not show as much "
+        f"({100 * RULES.chance:g} %), and if its parameter stands {RULES.least_parameter_sigmas:g} standard errors from absence "
+        "(or those windows leave no doubt) and not at a bound; a change at a place also if it stands "
+        f"{RULES.place_sigmas:g} of them from absence in a fit to the whole drive."
     )
     known, numbers = catalogue(declared.vehicle), by_name()
     rows = [row(["candidate", "held-out gain ± std", "what it is", "what separates it from its like"], " r  ", "th")]
