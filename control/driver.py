@@ -57,14 +57,13 @@ class Driver:
     """Drives a path at a speed.
 
     model: a Declaration (vehicle, soil, effects), or an Ocp with settings of its own; path; speed: m/s, inside the controller's
-    limits of u (`OcpSettings.speed`, 0.5 to 12 m/s unless set), so that no speed stops a vehicle: to stop, end
-    the drive and brake, as from `finished` on; obstacles (K, 5):
-    x, y, radius (m) and velocity (m/s), at the time of the first tick 0; n0: first guess of n, default the declared soil's;
-    learn: whether n is estimated, else it stays n0 or what `set_n` sets; settings; solver, estimator: used again from
-    drive to drive; judge: a second estimate of n with a verdict (`LiveHorizon`), "not_judged" without one; start (6,): first
-    state where it is known, else it comes from the first measurements.
-    Raises TypeError for a path of another kind, ValueError for a speed out of those limits, an n0 out of bounds, obstacles or a
-    start of another shape or with numbers that are not finite, a negative radius.
+    limits of u (`OcpSettings.speed`, 0.5 to 12 m/s unless set), so that no speed stops a vehicle: to stop, end the drive and
+    brake, as from `finished` on; obstacles (K, 5): x, y, radius (m) and velocity (m/s), at the time of the first tick 0; n0:
+    first guess of n, default the declared soil's; learn: whether n is estimated, else it stays n0 or what `set_n` sets; settings;
+    solver, estimator: used again from drive to drive; judge: a second estimate of n with a verdict (`LiveHorizon`), "not_judged"
+    without one; start (6,): first state where it is known, else it comes from the first measurements.
+    Raises TypeError for a model, path or speed of another kind, ValueError for a speed out of those limits, an n0 out of bounds,
+    obstacles or a start of another shape or with numbers that are not finite, a negative radius.
     """
 
     def __init__(
@@ -118,14 +117,17 @@ class Driver:
         """The command from t (s) on, from what was measured since the last call; call it every `settings.tick` seconds.
 
         The filter takes steps of `settings.tick` up to t: a late call is predicted over, and after a pause longer than
-        `settings.dead_reckoning` the drive begins anew where the vehicle is measured, with the last n as its first guess.
-        Raises ValueError for a t that is not finite or before the last tick's, or a name in `measured` that is not known: then
-        nothing was done.
+        `settings.dead_reckoning`, or a clock set back by more, the drive begins anew where the vehicle is measured, with the last
+        n as its first guess. Raises ValueError for a t that is not finite or less far before the last tick's, or a name in
+        `measured` that is not known: then nothing was done.
         """
-        check_time(t, self._last)
+        back = check_time(t, self._last, self.settings.dead_reckoning)
         check_names(measured, MEASURED)
         self._last, solved = t, False
-        if self._begun is not None and t - self.inbox.at > self.settings.dead_reckoning:
+        if back:  # nothing that was measured or planned has an age
+            self.inbox, self._origin = self.inbox.emptied(), min(self._origin, t)
+            self.follower.forget()
+        if self._begun is not None and (back or t - self.inbox.at > self.settings.dead_reckoning):
             self.n0, self._begun, self._known, self.status = self.estimator.n, None, None, Status.NO_STATE
             self.along, self.left, self._corrected = 0.0, 0.0, math.nan
         known = self.inbox.take(t, measured)

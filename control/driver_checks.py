@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,8 +24,11 @@ def checked_path(path: Path) -> Path:
 
 
 def check_speed(speed: float, limits: tuple[float, float]) -> None:
-    """Raises ValueError for a speed (m/s) outside the limits (least, greatest) of u that the controller keeps."""
+    """Raises TypeError for a speed that is no number, ValueError for one (m/s) outside the limits (least, greatest) of u that the
+    controller keeps."""
     least, greatest = limits
+    if not isinstance(speed, Real):
+        raise TypeError(f"speed: expected a number of m/s, found {speed!r}")
     if not least <= speed <= greatest:
         raise ValueError(
             f"speed: expected {least:g} to {greatest:g} m/s, the controller's limits of u (OcpSettings.speed), found {speed}; "
@@ -64,12 +68,18 @@ def checked_start(start: ArrayLike | None) -> Array | None:
     return given
 
 
-def check_time(t: float, last: float) -> None:
-    """Raises ValueError for a time t (s) that is not finite, or before that of the last tick, `last` (s)."""
+def check_time(t: float, last: float, pause: float) -> bool:
+    """Whether the clock was set back, by more than a `pause` (s), from the last tick's, `last` (s), to t (s): one stamp that was
+    far ahead must not stop a vehicle for good. Raises ValueError for a t that is not finite, or less far before the last."""
     if not abs(t) < LATEST:
         raise ValueError(f"t: expected a finite time of the tick, below {LATEST:g} s, found {t}")
-    if t < last:
-        raise ValueError(f"t: expected a time that is not before the last tick's, {last} s, found {t} s")
+    back = last - t
+    if 0.0 < back <= pause:
+        raise ValueError(
+            f"t: expected a time that is not before the last tick's, {last} s, or of a clock set back by more than {pause:g} s; "
+            f"found {t} s"
+        )
+    return back > pause
 
 
 def check_names(measured: Iterable[str], known: Collection[str]) -> None:

@@ -37,6 +37,10 @@ class PlanFollower:
         """A plan whose first state stands at t0 (s): steer (rad) and u (m/s) (N + 1,), a_x (m/s^2) (N,); halt: to a stand."""
         self._t0, self._steer, self._u, self._a, self.halt = t0, steer.copy(), u.copy(), a_x.copy(), halt
 
+    def forget(self) -> None:
+        """There is no plan, whatever the time."""
+        self._t0 = -np.inf
+
     def lost(self, t: float) -> bool:
         """Whether the plan is too old to be followed at t (s)."""
         return t - self._t0 > self.patience

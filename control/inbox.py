@@ -18,6 +18,10 @@ class Inbox:
         self._waiting: dict[str, float] = {}
         self._seen: dict[str, tuple[float, float]] = {}
 
+    def emptied(self) -> Inbox:
+        """One of the same tick in which nothing is."""
+        return Inbox(self.tick)
+
     def take(self, t: float, measured: Measured) -> dict[str, float]:
         """What was measured since the last step, at t (s) the last of each; values that are not finite are none."""
         for name, value in measured.items():

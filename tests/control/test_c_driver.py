@@ -143,6 +143,19 @@ def test_every_command_is_pythons(learn, start):
     assert ours.solved == 0 and ours.started == 1 and ours.n_used <= ours.n + SENSORS.most
 
 
+def test_a_stamp_far_ahead_does_not_stop_a_vehicle_for_good():
+    """Every tick after it was refused. The drive begins anew with the clock that is set back, in both alike."""
+    one, other = in_python(), started()
+    with strangers_vehicle() as vehicle:
+        for k in range(240):
+            t, measured = k * TICK + (1e6 if k == 120 else 0.0), vehicle.measure()
+            ours, theirs = other.tick(t, measured), one.tick(t, measured)
+            for name in COMPARED:
+                assert getattr(ours, name) == pytest.approx(float(getattr(theirs, name)), abs=1e-6, nan_ok=True), (k, name)
+            vehicle.apply(theirs, TICK)
+    assert ours.started and not ours.lost and ours.along > 5.0
+
+
 class Sure:
     """A judge that is sure of its n after a second and a half."""
 

@@ -377,11 +377,18 @@ def test_what_cannot_be_driven_is_refused():
         DriverSettings(tick=0.0)
 
 
+def test_what_is_no_declaration_or_number_is_named():
+    with pytest.raises(TypeError, match=r"controller: expected a declaration, found a Vehicle: hand over softsoil\.Declaration"):
+        Driver(reference_vehicle(), double_lane_change(), 6.0)
+    with pytest.raises(TypeError, match=r"speed: expected a number of m/s, found '6'"):
+        Driver(small_ocp(), double_lane_change(), "6", solver=parts()[0], estimator=parts()[1])
+
+
 def test_a_tick_that_makes_no_sense_is_refused_and_changes_nothing():
     driver, _ = driven(ModelVehicle(), 0.5)
     with pytest.raises(ValueError, match=r"t: expected a finite time .* found nan"):
         driver.tick(math.nan, {})
-    with pytest.raises(ValueError, match=r"t: expected a time that is not before the last tick's, .*found -1.0 s"):
+    with pytest.raises(ValueError, match=r"t: expected a time that is not before the last tick's, .* 4 s; found -1.0 s"):
         driver.tick(-1.0, {})
     with pytest.raises(ValueError, match=r"measured: expected names of x, y, .*steer_command; found 'speed'"):
         driver.tick(0.6, {"speed": 5.0})
