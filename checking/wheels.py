@@ -57,18 +57,32 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             cure = f"correct the unit of {name}{hint}, its radius, or leave it out"
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
         else:
-            odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart
+            alike = abs(ratio / ratios.get(OTHER_SIDE[name], np.inf) - 1.0) < LIMITS.wheel_apart / 2
+            drive = _drive(geometry, name)
+            odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart and not (alike and drive is not None)
             slips = not 1.0 - 2.0 * LIMITS.wheel_apart <= ratio <= 1.0 + 2.0 * LIMITS.wheel_apart
+            slips &= not (alike and drive and ratio > 1.0)
             # The slip that the other wheels have is no sensor's.
             rolling = float(np.median([r for other, r in ratios.items() if other != name])) if odd and len(ratios) > 2 else 1.0
             cure = f"factor = {rolling / ratio:.3f} for {name}, or another radius" if odd or slips else ""
             cure += _of_rim(ratio, geometry.radius) if slips and not odd else ""
             cure += "; or the wheels slip as much on this ground" if slips and not odd and ratio > 1.0 else ""
-            if odd and abs(ratio / ratios.get(OTHER_SIDE[name], np.inf) - 1.0) < LIMITS.wheel_apart / 2:
-                cure += "; or both wheels of the axle slip as much: driven ones turn faster than they roll, towed ones slower"
+            if odd and alike:
+                cure = (
+                    "both wheels of the axle slip as much: driven ones turn faster than they roll, towed ones slower, which "
+                    "[driveline] of the vehicle says; or another radius of that axle"
+                )
             expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected
             checks.append(Check(f"wheel_{name}", name, not (odd or slips), found, expected, cure))
     return checks
+
+
+def _drive(geometry: Geometry, name: str) -> float | None:
+    """Share of the drive at a wheel's axle, where the vehicle declares that its axles turn freely of each other; else None."""
+    declared = getattr(geometry, "driveline", {})
+    if not declared or declared.get("centre_lock", 1.0) > 0.5 or "front_drive" not in declared:
+        return None
+    return float(declared["front_drive"] if name in ("omega_fl", "omega_fr") else 1.0 - declared["front_drive"])
 
 
 def _of_rim(ratio: float, radius: float) -> str:

@@ -32,7 +32,8 @@ def say(found: Identification) -> None:
     for line in (error_sentence(found), *judged_sentences(found)):
         console.print(line, highlight=False)
     console.print(error_table(f"Rms error on {found.judged.log}", found.judged.before, found.judged.after))
-    for line in (*found.notes, f"computed in {found.seconds:.0f} s"):
+    said = (note for note in found.notes if ": warning: " not in note)  # where the log was read
+    for line in (*said, f"computed in {found.seconds:.0f} s"):
         console.print(line, highlight=False)
 
 

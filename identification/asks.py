@@ -7,9 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from softsoil.identification.result import Found
 from softsoil.recording.drive import Recording
+from softsoil.recording.evidence import filled
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.vehicle_numbers import by_name
 from softsoil.symbolic.vehicle import Vehicle
@@ -25,12 +27,13 @@ SLOWEST, FASTEST = 0.5, 8.0
 @dataclass(frozen=True)
 class Excitation:
     """What the fitted logs have: largest steering angle (rad), whether some log is more than one wave, speeds (m/s), whether the
-    steering moves at all."""
+    steering moves at all; circled: the smaller of the largest angles (rad) that were held for STEADY to either side."""
 
     largest: float
     many_waves: bool
     speeds: tuple[float, float]
     steers: bool
+    circled: float = 0.0
 
 
 def excitation(recordings: Sequence[Recording], start: float) -> Excitation:
@@ -44,9 +47,24 @@ def excitation(recordings: Sequence[Recording], start: float) -> Excitation:
         many_waves=any(not one_wave(p) for p in parts),
         speeds=(float(np.nanpercentile(u, 5)), float(np.nanpercentile(u, 95))),
         steers=largest > LEAST_STEER,
+        circled=min(max(_held(p, side) for p in parts) for side in (1.0, -1.0)),
     )
 
 
+def _held(recording: Recording, side: float) -> float:
+    """The largest steering angle (rad) to a side, 1 left and -1 right, that was held for STEADY, within a fifth; 0 for none."""
+    steer = side * filled(recording["steer"])
+    rows = round(STEADY / recording.dt)
+    if len(steer) <= rows:
+        return 0.0
+    least, most = (moved(steer, rows, mode="nearest") for moved in (minimum_filter1d, maximum_filter1d))
+    whole = slice(rows // 2, len(steer) - rows // 2)
+    held = least[whole][least[whole] > 0.8 * most[whole]]
+    return max(float(held.max(initial=0.0)), 0.0)
+
+
+STEADY = 8.0
+"""s: an angle held for so long is a circle's."""
 LEAST_STEER = 0.03
 """rad: a largest angle below this is driving straight on."""
 
@@ -80,6 +98,21 @@ def _round(vehicle: Vehicle, had: Excitation) -> float:
     return min(0.8 * _lock_speed(vehicle) + 1.0, _fast(vehicle, had))
 
 
+def _once(vehicle: Vehicle, speed: float) -> float:
+    """Seconds of a circle at half lock at a speed (m/s), before the vehicle comes into its own ruts."""
+    radius = vehicle.wheelbase / math.tan(0.5 * min(vehicle.max_steer, 1.2))
+    return min(15.0, 0.85 * 2.0 * math.pi * radius / speed)
+
+
+def _circles(vehicle: Vehicle, had: Excitation) -> str:
+    angle = math.degrees(0.5 * vehicle.max_steer)
+    slow, fast = (f"{_once(vehicle, u):.0f} s at {_said(u)} m/s" for u in (0.6 * _round(vehicle, had), _round(vehicle, had)))
+    return (
+        f"steady circles, one each way with {angle:.0f} deg of steering, {slow} and {fast}, each on fresh soil: they pin down "
+        "the tracks and what follows the body's roll"
+    )
+
+
 def _said(speed: float) -> str:
     return f"{speed:.0f}" if speed >= 2.95 else f"{speed:.1f}"
 
@@ -107,12 +140,8 @@ MANOEUVRES = (
     Manoeuvre(
         "circles",
         ("track", "track_rear", "radius"),
-        lambda v, e: (
-            f"two steady circles, one each way, 15 s each with {math.degrees(0.5 * v.max_steer):.0f} deg of steering, at "
-            f"{_said(0.6 * _round(v, e))} and at {_said(_round(v, e))} m/s: they pin down the tracks and what follows the body's "
-            "roll"
-        ),
-        lambda v, e: False,
+        _circles,
+        lambda v, e: e.circled >= 0.8 * 0.5 * v.max_steer,
     ),
 )  # fmt: skip
 
@@ -123,8 +152,8 @@ def _pins(manoeuvre: Manoeuvre, name: str) -> bool:
 
 
 def asks(vehicle: Vehicle, numbers: Mapping[str, Found], had: Excitation, least: float) -> tuple[str, ...]:
-    """What would take most off n's error: to measure a number that no log shows, and manoeuvres that the logs lack, at least one
-    where something is open.
+    """What would take most off n's error: to measure a number that no log shows, and manoeuvres that the logs lack, or once more
+    the one that would pin down most.
 
     least: change of n (%) by a number's error below which it is no matter.
     """
@@ -136,7 +165,8 @@ def asks(vehicle: Vehicle, numbers: Mapping[str, Found], had: Excitation, least:
         gains.append((lacking, gain, manoeuvre))
     gains.sort(key=lambda entry: (entry[0], entry[2].name != "circles", entry[1]), reverse=True)
     wanted = [m for lacking, gain, m in gains if lacking and (gain >= least or m.name != "circles")]
-    return (*_to_measure(numbers, least), *(m.words(vehicle, had) for m in (wanted or [gains[0][2]])[:2]))
+    more = [m.words(vehicle, had) for m in wanted[:2]] or [f"once more, on fresh soil: {gains[0][2].words(vehicle, had)}"]
+    return (*_to_measure(numbers, least), *more)
 
 
 def _to_measure(numbers: Mapping[str, Found], least: float) -> list[str]:

@@ -171,7 +171,17 @@ def bring_in(
     notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
     recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
     checks = (*check_channels(recording, geometry, late_steering), *axle_checks(recording, geometry))
+    checks = tuple(as_mapped(check, plan) for check in checks)
     return Import(merged, completed(without_misplaced(recording, checks), geometry), shifts, offsets, checks, series)
+
+
+def as_mapped(check: Check, plan: ImportMap) -> Check:
+    """The check with the cure that the map asks for: a sign that the map turns already is to be taken out of it."""
+    origin, asked = plan.channels.get(check.channel), f"sign = -1 for {check.channel}"
+    if origin is None or asked not in check.cure or origin.scale > 0.0:
+        return check
+    there = f"no sign, ratio or factor below 0 for {check.channel}, as the map has it now"
+    return replace(check, cure=check.cure.replace(asked, there))
 
 
 def _positions_elsewhere(

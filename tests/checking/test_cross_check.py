@@ -172,6 +172,25 @@ def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
     assert cures(1.0) == []
 
 
+def test_wheels_of_a_driven_axle_are_no_others(good):
+    """Of a vehicle that declares which wheels are driven: those slip, and the towed ones lag; of others it is a doubt."""
+    drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
+    turned = drive.with_channels(
+        **{name: (1.2 if name in WHEEL_CHANNELS[:2] else 0.92) * drive[name] for name in WHEEL_CHANNELS}
+    )
+
+    def cures(log, **driveline):
+        found = check_channels(log, vehicle.with_(driveline=driveline))
+        return {c.channel: c.cure for c in found if c.name.startswith("wheel_omega") and not c.passed}
+
+    front = {"centre_lock": 0.0, "front_drive": 1.0}
+    assert cures(turned, **front) == {}
+    assert all("[driveline] of the vehicle says" in cure and "factor" not in cure for cure in cures(turned).values())
+    assert len(cures(turned)) == 4 and len(cures(turned, centre_lock=1.0, front_drive=0.5)) == 4
+    one = turned.with_channels(omega_fl=0.9 * turned["omega_fl"])
+    assert "factor" in cures(one, **front)["omega_fl"]
+
+
 def test_one_wheel_that_drags_is_in_no_other_unit(good):
     """Its ratio happens to be that of a rim speed in km/h, and the others are right."""
     drive, vehicle = add_noise(good, "good", 1), reference_vehicle()

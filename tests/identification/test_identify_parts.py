@@ -292,6 +292,20 @@ def test_the_manoeuvre_asked_for_is_one_that_the_logs_lack():
     assert asks(vehicle, open_, excitation([drive], 2.0), 2.0)[0].startswith("45 s of steering by several sines")
 
 
+def test_circles_that_were_driven_are_asked_for_no_more():
+    """And those that are asked for are shorter than once around, since in its own ruts a log shows less."""
+    drive, vehicle = clay_drive(), reference_vehicle()
+    held = 0.24 * np.sign(np.sin(2 * np.pi * drive.t / 24.0)) + 0.005 * np.sin(5.0 * drive.t)
+    circles = excitation([drive.with_channels(steer=held)], 2.0)
+    assert circles.circled == pytest.approx(0.24, abs=0.01) and excitation([drive], 2.0).circled < 0.1
+    assert excitation([drive.with_channels(steer=np.abs(held))], 2.0).circled == 0.0, "one way alone"
+    (manoeuvre,) = (m for m in MANOEUVRES if m.name == "circles")
+    assert manoeuvre.has(vehicle, circles) and not manoeuvre.has(vehicle, replace(circles, circled=0.0))
+    around = 2 * np.pi * vehicle.wheelbase / np.tan(0.5 * vehicle.max_steer)
+    parts = re.findall(r"(\d+) s at ([\d.]+) m/s", manoeuvre.words(vehicle, circles))
+    assert len(parts) == 2 and all(float(seconds) * float(speed) < 0.95 * around for seconds, speed in parts)
+
+
 @pytest.mark.parametrize(("scale", "fastest"), [(1.0, 8.0), (0.3, 3.0)])
 def test_manoeuvres_are_asked_for_at_two_speeds_that_the_vehicle_drives(scale, fastest):
     vehicle = reference_vehicle().with_(l_f=scale * 1.5, l_r=scale * 1.2, track=scale * 1.2)

@@ -26,9 +26,10 @@ from benchmarks.judges.messy_bags import (
 )
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.checking.offsets import time_offsets
+from softsoil.checking.words import Check
 from softsoil.commands.cli import app
 from softsoil.estimator.terrain import estimate_terrain
-from softsoil.importing.bring_in import bring_in, inspect_sources, read_sources
+from softsoil.importing.bring_in import as_mapped, bring_in, inspect_sources, read_sources
 from softsoil.importing.draft_map import channel_named, draft
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.merge import merge
@@ -94,6 +95,15 @@ def test_without_align_the_offset_is_reported_and_not_applied(bag):
     assert found.shifts == {}
     (check,) = [c for c in found.checks if c.name == "clock_steer"]
     assert not check.passed and check.beyond_doubt and "--align" in check.cure
+
+
+def test_a_sign_that_the_map_has_turned_already_is_to_be_taken_out():
+    channels = {"steer": {"source": "can.csv:angle", "sign": -1}, "u": "can.csv:u", "omega_z": "can.csv:w"}
+    plan = map_from_table({"channels": channels}, "map")
+    wrong = Check("steer_yaw_rate", "steer", False, "-0.9", "+1", "sign = -1 for steer (positive to the left)", True)
+    assert as_mapped(wrong, plan).cure.startswith("no sign, ratio or factor below 0 for steer, as the map has it now (pos")
+    other = replace(wrong, channel="omega_z", cure="sign = -1 for omega_z")
+    assert as_mapped(other, plan) is other
 
 
 def test_a_yaw_rate_of_the_other_sign_shifts_no_clock(bag):
