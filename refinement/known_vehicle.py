@@ -144,7 +144,7 @@ def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     for key in NEEDED:
         if key not in numbers:
             beside = " (or wheelbase, load_front and load_rear)" if key in ("l_f", "l_r") else ""
-            raise ValueError(f"{where}: expected key {key!r}{beside}, found {', '.join(numbers) or 'none'}")
+            raise ValueError(f"{where}: expected key {key!r}{beside}, found {', '.join(table) or 'none'}")
     together = numbers["l_f"] + numbers["l_r"]
     if "wheelbase" in numbers and not abs(numbers["wheelbase"] - together) <= TAPED * abs(together):
         raise ValueError(f"{where}: expected l_f + l_r to be the wheelbase of {numbers['wheelbase']:g} m, found {together:g} m")
