@@ -92,8 +92,18 @@ def estimate(
     )  # fmt: skip
     if verdict.evidence is not None and verdict.evidence.guess != first:  # n0 leads into a mode that fits clearly worse
         return estimate(drive, declared, verdict.evidence.guess, method=method, start=start, tuning=tuning, correct=correct)
+    verdict = _with_trial(verdict, found.on_trial)
     found = _with_soil_error(replace(found, verdict=judged_without_wheels(drive, verdict, choice)))
     return _corrected(found) if correct and method == "ukf" else found
+
+
+def _with_trial(verdict: Verdict, on_trial: tuple[float, float] | None) -> Verdict:
+    """The verdict with a jump of n that the log ends too soon to bear out, where the n after it is not to be used."""
+    if on_trial is None or verdict.word != "inconsistent":
+        return verdict
+    t, before = on_trial
+    late = f"n jumps at {t:.1f} s from {before:.2f}, and the log ends too soon to bear that out: what ends before it says more"
+    return replace(verdict, reason=f"{verdict.reason}; {late}")
 
 
 def _corrected(judged: TerrainEstimate) -> TerrainEstimate:

@@ -47,7 +47,8 @@ class TerrainEstimate:
     far less noise than the filter assumes, so that its innovations say nothing; verdict: whether the final n may be used,
     None where nobody judged; begun: when estimating began (s), None: with the first update; by_filter: n and its standard
     deviation, front and rear, that the filter itself had at the end where windows corrected it, else None; n0: the initial
-    guess that it starts from, NaN without soil. Without soil, one row of NaN and the verdict "no_soil".
+    guess that it starts from, NaN without soil; on_trial: time of a jump (s) that the log ends too soon to bear out, and n before
+    it, else None. Without soil, one row of NaN and the verdict "no_soil".
     """
 
     t: Array
@@ -69,6 +70,7 @@ class TerrainEstimate:
     begun: float | None = None
     by_filter: tuple[tuple[float, float], tuple[float, float]] | None = None
     n0: float = np.nan
+    on_trial: tuple[float, float] | None = None
 
     @property
     def nis_inside_95(self) -> float:
@@ -145,7 +147,7 @@ def estimate_terrain(
         t=t, n_front=n[:, 0], n_rear=n[:, 1], n_front_std=std[:, 0], n_rear_std=std[:, 1],
         states=states[:, : len(STATE_CHANNELS)], nis=nis, dof=dof, counts=own.ukf.counts, step_us=np.array(step_us),
         parameters={"n_f": float(n[-1, 0]), "n_r": float(n[-1, 1])}, changes=tuple(own.changes),
-        revoked=tuple(own.revoked), n0=n0,
+        revoked=tuple(own.revoked), n0=n0, on_trial=own.on_trial,
         drift=own.drift.first_alarm(catalogue(load_vehicle("reference")).values()),
         noise_free=bool(np.all(sensor_std(log, np.zeros(len(STATE_CHANNELS))) < NOISE_FREE * np.array(tuning.sensor_floor))),
     )  # fmt: skip

@@ -181,6 +181,11 @@ class TerrainFilter:
         common = self._common * self.n if self.learn else np.zeros(len(self._soil))
         return np.sqrt(self.ukf.variance[self._soil] + common**2)
 
+    @property
+    def on_trial(self) -> tuple[float, float] | None:
+        """When n last jumped (s) and what it was before, where nothing has borne that out yet; else None."""
+        return None if self._trial.over else (self._trial.t, float(self._trial.n.mean()))
+
     def set_n(self, n: float) -> None:
         """Set n of a filter that does not learn."""
         if not self.learn:

@@ -3,19 +3,23 @@
 import numpy as np
 import pytest
 
-from softsoil.estimator.estimate import estimate
+from drives import MULTI_LOG, reference_vehicle
+from softsoil.estimator.estimate import _with_trial, estimate
 from softsoil.estimator.late_change import later_soil, parts_of
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.summary import Summary
+from softsoil.estimator.terrain import estimate_terrain
+from softsoil.estimator.verdict import Verdict
 from softsoil.files.package_data import PLANT_VEHICLE
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Speed
 from softsoil.plant.simulate import simulate
 from softsoil.plant.soil_field import SoilField
 from softsoil.plant.start import Start
 from softsoil.recording.noise import add_noise
+from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import bicycle
-from softsoil.symbolic.soil import SOILS
+from softsoil.symbolic.soil import CLAY, SOILS
 from softsoil.symbolic.vehicle import load_vehicle
 
 SOIL = np.array([True])
@@ -85,3 +89,18 @@ def test_the_last_soil_of_a_drive_is_estimated_from_its_own_windows(two_soils):
     assert found.verdict.word == "identified", found.verdict.reason
     assert f"changes at {found.changes[0]:.1f} s: n is that of what follows" in found.verdict.reason
     assert found.n_front[-1] == pytest.approx(0.65, rel=0.06)
+
+
+def test_a_jump_that_the_log_ends_too_soon_to_bear_out_is_said():
+    """Of a gyro that reads a fifth too much in the last second and a half: the filter's n is open there, not to be used."""
+    log = add_noise(read_drive(MULTI_LOG).between(0.0, 22.0), "good", 1)
+    late = log.with_channels(omega_z=np.where(log.t > log.t[-1] - 1.5, 1.2 * log["omega_z"], log["omega_z"]))
+    model = bicycle(reference_vehicle(), CLAY)
+    found, right = (estimate_terrain(drive, model, 0.6, tied=True, start=2.0) for drive in (late, log))
+    assert right.on_trial is None and found.on_trial is not None
+    t, before = found.on_trial
+    assert t == found.changes[-1] and before == pytest.approx(0.5, rel=0.05) and found.n_front[-1] > 0.6
+    said = _with_trial(Verdict("inconsistent", "the estimator ends elsewhere"), found.on_trial)
+    assert f"n jumps at {t:.1f} s from {before:.2f}, and the log ends too soon to bear that out" in said.reason
+    kept = Verdict("identified", "all is well")
+    assert _with_trial(kept, found.on_trial) is kept and _with_trial(said, None) is said

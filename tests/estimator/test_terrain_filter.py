@@ -132,7 +132,7 @@ def test_a_false_jump_is_revoked_and_a_true_one_stands():
     found, said, python, c = together(model, library_of(own), log.dt, inputs, y, motion, std)
     assert agree(found, said) & SOIL_KEPT
     (false,), (true,) = python.revoked, python.changes
-    assert 14.0 < false < 16.0 and border < true < border + 3.0
+    assert 14.0 < false < 16.0 and border < true < border + 3.0 and python.on_trial is None
     assert c.counts["SOIL_CHANGED"] == 2 and c.counts["SOIL_KEPT"] == 1
     at = 2 * log.dt * np.arange(1, len(found) + 1)
     n, n_std = found[:, 0, 0], found[:, 2, 0]
