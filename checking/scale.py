@@ -21,7 +21,8 @@ def scale_check(
     found = f"a scale of {value:.3f} ± {std:.3f}"
     sure = std < 0.15 * max(abs(value), 1.0) and abs(value - 1.0) > bias
     if sure and value < -0.3 and value < -LIMITS.sigmas * std:
-        return Check(name, channel, False, found, expected, f"sign = -1 for {channel}", True)
+        compass = ", or compass = true where it grows clockwise from north" if channel == "psi" else ""
+        return Check(name, channel, False, found, expected, f"sign = -1 for {channel}{compass}", True)
     if sure and not low <= value <= high and abs(value - 1.0) > LIMITS.sigmas * std:
         return Check(name, channel, False, found, expected, cure + unit_hint(channel, value), True)
     doubtful = abs(value - 1.0) > max(doubtful_at, LIMITS.sigmas * std, bias)

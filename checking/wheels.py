@@ -24,6 +24,10 @@ RIM_APART = 0.2
 OTHER_SIDE = dict(zip(WHEEL_CHANNELS, ("omega_fr", "omega_fl", "omega_rr", "omega_rl"), strict=True))
 
 
+DIAMETER = (1.7, 2.8)
+"""Rim speed over ground speed, of most wheels, that a diameter in the place of a radius makes, with slip."""
+
+
 def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Check]:
     """r omega over the speed of the wheel's centre in its plane, per wheel: 1 + slip for every wheel.
 
@@ -54,6 +58,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             checks.append(Check(f"wheel_{name}", name, False, found, expected, f"sign = -1 for {name}", True))
         elif not low <= ratio <= high:
             hint = unit_hint(name, ratio) or _of_rim(ratio, geometry.radius)
+            hint += " (is the vehicle's radius a diameter?)" if DIAMETER[0] < middle < DIAMETER[1] else ""
             cure = f"correct the unit of {name}{hint}, its radius, or leave it out"
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
         else:

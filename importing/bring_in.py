@@ -171,8 +171,18 @@ def bring_in(
     notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
     recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
     checks = (*check_channels(recording, geometry, late_steering), *axle_checks(recording, geometry))
-    checks = tuple(as_mapped(check, plan) for check in checks)
+    checks = (*(as_mapped(check, plan) for check in checks), *idle_mounts(plan))
     return Import(merged, completed(without_misplaced(recording, checks), geometry), shifts, offsets, checks, series)
+
+
+def idle_mounts(plan: ImportMap) -> tuple[Check, ...]:
+    """A doubt of each mount that places no channel, as of a source whose name is misspelt: its sensor stands elsewhere, then."""
+    sources = ", ".join(dict.fromkeys(origin.source for origin in plan.channels.values()))
+    return tuple(
+        Check(f"mount_{name}", f"mount.{name}", False, "no channel that comes from it", f"a source of the map ({sources})",
+              "correct its name, or take it out")
+        for name in plan.idle_mounts()
+    )  # fmt: skip
 
 
 def as_mapped(check: Check, plan: ImportMap) -> Check:

@@ -71,7 +71,6 @@ def merge(
     origins: dict[str, Origin] = {}
     wrong: dict[str, int] = {}
     notes = tuple(note for s in series.values() for note in s.notes)
-    notes += tuple(f"map: mount.{name}: no channel comes from it" for name in plan.idle_mounts())
     for channel, origin in plan.channels.items():
         one = series[origin.source]
         values = origin.si(origin.samples(one), geometry.radius)

@@ -65,7 +65,7 @@ def test_a_slow_heading_is_compared_from_sample_to_sample(hertz, good):
     right = checks_of(drive["psi"])
     assert right["yaw_rate_heading"].passed and right["yaw_rate_bias"].passed
     for psi, words in (
-        (-drive["psi"], "sign = -1 for psi"),
+        (-drive["psi"], "sign = -1 for psi, or compass = true where it grows clockwise from north"),
         (drive["steer"], "map another column to psi or omega_z"),
     ):
         wrong = checks_of(psi)["yaw_rate_heading"]
@@ -170,6 +170,7 @@ def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
     assert len(cures(1.2)) == 4 and all("slip as much on this ground" in cure for cure in cures(1.2))
     assert len(cures(3.6 * vehicle.radius)) == 4 and all('km/h? unit = "km/h"' in cure for cure in cures(3.6 * vehicle.radius))
     assert cures(1.0) == []
+    assert len(cures(2.1)) == 4 and all("is the vehicle's radius a diameter?" in cure for cure in cures(2.1))
 
 
 def test_wheels_of_a_driven_axle_are_no_others(good):

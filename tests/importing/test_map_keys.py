@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
-from softsoil.importing.bring_in import read_sources
+from softsoil.importing.bring_in import idle_mounts, read_sources
 from softsoil.importing.draft_map import draft
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.merge import merge
@@ -72,9 +72,13 @@ def test_parts_of_one_source_have_places_of_their_own(clean):
     assert np.max(np.abs(together["v"] - clean["v"][: len(together)])) > 0.05
 
 
-def test_a_mount_that_no_channel_has_is_said(clean):
-    assert merged(clean, mount={"lgo.csv": {"x": 1.0}}).recording.notes == ("map: mount.lgo.csv: no channel comes from it",)
-    assert merged(clean, mount={"log.csv": {"x": 0.0}}).recording.notes == ()
+def test_a_mount_that_no_channel_has_is_doubted():
+    def doubts(**mount):
+        return idle_mounts(map_from_table({"channels": CHANNELS, "mount": mount}, "map"))
+
+    (check,) = doubts(**{"lgo.csv": {"x": 1.0}})
+    assert check.sentence().startswith("mount.lgo.csv: expected a source of the map (log.csv); found no channel that")
+    assert doubts(**{"log.csv": {"x": 0.0}, "position": {"x": 1.0}}) == ()
 
 
 @pytest.mark.parametrize(
