@@ -2,7 +2,7 @@
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
     [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
-    [--absent v] [--judged-absent v] [--robots] [--lag 0.1]
+    [--absent v] [--judged-absent v] [--robots] [--lag 0.1] [--late 0.03]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
 measured with its errors; with --robots one of 180 to 350 kg. Fitted: one lock and one multi-sine drive with the noise "good"
 or --fit-noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on
@@ -84,6 +84,7 @@ def main() -> None:
     parser.add_argument("--absent", default="", help="channels that those logs lack, as v,x,y,psi")
     parser.add_argument("--judged-absent", default="", help="channels that those lack on which n is judged")
     parser.add_argument("--lag", type=float, default=0.0, help="time constant (s) of a late steering, but in traced logs")
+    parser.add_argument("--late", type=float, default=0.0, help="s by which the steering is recorded late, but in traced logs")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
@@ -95,8 +96,9 @@ def main() -> None:
     for seed in range(asked.first, asked.first + asked.seeds):
         case, file = case_of(seed, ROBOTS if asked.robots else DRAW), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
-        vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent, asked.lag)
-        true, bodies = inertia_of(case, fitted_logs(case, asked.lag)), case.drawn.vehicle.yaw_inertia
+        steering = Steering(asked.lag, asked.late)
+        vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent, steering)
+        true, bodies = inertia_of(case, fitted_logs(case, steering)), case.drawn.vehicle.yaw_inertia
         off = 100 * (vehicle.yaw_inertia / true - 1)
         inertias.append(off)
         joint = vehicle.joint_error
@@ -109,7 +111,8 @@ def main() -> None:
             f"radius {rolls:+.2f} % of {case.drawn.measured['radius']:.4f} m"
         )
         if not (asked.only_effects or asked.only_numbers):
-            judged.append(_judged(case, vehicle, asked.judged_absent.split(","), "good" if asked.robots else "table5", asked.lag))
+            noise = "good" if asked.robots else "table5"
+            judged.append(_judged(case, vehicle, asked.judged_absent.split(","), noise, steering))
         if asked.effects or asked.only_effects:
             switches = asked.switches.split(",") if asked.switches else []
             named += _traced(case, vehicle, asked.logs.split(","), switches, asked.noise)
@@ -136,21 +139,32 @@ def _words(case: Case) -> str:
     )
 
 
-def late(lag: float) -> dict[str, float]:
-    """Settings of the plant whose steering follows with a first-order lag (s)."""
-    return {"steer_lag": lag} if lag else {}
+@dataclass(frozen=True)
+class Steering:
+    """A steering that follows its angle with a first-order lag (s), and an angle that is recorded late (s)."""
+
+    lag: float = 0.0
+    late: float = 0.0
+
+    def log_of(self, case: Case, kind: str, number: int) -> Log:
+        """A clean log of a case."""
+        log = log_of(case, kind, number, {"steer_lag": self.lag} if self.lag else {})
+        drive = log.drive
+        return replace(log, drive=drive.with_channels(steer=np.interp(drive.t - self.late, drive.t, drive["steer"])))
 
 
-def fitted_logs(case: Case, lag: float) -> list[Log]:
-    """Clean logs for the identification of a case: its steering follows with a first-order lag (s)."""
-    return [log_of(case, kind, number, late(lag)) for number, kind in enumerate(FIT)]
+def fitted_logs(case: Case, steering: Steering) -> list[Log]:
+    """Clean logs for the identification of a case."""
+    return [steering.log_of(case, kind, number) for number, kind in enumerate(FIT)]
 
 
-def identified(case: Case, file: Path, noise: str = "good", absent: str = "", lag: float = 0.0) -> Vehicle:
+def identified(
+    case: Case, file: Path, noise: str = "good", absent: str = "", steering: Steering = Steering()
+) -> Vehicle:
     """What `identify` makes of a case's logs by sensors with a `noise`, the channels `absent` left out, written to a file; n of
     the logs is printed."""
     began = time.perf_counter()
-    logs = fitted_logs(case, lag)
+    logs = fitted_logs(case, steering)
     drives = [add_noise(log.drive, noise, 100 * case.seed + i) for i, log in enumerate(logs)]
     drives = [without(drive, absent.split(",")) for drive in drives]
     known = replace(case.known, driveline=LOCKED) if {*WHEEL_CHANNELS} & {*absent.split(",")} else case.known
@@ -158,14 +172,15 @@ def identified(case: Case, file: Path, noise: str = "good", absent: str = "", la
     file.write_text(vehicle_toml(found), encoding="utf-8")
     errors = ", ".join(f"{100 * (found.n[log.drive.name][0] / log.n - 1):+.1f}" for log in logs)
     print(f"  {found.verdict}: {found.reason} ({time.perf_counter() - began:.0f} s); n of its own logs {errors} %", flush=True)
-    print(*(f"  {note}" for note in found.notes if note.startswith(("l_f:", "radius:"))), sep="\n", flush=True)
+    shown = ("l_f:", "radius:", "steering_lag:")
+    print(*(f"  {note}" for note in found.notes if note.startswith(shown)), sep="\n", flush=True)
     return found.vehicle
 
 
-def _judged(case: Case, vehicle: Vehicle, absent: Sequence[str], noise: str, lag: float) -> Judgement:
+def _judged(case: Case, vehicle: Vehicle, absent: Sequence[str], noise: str, steering: Steering) -> Judgement:
     parts = []
     for number, kind in enumerate(JUDGE, FIRST_JUDGE):
-        log = log_of(case, kind, number, late(lag))
+        log = steering.log_of(case, kind, number)
         seed = 1000 * case.seed + number
         part = judge_drive(vehicle, case.known, log.drive, log.soil, log.n, seed, absent=absent, noise=noise)
         print(f"  {kind} {log.soil.name} n {log.n:.2f}: {words(part)}", flush=True)
