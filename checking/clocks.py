@@ -31,13 +31,14 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
     for offset in time_offsets(recording, geometry):
         declared = late_steering if offset.group == "steer" else 0.0
         late = offset.late_s + declared
-        matters = offset.after - offset.before > 0.002 or declared > LIMITS.clock
+        matters = offset.after - offset.before > 0.002 or abs(declared) > LIMITS.clock
         matters = matters and offset.trusted  # else a sign or a unit is wrong, which other checks say
         least = LIMITS.heading_clock if offset.group == "psi" else LIMITS.clock
         doubtful = abs(late) > max(least, 3.0 * offset.std) and matters
         side = "late" if offset.late_s > 0 else "early"
         found = f"{abs(offset.late_s):.3f} ± {offset.std:.3f} s {side} against the {offset.against}"
-        found += f", where {declared:.3f} s early are declared" if declared > 0.005 else ""
+        way = "early" if declared > 0.0 else "late"
+        found += f", where {abs(declared):.3f} s {way} are declared" if abs(declared) > 0.005 else ""
         found += f" (correlation {offset.before:.3f}, {offset.after:.3f} when shifted)"
         channel = CHANNELS[offset.group]
         by = f"late = {late:.3f} at {channel} in its map"

@@ -24,6 +24,8 @@ RIM_APART = 0.2
 OTHER_SIDE = dict(zip(WHEEL_CHANNELS, ("omega_fr", "omega_fl", "omega_rr", "omega_rl"), strict=True))
 
 
+DRIVE_SLIP = 1.35
+"""Rim speed over ground speed to which the only driven axle may slip: more is a wrong radius or unit as well."""
 DIAMETER = (1.7, 2.8)
 """Rim speed over ground speed, of most wheels, that a diameter in the place of a radius makes, with slip."""
 
@@ -63,10 +65,10 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
         else:
             alike = abs(ratio / ratios.get(OTHER_SIDE[name], np.inf) - 1.0) < LIMITS.wheel_apart / 2
-            drive = _drive(geometry, name)
-            odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart and not (alike and drive is not None)
+            drive = _drive(geometry, name) if alike and ratio < DRIVE_SLIP and not _of_rim(ratio, geometry.radius) else None
+            odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart and drive is None
             slips = not 1.0 - 2.0 * LIMITS.wheel_apart <= ratio <= 1.0 + 2.0 * LIMITS.wheel_apart
-            slips &= not (alike and drive and ratio > 1.0)
+            slips &= not (drive is not None and drive > 0.5 and ratio > 1.0)  # of both axles it may be the radius
             # The slip that the other wheels have is no sensor's.
             rolling = float(np.median([r for other, r in ratios.items() if other != name])) if odd and len(ratios) > 2 else 1.0
             cure = f"factor = {rolling / ratio:.3f} for {name}, or another radius" if odd or slips else ""

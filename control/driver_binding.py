@@ -115,7 +115,8 @@ class CDriver:
         """The command from t (s) on, from the measurements taken last: the thinnest call."""
         pointer = ctypes.c_void_p(self._given.ctypes.data)
         status = self.c.softsoil_driver_tick(self.self, _REAL(t), pointer, ctypes.byref(self.command))
-        self._check("tick", status, f"; expected a finite t, not before the last tick's, found {t} s")
+        last = "not before the last tick's unless the clock is set back"
+        self._check("tick", status, f"; expected a finite t, {last}, found {t} s")
         return self.command
 
     def _check(self, call: str, status: int, more: str = "") -> None:

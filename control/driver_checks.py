@@ -27,7 +27,7 @@ def check_speed(speed: float, limits: tuple[float, float]) -> None:
     """Raises TypeError for a speed that is no number, ValueError for one (m/s) outside the limits (least, greatest) of u that the
     controller keeps."""
     least, greatest = limits
-    if not isinstance(speed, Real):
+    if not isinstance(speed, Real) and not (isinstance(speed, np.ndarray) and speed.ndim == 0):
         raise TypeError(f"speed: expected a number of m/s, found {speed!r}")
     if not least <= speed <= greatest:
         raise ValueError(

@@ -25,7 +25,7 @@ from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.evidence import filled, interpolated
-from softsoil.recording.forward import driven, usable_rows
+from softsoil.recording.forward import MISSED, driven, usable_rows
 from softsoil.recording.states import known_states, measured_states
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import with_log_wheels
@@ -39,6 +39,8 @@ HORIZONS = (0.5, 2.5, 5.0)
 """s: the paper's horizons."""
 START_UP = 2.0
 """s: left out at the beginning of a log, where a vehicle settles on the soil and pulls away."""
+RARELY = 2.5
+"""s: a row with all states this often is enough for windows to begin."""
 BRIDGED = 0.25
 """s between samples of a slower sensor over which a window may start."""
 
@@ -119,7 +121,7 @@ class Replay:
     def __init__(self, recording: Recording, model: Model, start: float = START_UP) -> None:
         log = on_even_clock(recording)
         self.t, self.dt, self.name = log.t, log.dt, log.name
-        self.states, self.recorded = bridged(known_states(log), log.dt), measured_states(log)
+        self.states, self.recorded = start_states(log), measured_states(log)
         self._lengths = lengths(log)
         self.inputs, _ = measured_inputs(log, model.external)
         self.first = int(np.searchsorted(log.t, log.t[0] + start - 1e-9))
@@ -193,3 +195,14 @@ class Replay:
 def bridged(states: Array, dt: float) -> Array:
     """States with gaps of at most BRIDGED (s) filled by lines; dt: s per row."""
     return np.column_stack([interpolated(column, round(BRIDGED / dt)) for column in states.T])
+
+
+def start_states(log: Recording) -> Array:
+    """(N, 6) `bridged` states; where samples of slow sensors then hardly meet in a row, with gaps of MISSED intervals of each."""
+    states = known_states(log)
+    found = bridged(states, log.dt)
+    if np.isfinite(found).all(axis=1).sum() * RARELY >= log.t[-1] - log.t[0]:
+        return found
+    every = [np.diff(np.flatnonzero(np.isfinite(column))) for column in states.T]
+    reach = [round(max(MISSED * float(np.median(rows)) if len(rows) else 0.0, BRIDGED / log.dt)) for rows in every]
+    return np.column_stack([interpolated(column, rows) for column, rows in zip(states.T, reach, strict=True)])

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.windows.free_windows import STATE_STEP, FreeWindows, N
+from softsoil.windows.histories import parted
 
 Array = NDArray[np.float64]
 
@@ -35,7 +36,8 @@ def single_steps(windows: FreeWindows, p: Array, which: NDArray[np.int_]) -> Ste
     """The steps under the windows `which` (increasing indices) with parameters p (n_p,), from the states as estimated so far."""
     start, stop = int(windows.rows[which[0]]), int(windows.rows[which[-1]]) + windows.steps
     rows = np.arange(start, stop)
-    states, memory = windows.along(rows), windows.memories(p[None], rows)[0]
+    states = windows.along(rows)
+    states[:, N:], memory = parted(windows.compiled.model, windows.memories(p[None], rows)[0])
     many = np.tile(states, (1 + N, 1, 1))
     many[1:, :, :N] += STATE_STEP[:, None, None] * np.eye(N)[:, None, :]
     inputs = np.tile(windows.drive.inputs[rows[:, None] + np.arange(2)], (1 + N, 1, 1))

@@ -63,8 +63,8 @@ def _held(recording: Recording, side: float) -> float:
     return max(float(held.max(initial=0.0)), 0.0)
 
 
-STEADY = 8.0
-"""s: an angle held for so long is a circle's."""
+STEADY = 3.0
+"""s: an angle held for so long is a circle's, small as the vehicle may be."""
 LEAST_STEER = 0.03
 """rad: a largest angle below this is driving straight on."""
 

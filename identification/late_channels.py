@@ -48,9 +48,10 @@ def recorded_late(numbers: Mapping[str, Found]) -> tuple[str, ...]:
         one = numbers.get(number.name) if number.shown_by else None
         if one is not None and one.state == "identified" and one.value < -LATE * one.std:
             notes.append(
-                f"{number.name}: {with_error(one.value, one.std)} s, below zero: {number.shown_by} is recorded that much late. "
-                f"This file makes up for it wherever it is recorded alike; softsoil import shifts it: late = {-one.value:.3f} at "
-                f"{number.shown_by} in its map"
+                f"{number.name}: {with_error(one.value, one.std)} s, below zero: {number.shown_by} is recorded that much late"
+                f"{' at least, the bound of its range' if one.value <= number.lower + 1e-4 else ''}. This file makes up for it "
+                f"wherever {number.shown_by} is recorded alike; or, in place of this file, softsoil import shifts the channel "
+                f"(late = {-one.value:.3f} at {number.shown_by} in its map), and softsoil identify anew"
             )
     return tuple(notes)
 

@@ -21,6 +21,8 @@ HELD_INPUTS = 0.25
 """s: how long a steering angle or a wheel's speed that is missing is taken to stay as it was, or to follow a line."""
 MISSED = 2.5
 """The same for a slower sensor, in its usual intervals."""
+LONGEST_INTERVAL = 2.0
+"""s: between rarer samples of a state nothing is known of it."""
 ROUNDING = 1e-6
 """s: times closer than this are one."""
 
@@ -59,11 +61,15 @@ def inputs_known(recording: Recording) -> NDArray[np.bool_]:
 
 
 def states_known(recording: Recording, least: float) -> NDArray[np.bool_]:
-    """(N,) whether each row lies near samples of every state that is measured, as `near_samples` with `least` (s)."""
+    """(N,) whether each row lies near samples of every state that is measured: as `near_samples` with `least` (s), or within that
+    of one where they are rarer than every LONGEST_INTERVAL."""
     known = np.ones(len(recording), dtype=bool)
     for name in STATE_CHANNELS:
-        if recording.measured(name):
-            known &= near_samples(recording.t, recording.t[np.isfinite(recording[name])], least)
+        seen = recording.t[np.isfinite(recording[name])] if recording.measured(name) else np.zeros(0)
+        if len(seen) > 1 and np.median(np.diff(seen)) <= LONGEST_INTERVAL:
+            known &= near_samples(recording.t, seen, least)
+        elif len(seen):
+            known &= np.abs(recording.t[:, None] - seen).min(axis=1) <= least
     return known
 
 

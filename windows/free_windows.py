@@ -20,7 +20,7 @@ from softsoil.codegen.discretize import start_memory, step_with_memory
 from softsoil.codegen.step_loop import StepLoop
 from softsoil.recording.drive import STATE_CHANNELS
 from softsoil.symbolic.model import Model
-from softsoil.windows.histories import history_loop
+from softsoil.windows.histories import first_carried, history_loop, parted
 from softsoil.windows.parameters import Free
 from softsoil.windows.shooting import BROKEN, Drive, well_measured, window_starts
 
@@ -59,6 +59,10 @@ class WindowModel:
         self.loop = StepLoop(ca.Function("window_step", [x, m, u, p], ca.cse([*after, ca.vertcat(y, x[:N])])))
         self.histories, self.start = history_loop(model, dt, beside), start_memory(model)
         self.extra = model.x.nominal[N:]
+
+    def first(self, x: Array, u: Array, sets: Array) -> Array:
+        """(K, n) what is carried first, as `first_carried`."""
+        return first_carried(self.model, self.start, x, u, sets)
 
 
 @lru_cache(maxsize=8)
@@ -181,7 +185,9 @@ class FreeWindows:
         """States between `row` and `to` as predicted with p (n_p,) and memory (n_m,) at `row`, led to the one at `to` in a
         straight line; as they were where the model has no finite answer."""
         inputs = self.drive.inputs[None, row : to + 1]
-        path = self.compiled.loop.windows(self._along[row][None], memory[None], inputs, p[None])[0, :, N:]
+        more, memory = parted(self.compiled.model, memory)
+        first = np.concatenate([self._along[row, :N], more])
+        path = self.compiled.loop.windows(first[None], memory[None], inputs, p[None])[0, :, N:]
         path += (self._along[to, :N] - path[-1]) * (np.arange(len(path)) / (to - row))[:, None]
         if np.isfinite(path).all():
             self._along[row:to, :N] = path[:-1]
@@ -189,7 +195,7 @@ class FreeWindows:
     def _carried(self, sets: Array, memory: Array | None, row: int, to: int) -> Array:
         states, inputs = self._along[row : to + 1], self.drive.inputs[row : to + 1]
         if memory is None:
-            memory = np.array([self.compiled.start(states[0], inputs[0], p).full()[:, 0] for p in sets])
+            memory = self.compiled.first(states[0], inputs[0], sets)
         many = np.tile(states, (len(sets), 1, 1))
         start = memory.reshape(len(sets), -1)
         return self.compiled.histories.along(many, start, inputs, sets, np.array([to - row]))[1][:, 0]
@@ -260,7 +266,7 @@ class FreeWindows:
         states, inputs = self._along[begin:end], self.drive.inputs[begin:end]
         key = (p.tobytes(), rows.tobytes(), states.tobytes())
         if self._latest is None or self._latest[0] != key:
-            m0 = np.array([self.compiled.start(states[0], inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
+            m0 = self.compiled.first(states[0], inputs[0], p)
             many = np.tile(states, (len(p), 1, 1))
             self._latest = key, self.compiled.histories.along(many, m0, inputs, p, rows - begin)
         return self._latest[1]
@@ -274,10 +280,10 @@ class FreeWindows:
             p, memory = p[sets], memory[sets]
         inputs = self._inputs[which]
         many, count = x0.shape[:2]
-        extra = np.tile(self.compiled.extra, (many, count, 1))
+        more, memory = parted(self.compiled.model, np.broadcast_to(memory, (many, count, memory.shape[-1])))
         jobs = many * count
         out = self.compiled.loop.windows(
-            np.concatenate([x0, extra], axis=2).reshape(jobs, -1),
+            np.concatenate([x0, more], axis=2).reshape(jobs, -1),
             memory.reshape(jobs, -1),
             np.broadcast_to(inputs, (many, *inputs.shape)).reshape(jobs, *inputs.shape[1:]),
             np.repeat(p, count, axis=0),

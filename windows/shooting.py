@@ -22,7 +22,7 @@ from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
 from softsoil.recording.forward import driven, states_known, usable_rows
 from softsoil.recording.states import known_states, measured_states, sensor_std
 from softsoil.symbolic.model import Model
-from softsoil.windows.histories import history_loop
+from softsoil.windows.histories import first_carried, history_loop, parted
 from softsoil.windows.inputs import measured_inputs
 from softsoil.windows.sensor_states import along, outputs_of, settle
 
@@ -233,14 +233,16 @@ class Shooting:
         drive = self.drive
         end = int(rows.max(initial=0)) + 1
         states = np.column_stack([drive.smooth[:end], np.tile(self._extra, (end, 1))])
-        m0 = np.array([self._start(states[0], drive.inputs[0], row).full()[:, 0] for row in p]).reshape(len(p), -1)
+        m0 = first_carried(self.model, self._start, states[0], drive.inputs[0], p)
         states = np.tile(states, (len(p), 1, 1))
         sensed = np.asarray(np.isfinite(drive.measured).any(axis=0))
         outputs = along(self.compiled.outputs, len(drive.t))  # with buffers that no other thread writes
         for row, found in zip(p, states, strict=True):
             settle(outputs, row, drive.smooth[:end], found, sensed)
-        memory = self.compiled.histories.along(states, m0, drive.inputs[:end], p, rows)[1]
-        return states[:, rows], memory
+        more, memory = parted(self.model, self.compiled.histories.along(states, m0, drive.inputs[:end], p, rows)[1])
+        starts = states[:, rows]
+        starts[:, :, len(STATE_CHANNELS) :] = more
+        return starts, memory
 
 
 def shootings(model: Model, drives: Sequence[Drive], horizon: float, substeps: int = 1) -> tuple[Shooting, ...]:

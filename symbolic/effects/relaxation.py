@@ -3,22 +3,16 @@
 import casadi as ca
 
 from softsoil.symbolic.effect import Correction, Effect, Layout, Signal, Vehicle
-from softsoil.symbolic.history import lag_share
-from softsoil.symbolic.model import Memory, Quantities, Scalar
+from softsoil.symbolic.model import Quantities
 
-AXLES = ("f", "r")
-CELLS = Layout.of(
-    Signal("built_f_state", "N", "lateral force of the front axle, built up"),
-    Signal("built_r_state", "N", "lateral force of the rear axle, built up"),
-)
-PROVIDES = Layout.of(
-    Signal("built_f", "N", "lateral force of the front axle, built up"),
-    Signal("built_r", "N", "lateral force of the rear axle, built up"),
+STATES = Layout.of(
+    Signal("relaxed_f", "N", "lateral force of the front axle, built up"),
+    Signal("relaxed_r", "N", "lateral force of the rear axle, built up"),
 )
 
 
 def effect(vehicle: Vehicle) -> Effect:
-    """(l/u) dF/dt + F = F_ss on both axles, as a history: exact over a step with F_ss held."""
+    """(l/u) dF/dt + F = F_ss on both axles: the force needs a travelled length to build up."""
     return Effect(
         name="relaxation",
         doc="tyre force that needs a travelled length to build up",
@@ -33,8 +27,9 @@ def effect(vehicle: Vehicle) -> Effect:
                 adds=("force_y", "moment_z"),
                 sets=("steady_f", "steady_r", "force_f", "force_r"),
             ),
+            "rates": Correction(_rates, reads=("steady_f", "steady_r"), sets=("d_relaxed_f", "d_relaxed_r")),
         },
-        memories=(Memory("relaxation", CELLS, PROVIDES, _read, _advance, _steady),),
+        states=STATES,
         signatures=("late steering",),
         separates="the same steering at several speeds: this lag is proportional to 1/u and is there at the rear too",
         rests_on=("u", "v", "omega_z"),
@@ -44,8 +39,8 @@ def effect(vehicle: Vehicle) -> Effect:
 def _balance(q: Quantities) -> Quantities:
     # Share of the built-up force: none at length 0, so that the absent effect leaves the forces as they are.
     share = q["relaxation_length"] / (q["relaxation_length"] + 0.01)
-    front = q["force_f"] + share * (q["built_f"] - q["force_f"])
-    rear = q["force_r"] + share * (q["built_r"] - q["force_r"])
+    front = q["force_f"] + share * (q["relaxed_f"] - q["force_f"])
+    rear = q["force_r"] + share * (q["relaxed_r"] - q["force_r"])
     moment = (front - q["force_f"]) * q["l_f"] - (rear - q["force_r"]) * q["l_r"]
     return {
         "steady_f": q["force_f"],
@@ -57,18 +52,6 @@ def _balance(q: Quantities) -> Quantities:
     }
 
 
-def _read(q: Quantities) -> dict[str, Scalar]:
-    return {f"built_{axle}": q["memory"][f"built_{axle}_state"] for axle in AXLES}
-
-
-def _advance(q: Quantities) -> dict[str, Scalar]:
-    share = lag_share(q["dt"], (q["relaxation_length"] + 0.15) / ca.sqrt(q["u"] * q["u"] + 0.01))
-    before = q["memory"]
-    return {
-        f"built_{axle}_state": before[f"built_{axle}_state"] + share * (q[f"steady_{axle}"] - before[f"built_{axle}_state"])
-        for axle in AXLES
-    }
-
-
-def _steady(q: Quantities) -> dict[str, Scalar]:
-    return {f"built_{axle}_state": q[f"steady_{axle}"] for axle in AXLES}
+def _rates(q: Quantities) -> Quantities:
+    speed = ca.sqrt(q["u"] * q["u"] + 0.01) / (q["relaxation_length"] + 0.15)
+    return {f"d_relaxed_{axle}": speed * (q[f"steady_{axle}"] - q[f"relaxed_{axle}"]) for axle in ("f", "r")}

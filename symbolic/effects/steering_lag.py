@@ -27,7 +27,7 @@ def effect(vehicle: Vehicle) -> Effect:
         doc="road wheels follow the command with a first-order lag; a negative one is an angle that is recorded late",
         kind="steering",
         reference="first-order actuator",
-        parameters=Layout.of(Signal("steering_lag", "s", "time constant of the steering", 0.0, -0.05, 1.0, spread=0.4)),
+        parameters=Layout.of(Signal("steering_lag", "s", "time constant of the steering", 0.0, -0.08, 1.0, spread=0.4)),
         typical={"steering_lag": 0.1},
         corrections={"inputs": added("lagged")},
         memories=(Memory("steering_lag", CELLS, differences("lagged", "the lag"), _read, _advance, _start),),

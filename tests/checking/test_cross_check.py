@@ -188,6 +188,10 @@ def test_wheels_of_a_driven_axle_are_no_others(good):
     assert cures(turned, **front) == {}
     assert all("[driveline] of the vehicle says" in cure and "factor" not in cure for cure in cures(turned).values())
     assert len(cures(turned)) == 4 and len(cures(turned, centre_lock=1.0, front_drive=0.5)) == 4
+    for factor in (1.45, 1.8):  # beyond a drive's slip, or all wheels alike: a radius or a unit
+        assert len(cures(drive.with_channels(**{name: factor * drive[name] for name in WHEEL_CHANNELS}), **front)) == 4
+    every = drive.with_channels(**{name: 1.25 * drive[name] for name in WHEEL_CHANNELS})
+    assert len(cures(every, centre_lock=0.0, front_drive=0.5)) == 4
     one = turned.with_channels(omega_fl=0.9 * turned["omega_fl"])
     assert "factor" in cures(one, **front)["omega_fl"]
 

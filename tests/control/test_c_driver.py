@@ -446,7 +446,7 @@ def test_wrong_tasks_are_refused():
     with pytest.raises(ValueError, match=r"out of its range.*expected a finite t.*found nan"):
         driver.tick(float("nan"), {})
     driver.tick(0.0, {})
-    with pytest.raises(ValueError, match=r"not before the last tick's, found -1.0 s"):
+    with pytest.raises(ValueError, match=r"not before the last tick's .*, found -1.0 s"):
         driver.tick(-1.0, {})
     with pytest.raises(ValueError, match=r"measured: expected names .*found 'speed'"):
         driver.tick(0.1, {"speed": 5.0})

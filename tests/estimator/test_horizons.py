@@ -120,6 +120,19 @@ def test_windows_begin_at_fixes_of_a_slow_receiver(first):
     assert np.isfinite(drive_residual(slow, clay_bicycle(), reference_vehicle()).rate_v).any()
 
 
+def test_windows_begin_where_slow_sensors_do_not_meet():
+    """x and y once a second, u and v twice, of another phase: no row has them all."""
+    drive = clay_drive()
+
+    def at(hertz, first):
+        return np.abs((drive.t - first + 0.5 / hertz) % (1.0 / hertz) - 0.5 / hertz) < 0.5 * drive.dt
+
+    seen = {"x": at(1.0, 0.3), "y": at(1.0, 0.3), "u": at(2.0, 0.13), "v": at(2.0, 0.13)}
+    slow = drive.with_channels(**{name: np.where(there, drive[name], np.nan) for name, there in seen.items()})
+    windows = Replay(slow, clay_bicycle()).windows(clay_bicycle().p.nominal, 2.5)
+    assert len(windows.rows) > 7 and windows.mse["omega_z"] < 1e-3
+
+
 def test_it_is_said_why_axle_forces_are_not_judged():
     drive = clay_drive()
     slow = drive.with_channels(v=np.where(np.arange(len(drive)) % 17 == 0, drive["v"], np.nan))

@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 
 from c_folders import SCALAR, declared, library, library_of
-from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG
+from drives import CLAY_LOG, LOAM_LOG, MULTI_LOG, reference_vehicle
 from softsoil.codegen.c_library.binding import CFilter
 from softsoil.codegen.c_library.build import FLAGS
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_estimator import c_parts
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.terrain import estimate_terrain
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
 from softsoil.estimator.tuning import Tuning
 from softsoil.files.package_data import PLANT_VEHICLE
+from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine
 from softsoil.plant.simulate import simulate
 from softsoil.plant.soil_field import SoilField
@@ -25,6 +27,7 @@ from softsoil.recording.clock import on_even_clock
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.recording.states import known_states, measured_states, sensor_std
+from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY
 from softsoil.symbolic.vehicle import load_vehicle
 from softsoil.windows.inputs import measured_inputs
@@ -214,3 +217,12 @@ def test_a_long_prediction_is_divided():
         fast.predict(model.external.nominal)
     np.testing.assert_allclose(slow.ukf.x, fast.ukf.x, rtol=0, atol=1e-12)
     np.testing.assert_allclose(slow.ukf.P, fast.ukf.P, rtol=0, atol=1e-12)
+
+
+def test_n_is_learnt_through_forces_that_build_up():
+    """Forces that all sigma points share, as a history's, hid n: its standard deviation stayed at a quarter."""
+    vehicle = reference_vehicle()
+    model = bicycle(vehicle, CLAY, effects={**vehicle.effects, "relaxation": {"relaxation_length": 0.3}})
+    drive = add_noise(synthetic_drive(model, vehicle.radius, seconds=14.0), "good", 1)
+    found = estimate_terrain(drive, model, 0.7, tied=True, start=2.0)
+    assert found.n_front[-1] == pytest.approx(0.5, rel=0.06) and found.n_front_std[-1] < 0.05

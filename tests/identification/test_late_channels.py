@@ -87,6 +87,8 @@ def test_it_is_said_with_its_size():
     one = Found(-0.039, 0.011, "s", "identified", 5.0, None, (0.01, 0.02))
     (note,) = recorded_late({"steering_lag": one})
     assert "-0.039 ± 0.011 s, below zero: steer is recorded that much late" in note and "late = 0.039 at steer" in note
+    assert "at least" not in note and "in place of this file" in note
+    assert "at least, the bound" in recorded_late({"steering_lag": replace(one, value=-0.08)})[0]
     assert recorded_late({"steering_lag": replace(one, value=-0.01), "toe": one}) == ()
     assert recorded_late({"steering_lag": replace(one, state="not_identifiable")}) == ()
 

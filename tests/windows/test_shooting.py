@@ -9,11 +9,13 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import STATE_CHANNELS
+from softsoil.recording.forward import states_known
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import CLAY
+from softsoil.windows.free_windows import FreeWindows, WindowModel
 from softsoil.windows.shooting import LONGEST_SMOOTHING, SMOOTHING, Shooting, lengths, shooting_drive, smoothed
 
 
@@ -71,5 +73,17 @@ def test_no_window_begins_in_a_gap_or_runs_across_most_of_one() -> None:
 def test_forces_that_build_up_are_there_where_a_window_begins() -> None:
     vehicle = reference_vehicle()
     model = bicycle(vehicle, CLAY, effects={**vehicle.effects, "relaxation": {"relaxation_length": 0.6}})
-    shooting = Shooting(model, shooting_drive(synthetic_drive(model, vehicle.radius, seconds=12.0), model, 2.0), 1.0)
+    log = synthetic_drive(model, vehicle.radius, seconds=12.0)
+    shooting = Shooting(model, shooting_drive(log, model, 2.0), 1.0)
     assert np.abs(shooting.residual(model.p.nominal)).max(axis=(0, 1))[4] < 1e-3, "0.06 m/s where they began at none"
+    free = FreeWindows(WindowModel(model, log.dt), shooting.drive, 1.0, np.ones(6))
+    left = free.residual(model.p.nominal, shooting.drive.smooth[free.rows])
+    assert np.abs(left.reshape(len(left), -1, 6)[..., 4]).max() < 1e-3
+
+
+def test_a_state_that_is_measured_once_is_not_known_for_long() -> None:
+    drive = clay_drive()
+    once = drive.with_channels(psi=np.where(np.arange(len(drive)) == 900, drive["psi"], np.nan))
+    near = drive.t[states_known(once, 0.25)]
+    assert [near.min(), near.max()] == pytest.approx([drive.t[900] - 0.25, drive.t[900] + 0.25], abs=0.02)
+    assert states_known(drive, 0.25).all()
