@@ -94,7 +94,7 @@ def _turned_without(m: Motion, steer: Array) -> Array:
     yaw = uniform_filter1d(np.nan_to_num(m.channel("omega_z")), m.size)[: len(u)] * (u > LEAST_SPEED)
     out = np.ones(len(steer), dtype=bool)
     edges = np.flatnonzero(np.diff((np.diff(steer[: len(u)]) == 0.0).astype(int), prepend=0, append=0)).reshape(-1, 2)
-    for start, stop in edges[np.diff(edges, axis=1)[:, 0] > settled + 2 * m.size]:
+    for start, stop in edges[np.diff(edges, axis=1)[:, 0] > settled + m.size + 2]:
         right, left = np.quantile(yaw[start + settled : stop - m.size], (0.1, 0.9))
         out[start : stop + 1] = right < -BOTH_WAYS and left > BOTH_WAYS
     return out

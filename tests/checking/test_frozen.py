@@ -51,10 +51,11 @@ def test_what_a_drive_needs_is_not_to_be_left_out(log):
     assert check.cure.startswith("another source of omega_z")
 
 
-def test_a_steering_angle_that_is_held_between_steps_is_not_frozen(log):
+@pytest.mark.parametrize("seconds", (2.02, 2.5))
+def test_a_steering_angle_that_is_held_between_steps_is_not_frozen(log, seconds):
     """A simulator's angle is exactly the same for seconds, and a gyro's noise is no turning."""
     t = log.t - log.t[0]
-    steps = 0.2 * (np.floor(t / 2.5) % 3 - 1.0)
+    steps = 0.2 * (np.floor(t / seconds) % 3 - 1.0)
     behind = np.zeros_like(steps)
     for i in range(1, len(t)):
         behind[i] = behind[i - 1] + (t[i] - t[i - 1]) / 0.15 * (3.0 * steps[i] - behind[i - 1])
