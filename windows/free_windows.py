@@ -61,7 +61,7 @@ class WindowModel:
         self.extra = model.x.nominal[N:]
 
     def first(self, x: Array, u: Array, sets: Array) -> Array:
-        """(K, n) what is carried first, as `first_carried`."""
+        """(K, n) what is carried first at states x (n_x,) and inputs u (n_u,), for parameters sets (K, n_p)."""
         return first_carried(self.model, self.start, x, u, sets)
 
 
