@@ -31,7 +31,8 @@ def history_loop(model: Model, dt: float, beside: ca.Function | None = None) -> 
     x = ca.vertcat(known[:KNOWN], more)
     following, full = follow(x, m, external, p)
     y = beside(x, full, p) if beside is not None else ca.SX(0, 1)
-    carried, after = ca.vertcat(more, m), ca.vertcat(discretize(model, dt)(x, full, p)[KNOWN:], following)
+    later = discretize(model, dt)(x, full, p)[KNOWN:] if len(model.x) > KNOWN else ca.SX(0, 1)
+    carried, after = ca.vertcat(more, m), ca.vertcat(later, following)
     return PathLoop(ca.Function("history_step", [known, carried, external, p], ca.cse([after, y])))
 
 
