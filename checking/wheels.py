@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ RIM = {"m/s": 1.0, "km/h": 3.6, "mph": 2.23694}
 """Unit of a rim's speed -> of so many in one m/s."""
 RIM_APART = 0.2
 """Share by which rim speed over ground speed may depart from what such a unit makes of it."""
+AXLES = (WHEEL_CHANNELS[:2], WHEEL_CHANNELS[2:])
 OTHER_SIDE = dict(zip(WHEEL_CHANNELS, ("omega_fr", "omega_fl", "omega_rr", "omega_rl"), strict=True))
 
 
@@ -65,7 +67,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
         else:
             alike = abs(ratio / ratios.get(OTHER_SIDE[name], np.inf) - 1.0) < LIMITS.wheel_apart / 2
-            drive = _drive(geometry, name) if alike and ratio < DRIVE_SLIP and not _of_rim(ratio, geometry.radius) else None
+            drive = _drive(geometry, name) if _one_axle_slips(ratios) else None
             odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart and drive is None
             slips = not 1.0 - 2.0 * LIMITS.wheel_apart <= ratio <= 1.0 + 2.0 * LIMITS.wheel_apart
             slips &= not (drive is not None and drive > 0.5 and ratio > 1.0)  # of both axles it may be the radius
@@ -82,6 +84,14 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected
             checks.append(Check(f"wheel_{name}", name, not (odd or slips), found, expected, cure))
     return checks
+
+
+def _one_axle_slips(ratios: Mapping[str, float]) -> bool:
+    """Whether the wheels of each axle turn alike, one axle near its rolling, and the other with no more than a drive's slip."""
+    axles = [(ratios[left], ratios[right]) for left, right in AXLES if left in ratios and right in ratios]
+    alike = all(abs(left / right - 1.0) < LIMITS.wheel_apart / 2 for left, right in axles)
+    slips = [abs(max(pair, key=lambda ratio: abs(ratio - 1.0)) - 1.0) for pair in axles]
+    return len(axles) == 2 and alike and min(slips) < 2.0 * LIMITS.wheel_apart and max(slips) < DRIVE_SLIP - 1.0
 
 
 def _drive(geometry: Geometry, name: str) -> float | None:

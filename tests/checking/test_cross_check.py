@@ -177,7 +177,7 @@ def test_wheels_of_a_driven_axle_are_no_others(good):
     """Of a vehicle that declares which wheels are driven: those slip, and the towed ones lag; of others it is a doubt."""
     drive, vehicle = add_noise(good, "good", 1), reference_vehicle()
     turned = drive.with_channels(
-        **{name: (1.25 if name in WHEEL_CHANNELS[:2] else 0.92) * drive[name] for name in WHEEL_CHANNELS}
+        **{name: (1.2 if name in WHEEL_CHANNELS[:2] else 0.92) * drive[name] for name in WHEEL_CHANNELS}
     )
 
     def cures(log, **driveline):
