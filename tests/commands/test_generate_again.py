@@ -84,6 +84,7 @@ def test_every_room_whose_numbers_go_into_c_counts() -> None:
     assert rooms <= {room for room, _ in WRITERS}
 
 
+@pytest.mark.study
 def test_another_model_folder_or_option_is_generated(tmp_path: Path, model: Path) -> None:
     softsoil(tmp_path, "c", "--model", "refined.toml")
     before = (tmp_path / "c" / "formulation.json").read_text(encoding="utf-8")

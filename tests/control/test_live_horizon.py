@@ -81,6 +81,7 @@ def drive(weaves: bool, inertia: float = 1.0, seconds: float = 12.0):
     return commands, own.n
 
 
+@pytest.mark.study
 def test_a_weave_is_identified_and_its_n_goes_to_the_controller():
     """A closed loop lets rounding grow: with another compiler's the verdict comes a window earlier or later."""
     commands, n = drive(True, seconds=23.0)

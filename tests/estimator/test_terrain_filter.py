@@ -219,6 +219,7 @@ def test_a_long_prediction_is_divided():
     np.testing.assert_allclose(slow.ukf.P, fast.ukf.P, rtol=0, atol=1e-12)
 
 
+@pytest.mark.study
 def test_n_is_learnt_through_forces_that_build_up():
     """Forces that all sigma points share, as a history's, hid n: its standard deviation stayed at a quarter."""
     vehicle = reference_vehicle()

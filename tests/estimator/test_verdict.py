@@ -293,6 +293,7 @@ def test_a_share_above_its_limit_is_printed_as_one():
     assert [percent_above(share, 0.06) for share in (0.0604, 0.063, 0.08, 1e9)] == ["6.04", "6.3", "8", "999"]
 
 
+@pytest.mark.study
 def test_a_filter_that_stays_where_the_windows_are_confirms_them():
     """One that has not yet left its initial guess is no evidence against them; one that leaves their n is."""
     drive, model = read_drive(MULTI_LOG).between(0.0, 13.0), bicycle(reference_vehicle(), CLAY)

@@ -247,7 +247,8 @@ def test_gaps_stay_empty(bag, messy):
     assert np.isnan(messy.drive["omega_z"]).sum() >= 20
 
 
-@pytest.mark.parametrize("kind", ["mcap", pytest.param("sqlite3", marks=pytest.mark.study)])
+@pytest.mark.study
+@pytest.mark.parametrize("kind", ["mcap", "sqlite3"])
 def test_images_and_clouds_are_neither_kept_nor_deserialised(kind, clean, tmp_path, monkeypatch):
     path = write_bag(clean, tmp_path / "big", kind, ballast=40)
     plan = map_from_table(tomllib.loads(edited(draft(inspect_sources([path])))), "map")

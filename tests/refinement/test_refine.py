@@ -213,6 +213,7 @@ def test_horizons_longer_than_what_is_driven_at_a_stretch_are_left_out(offset_dr
     assert np.isfinite(table["2.5"]["omega_z"]) and math.isnan(table["5.0"]["omega_z"])
 
 
+@pytest.mark.study
 def test_an_effect_of_no_size_is_not_named_and_said(declared):
     found = refine([drive({"yaw_moment": {"yaw_moment": 50.0}})], declared, workers=1, candidates=("yaw_moment",))
     assert found.ranking[0].gain > RULES.least_gain

@@ -43,10 +43,10 @@ def test_a_force_that_a_model_lacks_is_left_whatever_the_noise(noise):
     assert found.left and np.isfinite(found.share["front"])
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("effect", "size"),
-    [("lever_arm", {"velocity_lever": 0.86, "position_lever": 0.0}),
-     pytest.param("gyro_bias", {"gyro_bias": 0.02}, marks=pytest.mark.study)],
+    [("lever_arm", {"velocity_lever": 0.86, "position_lever": 0.0}), ("gyro_bias", {"gyro_bias": 0.02})],
     ids=lambda v: str(v)[:9],
 )  # fmt: skip
 def test_what_a_sensor_does_is_taken_off_where_the_model_has_it(effect, size):
