@@ -99,7 +99,7 @@ def _drive(geometry: Geometry, name: str) -> float | None:
     declared = getattr(geometry, "driveline", {})
     if not declared or declared.get("centre_lock", 1.0) > 0.5 or "front_drive" not in declared:
         return None
-    return float(declared["front_drive"] if name in ("omega_fl", "omega_fr") else 1.0 - declared["front_drive"])
+    return float(declared["front_drive"] if name in AXLES[0] else 1.0 - declared["front_drive"])
 
 
 def _of_rim(ratio: float, radius: float) -> str:

@@ -69,7 +69,7 @@ def draw_ranking(result: Refinement, path: Path) -> Path:
     colors = [ESTIMATED if c.name in accepted else SOFT for c in ranking]
     with page(path, "Share of the held-out cost that each candidate removes", 8, 0.24 * len(ranking) + 1.2) as axis:
         places = np.arange(len(ranking))
-        shares = [100 * max(c.gain, -1.0) if math.isfinite(c.gain) else 0.0 for c in ranking]
+        shares = [100 * max(c.gain, -1.0) for c in ranking]
         bars = {"ecolor": TRUE, "elinewidth": 1, "capsize": 2}
         axis.barh(
             places, shares, xerr=[100 * min(c.std, 1.0) for c in ranking], color=colors, height=0.7, error_kw=bars
@@ -82,7 +82,7 @@ def draw_ranking(result: Refinement, path: Path) -> Path:
         labels = [_label(c) for c in ranking]
         axis.set_yticks(places, labels)
         axis.set(xlabel="held-out gain ± standard error over windows, %", ylim=(-0.8, len(ranking) - 0.3))
-        left = max(min([*shares, 0.0]) - 5, -40)
+        left = max(min([*(share for share in shares if math.isfinite(share)), 0.0]) - 5, -40)
         for place, share in zip(places, shares, strict=True):
             if share < left:
                 words = f"{share:.0f} %" if share > -100.0 else "below -100 %"

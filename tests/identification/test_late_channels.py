@@ -73,7 +73,7 @@ def test_a_declared_lag_stays_as_it_is(late):
 
 
 def test_a_steering_that_is_recorded_late_is_no_other_inertia_or_n():
-    """By 0.03 s: with lags of zero and more n was 14 % too high, and the vehicle was identified."""
+    """By 0.03 s: with lags of zero and more, inertia and n took it up, and the vehicle was identified."""
     log, late = log_of("multi", 0.6, 3, 0.0), 0.03
     shifted = log.with_channels(steer=np.interp(log.t - late, log.t, log["steer"]))
     bench = make_bench([shifted], [CLAY], KNOWN, 2.0)

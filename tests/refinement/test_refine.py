@@ -4,6 +4,7 @@ import json
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from softsoil.commands.output import OutputFolder
 from softsoil.commands.refine import write_all
 from softsoil.declaration.model_file import Declaration, load_declaration
 from softsoil.figures import refine_report
-from softsoil.figures.refine import draw_axles
+from softsoil.figures.refine import draw_axles, draw_ranking
 from softsoil.figures.refine_report import write_report
 from softsoil.figures.refine_views import drive_views, held_horizon
 from softsoil.mpc_demo.synthetic import synthetic_drive
@@ -405,3 +406,11 @@ def test_effects_that_are_both_needed_have_been_told_apart():
     groups = (("multipass", "load_transfer"), ("load_transfer", "payload"), ("bank",))
     found = inseparable(Selection(candidates, None, (), groups))
     assert found == (("load_transfer", "payload"),)
+
+
+def test_a_gain_that_is_not_known_is_drawn_as_none(tmp_path):
+    """Of a part that judges without a measurement: the report has no picture to fail at."""
+    fit = Fit((), np.zeros(0), np.zeros(0), np.zeros((1, 1)), 1.0, ())
+    ranking = [Candidate(name, fit, np.ones(9), gain, gain, gain) for name, gain in (("bank", 0.3), ("payload", np.nan))]
+    path = draw_ranking(SimpleNamespace(ranking=ranking, effects=(), contradicted=()), tmp_path / "ranking.png")
+    assert path.read_bytes()[:4] == b"\x89PNG"
