@@ -9,6 +9,7 @@ import numpy as np
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control import live_steering as steering
+from softsoil.control import motion_watch
 from softsoil.control.driver_checks import FARTHEST, LARGEST, LATEST
 from softsoil.control.driver_types import CONTESTED, CONTESTED_SIGMAS, MEASUREMENTS, STANDING_SHARE, DriverSettings
 from softsoil.control.inbox import TOGETHER
@@ -21,7 +22,11 @@ from softsoil.recording.drive import STATE_CHANNELS, UNSEEN
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
-TEMPLATES = {"include/softsoil_driver.h": "softsoil_driver.h.in", "src/softsoil_driver.c": "softsoil_driver.c.in"}
+TEMPLATES = {
+    "include/softsoil_driver.h": "softsoil_driver.h.in",
+    "src/softsoil_driver.c": "softsoil_driver.c.in",
+    "src/softsoil_driver_watch.h": "softsoil_driver_watch.h.in",
+}
 
 
 def driver_files(
@@ -50,7 +55,12 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
     )  # fmt: skip
     numbers = ("JUMP", "LEAD", "MEMORY", "MOVES", "QUICK", "SLOWEST", "SMOOTH", "STILL", "WHILE")
     of_steering = {f"steer_{name.lower()}": number(getattr(steering, name), 17) for name in numbers}
-    return of_steering | {f"driver_{name}": number(getattr(settings, name), 17) for name in names} | {
+    watched = ("HELD", "PAUSE", "SHORTEST", "STALE", "LONGEST", "LEAST_WAY", "WAY_STDS", "LEAST_TURN", "SHARE", "NEW")
+    of_watch = {f"watch_{name.lower()}": number(getattr(motion_watch, name), 17) for name in watched}
+    lengths = {name: number(getattr(ocp.vehicle, name), 17) for name in ("l_f", "l_r")}
+    of_settings = {f"driver_{name}": number(getattr(settings, name), 17) for name in names}
+    return of_steering | of_watch | of_settings | lengths | {
+        "watch_count": str(motion_watch.COUNT),
         "contested": number(CONTESTED, 17), "contested_sigmas": number(CONTESTED_SIGMAS, 17),
         "driver_measurements": ", ".join(f"SOFTSOIL_DRIVER_{name}" for name in MEASUREMENTS),
         "driver_states": ", ".join(f"SOFTSOIL_X_{name}" for name in ocp.model.x.names),

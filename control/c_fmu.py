@@ -41,6 +41,7 @@ OUTPUTS = Layout.of(
     Signal("position_std", "m", "root of the sum of the variances of x and y, NaN before the first state"),
     Signal("dead_reckoned", "s", "time since x, y, u or v was last measured, NaN before the first state"),
     Signal("actuator_lag", "s", "of the measured steering angle behind its command"),
+    Signal("disagreement", "", "sum of what contradicts itself: 1 x, y with u, psi; 2 psi with omega_z; 4 steering with omega_z"),
 )
 _FIELDS = {"steer_asked": "steer", "speed_asked": "speed"}
 

@@ -9,7 +9,7 @@ STATUSES = (
     *((status.name, status.value) for status in (
         Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.BLOCKED, Status.NOT_CLOSED, Status.NOT_CONVEX,
         Status.NOT_FINITE, Status.BAD_STATE, Status.POSITION_UNKNOWN, Status.STEERING_STUCK,
-        Status.NO_STATE,
+        Status.SENSORS_DISAGREE, Status.NO_STATE,
     )),
     ("BAD_ARGUMENT", "an argument is not a finite number or out of its range: nothing was done"),
     ("NOT_INITIALISED", "softsoil_nmpc_init has not been called for this structure, or another version of it was"),

@@ -37,9 +37,10 @@ from softsoil.control.driver_types import (
 )
 from softsoil.control.follower import PlanFollower
 from softsoil.control.horizon import reference, watched
-from softsoil.control.inbox import Inbox
+from softsoil.control.inbox import Inbox, as_states, given
 from softsoil.control.live_estimator import FIRST_SPREAD, LiveEstimator
-from softsoil.control.live_steering import LiveSteering
+from softsoil.control.live_steering import STEER_LIMIT, LiveSteering
+from softsoil.control.motion_watch import MotionWatch
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.nmpc_status import Status
@@ -88,6 +89,8 @@ class Driver:
         self.resistance = 0.0
         self.along, self.left, self._ticks, self._solves = 0.0, 0.0, 0, 0
         self.inbox = Inbox(self.settings.tick)
+        vehicle, std = self.ocp.vehicle, self.settings.sensor_std
+        self.watch = MotionWatch(vehicle.l_f, vehicle.l_r, max(std[:2]))
         self._begun: float | None = None
         self._origin, self._last, self._corrected = math.nan, -math.inf, math.nan
         self._waiting: tuple[int, tuple] | None = None
@@ -131,6 +134,8 @@ class Driver:
             self.n0, self._begun, self._known, self.status = self.estimator.n, None, None, Status.NO_STATE
             self.along, self.left, self._corrected = 0.0, 0.0, math.nan
         known = self.inbox.take(t, measured)
+        angle = self._steering(measured)
+        self.watch.take(t, measured, angle if abs(angle) < STEER_LIMIT else self.steering.wheels)
         if self._begun is None:
             self._begin(t)
         elif steps := self.inbox.steps(t):
@@ -159,7 +164,7 @@ class Driver:
         measured = self.inbox.recent(t)
         first, spread = self._known, np.array(FIRST_SPREAD)
         if first is None:
-            first, spread = _states(measured), np.array(self.settings.sensor_std)
+            first, spread = as_states(measured), np.array(self.settings.sensor_std)
             needed = [STATE_CHANNELS.index(name) for name in ("x", "y", "psi", "u")]
             if not np.isfinite(first[needed]).all():
                 return
@@ -189,10 +194,10 @@ class Driver:
         states = self.estimator.states
         steer = self.steering.take(self._steering(measured), steps)
         u, v, omega_z = (states[STATE_CHANNELS.index(name)] for name in ("u", "v", "omega_z"))
-        accelerometer = _given(measured, "a_x_imu", np.nan)
+        accelerometer = given(measured, "a_x_imu", np.nan)
         slowest = -u / (steps * self.settings.tick)  # brakes hold a vehicle that stands
         a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else max(self.a_x, slowest)
-        wheels = {name: _given(measured, name, np.nan) for name in WHEEL_CHANNELS}
+        wheels = {name: given(measured, name, np.nan) for name in WHEEL_CHANNELS}
         seen = np.array(list(wheels.values()))
         slip, way = self.slip, self.ocp.vehicle.radius * seen.mean()
         if not np.isfinite(way):
@@ -203,7 +208,7 @@ class Driver:
             wheels = {name: value if np.isfinite(value) else assumed[name] for name, value in wheels.items()}
         elif max(abs(u), way) >= self.settings.standing:  # wheels of a vehicle that stands do not slip
             slip = float(np.clip(1.0 - u / max(way, 0.1), -0.3, 0.6))
-        sample, fresh = {"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, _states(measured)
+        sample, fresh = {"steer": steer, "steer_rate": self.steer_rate, "a_x": a_x, **wheels}, as_states(measured)
         y, nothing = np.where(np.isfinite(fresh), fresh, self._unused), np.full_like(fresh, math.nan)
         for left in reversed(range(steps)):
             self.estimator.tick(sample, nothing if left else y)
@@ -253,11 +258,13 @@ class Driver:
             self._waiting = (ready, plan)
 
     def _fault(self, t: float) -> Status | None:
-        """What halts the vehicle at t (s): position and velocity not measured for too long, a position that is too uncertain, or
-        a steering that does not follow."""
+        """What halts the vehicle at t (s): position and velocity not measured for too long, a position that is too uncertain,
+        measurements that disagree, or a steering that does not follow."""
         late = t - self._corrected > self.settings.dead_reckoning
         if late or self.estimator.position_std > self.settings.most_position_std:
             return Status.POSITION_UNKNOWN
+        if self.watch.disagree:
+            return Status.SENSORS_DISAGREE
         return Status.STEERING_STUCK if self.steering.stuck else None
 
     def _must_halt(self, z0: Array, fault: bool) -> bool:
@@ -293,20 +300,22 @@ class Driver:
             self.solver.z.copy(), self.solver.w.copy(), self.along, self.left,
             math.nan if self.ocp.vehicle.steering is None else float(self.ocp.vehicle.steering.command_of(self.steering.command)),
             self.estimator.status if known else FilterStatus(), self.estimator.position_std if known else math.nan,
-            t - self._corrected, self.steering.lag,
+            t - self._corrected, self.steering.lag, self.watch.disagree,
         )  # fmt: skip
 
     def _steering(self, measured: Measured) -> float:
         """Angle at the road wheels (rad): measured, or by the vehicle's steering map from a measured command, else NaN."""
-        command, steering = _given(measured, "steer_command", math.nan), self.ocp.vehicle.steering
+        command, steering = given(measured, "steer_command", math.nan), self.ocp.vehicle.steering
         mapped = steering is not None and math.isfinite(command)
-        return _given(measured, "steer", float(steering.angle_of(command)) if steering is not None and mapped else math.nan)
+        return given(measured, "steer", float(steering.angle_of(command)) if steering is not None and mapped else math.nan)
 
     def _verdict(self, judge: Judge) -> str:
-        """The judge's verdict, "inconsistent" where the filter is sure of another n than the one that it calls identified."""
+        """The judge's verdict, "inconsistent" where the filter is sure of another n than the one that it calls identified, or
+        measurements disagree."""
         own, apart = self.estimator, abs(judge.n - self.estimator.n)
         contested = apart > max(CONTESTED * own.n, CONTESTED_SIGMAS * math.hypot(judge.n_std, own.n_std))
-        return INCONSISTENT if self.learn and contested and judge.verdict == IDENTIFIED else judge.verdict
+        doubted = contested or bool(self.watch.disagree)
+        return INCONSISTENT if self.learn and doubted and judge.verdict == IDENTIFIED else judge.verdict
 
     @property
     def _sure(self) -> Judge | None:
@@ -337,13 +346,3 @@ def _problem(model: Declaration | Ocp) -> Ocp:
         return model
     declared = for_control(model)
     return Ocp(declared.build(), declared.vehicle)
-
-
-def _states(measured: Measured) -> Array:
-    return np.array([_given(measured, name, np.nan) for name in STATE_CHANNELS])
-
-
-def _given(measured: Measured, name: str, default: float) -> float:
-    """A measurement that is there and finite, else the default."""
-    value = measured.get(name)
-    return default if value is None or not np.isfinite(value) else float(value)

@@ -41,7 +41,7 @@ def command_type(states: int) -> Any:
         "steer", "steer_rate", "speed", "a_x", "a_asked", "n", "n_std", "n_used", "slip", "resistance", "along", "left",
         "position_std", "dead_reckoned", "actuator_lag",
     )  # fmt: skip
-    flags = ("status", "filter_status", "lost", "halt", "finished", "stopped", "started", "solved")
+    flags = ("status", "filter_status", "disagreement", "lost", "halt", "finished", "stopped", "started", "solved")
 
     class Command(ctypes.Structure):
         """softsoil_driver_command_t."""

@@ -60,7 +60,8 @@ class DriverSettings:
     (`Status.POSITION_UNKNOWN`) and goes on as it does after an obstacle, when plans are clear for a while; steering_gap: greatest
     mean of expected less measured steering angle (rad) where that does not move: beyond it the same (`Status.STEERING_STUCK`),
     until it moves and follows; actuator_lag: of the wheels behind their command (s, first order), a first guess where the angle
-    is measured (`LiveSteering`); end: before the end of the path from which on a drive is finished, at speed (m).
+    is measured (`LiveSteering`); end: before the end of the path from which on a drive is finished, at speed (m). Measurements
+    that contradict each other (`MotionWatch`) halt it, too, until they agree (`Status.SENSORS_DISAGREE`).
     Raises ValueError for a period that is not positive, sensors that are not six, a limit that is negative or not finite, a lag
     out of 0 to 0.5 s.
     """
@@ -121,7 +122,8 @@ class DriverCommand:
     in the map's unit, NaN for a vehicle without one; filter_status: what the filter's rules did in this tick; position_std:
     root of the sum of the variances of x and y (m); dead_reckoned: time since the filter last used a measurement of x, y, u
     or v (s); both NaN before the first state; actuator_lag: of the measured steering angle behind its command (s), as
-    `LiveSteering` finds it.
+    `LiveSteering` finds it; disagree: which measurements do (`motion_watch.KINDS`): "course", x and y with u and psi; "heading",
+    psi with omega_z; "steering", the angle of the road wheels with omega_z.
     """
 
     t: float
@@ -151,6 +153,7 @@ class DriverCommand:
     position_std: float
     dead_reckoned: float
     actuator_lag: float
+    disagree: tuple[str, ...]
 
 
 class Judge(Protocol):

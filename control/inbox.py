@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from softsoil.control.driver_types import Measured
+from softsoil.recording.drive import STATE_CHANNELS
 
 TOGETHER = 0.5
 """s within which the measurements of a first state have to come."""
@@ -50,3 +54,14 @@ class Inbox:
     def age(self, t: float, name: str) -> float:
         """Time from the last measurement of that name until t (s)."""
         return t - self._seen[name][0]
+
+
+def given(measured: Measured, name: str, default: float) -> float:
+    """A measurement that is there and finite, else the default."""
+    value = measured.get(name)
+    return default if value is None or not math.isfinite(value) else float(value)
+
+
+def as_states(measured: Measured) -> NDArray[np.float64]:
+    """(6,) x, y, psi, u, v, omega_z as measured, NaN for what is not there."""
+    return np.array([given(measured, name, math.nan) for name in STATE_CHANNELS])

@@ -15,6 +15,7 @@ class Status(Enum):
     BLOCKED = "the plan meets an obstacle that it finds no way around; the vehicle follows it and brakes before it"
     POSITION_UNKNOWN = "position and velocity not measured for too long, or position too uncertain; the vehicle brakes to a halt"
     STEERING_STUCK = "the measured steering angle does not follow its command; the vehicle brakes to a halt"
+    SENSORS_DISAGREE = "measurements of the motion contradict each other, as with a wrong unit, sign or axis; it brakes to a halt"
     NO_STATE = "x, y, psi and u were not yet all measured within half a second; the command is the safe one"
     NOT_CLOSED = "the iterations ran out on a plan that breaks the dynamics; the previous plan goes on"
     NOT_CONVEX = "the convexified subproblem still had no positive reduced Hessian; the previous plan goes on"
@@ -28,7 +29,7 @@ class Status(Enum):
         """Whether the solution may be driven."""
         return self in (
             Status.CONVERGED, Status.ITERATED, Status.OUT_OF_ITERATIONS, Status.BLOCKED, Status.POSITION_UNKNOWN,
-            Status.STEERING_STUCK, Status.LATE,
+            Status.STEERING_STUCK, Status.SENSORS_DISAGREE, Status.LATE,
         )  # fmt: skip
 
 

@@ -316,6 +316,29 @@ def test_both_learn_the_lag_of_a_steering_and_halt_where_it_is_stuck():
     assert theirs.status is Status.STEERING_STUCK and ours.halt
 
 
+@pytest.mark.parametrize(
+    ("wrong", "kind", "bit"), (({"u": 3.6}, "course", 1), ({"psi": -1.0}, "heading", 2), ({"steer": -1.0}, "steering", 4))
+)
+def test_both_halt_where_measurements_contradict_each_other(wrong, kind, bit):
+    """A unit or a sign that is wrong: both see it at the same tick, brake, and do not take n as identified any more."""
+    one, other, seen = in_python(judge=Sure(), obstacles=()), started(obstacles=np.zeros((0, 5))), None
+    for k in range(500):
+        t = k * TICK
+        psi = 0.35 * t if t < 3.0 else 1.05 - 0.35 * (t - 3.0)
+        omega = 0.35 if t < 3.0 else -0.35
+        measured = rolling(6.0 * t) | {"y": 2.0 * t, "psi": psi, "omega_z": omega, "steer": 0.4 * omega}
+        measured |= {name: factor * measured[name] for name, factor in wrong.items()}
+        other.judge(t > 1.5, Sure.n, Sure.n_std)
+        ours, theirs = other.tick(t, measured), one.tick(t, measured)
+        assert STATUSES[ours.status][0] == theirs.status.name and ours.halt == theirs.halt, k
+        if seen is None and theirs.disagree:
+            seen = k
+        assert bool(ours.disagreement & bit) == (kind in theirs.disagree), k
+    assert seen is not None and kind in theirs.disagree and ours.halt
+    assert theirs.status is Status.SENSORS_DISAGREE
+    assert theirs.verdict == "inconsistent" and ours.n_used != Sure.n
+
+
 @lru_cache(maxsize=1)
 def folder():
     """The driver of a shorter horizon, written to a folder."""

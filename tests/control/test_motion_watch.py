@@ -1,0 +1,123 @@
+"""Measurements of a motion that contradict each other while driving: what is seen, when, and what is none of it."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from softsoil.control.motion_watch import KINDS, MotionWatch
+
+TICK, L_F, L_R = 0.0125, 1.3, 1.5
+
+
+def motion(seconds, speed=6.0, bend=0.25, start=0.6, drift=0.0):
+    """Samples by name of a vehicle that weaves, at a mean speed (m/s), its yaw rate up to bend (rad/s), from a heading (rad);
+    drift: m/s to the left beside what the rear axle does."""
+    t = np.arange(0.0, seconds, TICK)
+    omega = bend * np.sin(0.9 * t) + 0.1 * bend
+    psi = start + np.cumsum(omega) * TICK - omega * TICK
+    u, v = speed * (1.0 + 0.2 * np.sin(0.5 * t)), L_R * omega + drift
+    side = v + L_F * omega
+    x = np.cumsum(TICK * (u * np.cos(psi) - side * np.sin(psi)))
+    y = np.cumsum(TICK * (u * np.sin(psi) + side * np.cos(psi)))
+    steer = np.arctan(1.3 * (L_F + L_R) * omega / u)
+    return SimpleNamespace(t=t, x=x, y=y, psi=psi, u=u, v=v, omega_z=omega, steer=steer)
+
+
+def watched(m, std=0.02, change=lambda _k, sample: sample):
+    """A watch that took every sample, and the time at which it first disagreed."""
+    watch, first = MotionWatch(L_F, L_R, std), math.nan
+    for k, t in enumerate(m.t):
+        sample = {name: getattr(m, name)[k] for name in ("x", "y", "psi", "u", "v", "omega_z", "steer")}
+        sample = change(k, sample)
+        watch.take(float(t), sample, sample["steer"])
+        if watch.disagree and math.isnan(first):
+            first = float(t)
+    return watch, first
+
+
+def scaled(**factors):
+    return lambda _k, sample: sample | {name: factor * sample[name] for name, factor in factors.items()}
+
+
+@pytest.mark.parametrize(
+    ("fault", "kind"),
+    (
+        (scaled(u=3.6), "course"),
+        (scaled(psi=180.0 / math.pi), "course"),
+        (scaled(psi=-1.0), "course"),
+        (scaled(psi=-1.0), "heading"),
+        (scaled(omega_z=180.0 / math.pi), "heading"),
+        (scaled(omega_z=-1.0), "heading"),
+        (scaled(y=-1.0), "course"),
+        (lambda _k, s: s | {"x": s["y"], "y": -s["x"]}, "course"),
+        (lambda _k, s: s | {"psi": math.pi / 2 - s["psi"]}, "heading"),
+        (scaled(steer=-1.0), "steering"),
+        (lambda _k, s: s | {"x": 5.0, "y": 7.0}, "course"),
+    ),
+)  # fmt: skip
+def test_a_unit_sign_or_axis_that_is_wrong_is_seen(fault, kind):
+    watch, first = watched(motion(20.0), change=fault)
+    assert kind in watch.disagree
+    assert first < 13.0
+
+
+@pytest.mark.parametrize("speed", (6.0, 0.8, -2.0))
+@pytest.mark.parametrize("drift", (0.0, 0.15))
+def test_noise_a_drift_and_slow_channels_are_none(speed, drift):
+    """With the noise of the paper's Table 5, a heading wrapped anywhere, positions at every tick, at 5 Hz or held at 1 Hz; drift:
+    that share of the speed, of a v that is not measured."""
+    m, rng = motion(150.0, speed, drift=drift * speed), np.random.default_rng(5)
+    stds = {"x": 1.2, "y": 1.2, "psi": 0.0175, "u": 0.25, "v": 0.25, "omega_z": 0.0175, "steer": 0.01}
+    noise = {name: rng.normal(0.0, std, len(m.t)) for name, std in stds.items()}
+
+    def seen(k, sample, rate, holds):
+        out = {name: value + noise[name][k] for name, value in sample.items()}
+        out["psi"] = math.remainder(out["psi"], math.tau)
+        at = k - k % rate
+        if at != k:
+            held = {name: getattr(m, name)[at] + noise[name][at] for name in ("x", "y")}
+            out |= held if holds else dict.fromkeys(held, math.nan)
+        return out if not drift else out | {"v": math.nan}
+
+    for rate, holds in ((1, False), (16, False), (80, True)):
+        _, first = watched(m, 1.2, lambda k, sample, rate=rate, holds=holds: seen(k, sample, rate, holds))
+        assert math.isnan(first), (rate, holds)
+
+
+def test_a_position_that_jumps_a_heading_that_spikes_and_wheels_that_spin_once_are_none():
+    def change(k, sample):
+        out = dict(sample)
+        if k > 600:
+            out["x"] += 40.0
+        if k % 400 == 7:
+            out["psi"] += 2.0
+        if 1000 < k < 1060:
+            out["u"] *= 4.0
+        return out
+
+    _, first = watched(motion(30.0), change=change)
+    assert math.isnan(first)
+
+
+def test_it_disagrees_until_as_many_stretches_agree():
+    watch, first = watched(motion(20.0), change=lambda k, s: scaled(u=3.6)(k, s) if k < 400 else s)
+    assert first < 5.0 and not watch.disagree
+    watch, _ = watched(motion(5.2), change=lambda k, s: scaled(u=3.6)(k, s) if k < 400 else s)
+    assert watch.disagree == ("course",)
+
+
+def test_what_is_not_measured_is_not_judged():
+    for gone in ("x", "psi", "u"):
+        watch, first = watched(motion(20.0), change=lambda _k, s, gone=gone: s | {"y": -s["y"], gone: math.nan})
+        assert math.isnan(first), gone
+    watch, first = watched(motion(20.0), change=lambda _k, s: s | {"psi": -s["psi"], "omega_z": math.nan})
+    assert watch.disagree == ("course",)
+    assert set(KINDS) == {"course", "heading", "steering"}
+
+
+def test_a_pause_begins_a_stretch_anew_and_forgets_nothing():
+    watch, _ = watched(motion(5.0), change=scaled(u=3.6))
+    watch.take(100.0, {"x": 900.0, "y": 0.0, "psi": 0.0, "u": 6.0}, 0.0)
+    assert watch.disagree == ("course",)
