@@ -16,7 +16,6 @@ from softsoil.control.declared import for_control
 from softsoil.control.driver_checks import (
     check_names,
     check_speed,
-    check_time,
     checked_n0,
     checked_obstacles,
     checked_path,
@@ -46,6 +45,7 @@ from softsoil.control.nmpc_settings import SETTINGS
 from softsoil.control.nmpc_status import Status
 from softsoil.control.ocp import Ocp
 from softsoil.control.path import Path
+from softsoil.control.tick_clock import TickClock
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.terrain_filter import FilterStatus
 from softsoil.recording.drive import STATE_CHANNELS, UNSEEN, WHEEL_CHANNELS
@@ -92,7 +92,7 @@ class Driver:
         vehicle, std = self.ocp.vehicle, self.settings.sensor_std
         self.watch = MotionWatch(vehicle.l_f, vehicle.l_r, max(std[:2]))
         self._begun: float | None = None
-        self._origin, self._last, self._corrected = math.nan, -math.inf, math.nan
+        self.clock, self._corrected = TickClock(self.settings.dead_reckoning), math.nan
         self._waiting: tuple[int, tuple] | None = None
         self._unused = np.full(len(STATE_CHANNELS), math.nan)
         self._halting, self._still, self.status = 0, 0, Status.NO_STATE
@@ -124,11 +124,11 @@ class Driver:
         n as its first guess. Raises ValueError for a t that is not finite or less far before the last tick's, or a name in
         `measured` that is not known: then nothing was done.
         """
-        back = check_time(t, self._last, self.settings.dead_reckoning)
+        back, solved = self.clock.check(t), False
         check_names(measured, MEASURED)
-        self._last, solved = t, False
+        self.clock.take(t, back)
         if back:  # nothing that was measured or planned has an age
-            self.inbox, self._origin = self.inbox.emptied(), min(self._origin, t)
+            self.inbox = self.inbox.emptied()
             self.follower.forget()
         if self._begun is not None and (back or t - self.inbox.at > self.settings.dead_reckoning):
             self.n0, self._begun, self._known, self.status = self.estimator.n, None, None, Status.NO_STATE
@@ -172,7 +172,8 @@ class Driver:
             spread[:2] += abs(first[needed[3]]) * np.array([self.inbox.age(t, name) for name in ("x", "y")])
             first = np.where(np.isfinite(first), first, 0.0)
         self._begun = self._corrected = t
-        self._origin = t if math.isnan(self._origin) else self._origin
+        self.clock.begin(t)
+        self.steering.begin(self._steering(measured))
         self._ticks, self._waiting, self._halting = 0, None, 0
         self._unused = np.full(len(STATE_CHANNELS), math.nan)
         self.inbox.begin(t)
@@ -185,9 +186,9 @@ class Driver:
         named = [self.ocp.z.index(name) for name in ("x", "y", "psi", "u")]
         z[:, named] = reference(self.ocp, self.path, self.along, max(first[3], SETTINGS.slowest), self._z0())
         z[:, named[3]] = max(first[3], SETTINGS.slowest)
+        z[:, self.ocp.z.index("steer")] = self.steering.wheels
         self.solver.set_initial_guess(z, np.zeros((n, len(self.ocp.w))))
         self._follow_from(t, z, np.zeros((n, len(self.ocp.w))), False)
-        self.steering.begin(self._steering(measured))
 
     def _estimate(self, t: float, measured: Measured, steps: int) -> None:
         """Filter and slip over so many steps of the filter; what was measured counts at the end of the last."""
@@ -229,7 +230,7 @@ class Driver:
         if self._solves:
             solver.shift(self.settings.period)
         ref = reference(self.ocp, self.path, self.along, self.speed, z0)
-        places = watched(self.ocp, self.obstacles, t - self._origin, z0, ref)
+        places = watched(self.ocp, self.obstacles, t - self.clock.origin, z0, ref)
         solver.set_parameters(s, solver.histories(self.estimator.filter.memory, s), ref, places)
         self._solves += 1
         solver.make_step(z0)

@@ -156,6 +156,41 @@ def test_a_stamp_far_ahead_does_not_stop_a_vehicle_for_good():
     assert ours.started and not ours.lost and ours.along > 5.0
 
 
+def test_obstacles_go_on_where_the_clock_is_set_back():
+    """One that drives ahead, at half the speed: taken back to where it was at first, it had both brake."""
+    ahead = np.array([[40.0, 0.0, 1.0, 3.0, 0.0]])
+    one, other = in_python(obstacles=ahead), started(obstacles=ahead)
+    for k in range(580):
+        t, x = k * TICK + (1000.0 if k < 500 else 994.0), 6.0 * k * TICK
+        ours, theirs = other.tick(t, rolling(x)), one.tick(t, rolling(x))
+        assert STATUSES[ours.status][0] == theirs.status.name, k
+        assert not ours.halt and not theirs.halt, k
+    assert ours.started and ours.speed == pytest.approx(theirs.speed, abs=1e-6) and theirs.speed > 5.0
+
+
+@pytest.mark.study
+def test_wheel_speeds_that_are_assumed_are_the_same_in_both():
+    """Those of the front wheels follow from the steering angle now, in C from that of a step ago; on soil, where slip counts."""
+    declared = Declaration(reference_vehicle(), CLAY)
+    ocp = Ocp(declared.build(), declared.vehicle)
+    one, other = Driver(ocp, double_lane_change(), SPEED, n0=N0), CDriver(controller_texts(declared), len(ocp.z))
+    other.start(double_lane_change(), SPEED, n0=N0)
+    for k in range(80):
+        t = k * TICK
+        measured = rolling(6.0 * t) | {"steer": 0.1 * np.sin(3.0 * t)}
+        ours, theirs = other.tick(t, measured), one.tick(t, measured)
+        np.testing.assert_allclose(list(ours.z), theirs.state, rtol=0.0, atol=1e-8)
+
+
+def test_the_first_command_is_where_the_wheels_are():
+    """Wheels at 0.3 rad were commanded to straight on at once, 25 rad/s."""
+    one, other = in_python(obstacles=()), started(obstacles=np.zeros((0, 5)))
+    for pause in (0.0, 60.0):
+        at = pause, rolling(pause) | {"steer": 0.3}
+        assert one.tick(*at).steer == pytest.approx(0.3)
+        assert other.tick(*at).steer == pytest.approx(0.3)
+
+
 class Sure:
     """A judge that is sure of its n after a second and a half."""
 
