@@ -10,16 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 from scipy.spatial import cKDTree
 
 from softsoil.recording.drive import Array, Recording
+from softsoil.recording.driven_path import driven_path
 from softsoil.recording.evidence import filled
 from softsoil.recording.forward import REVERSING, STANDING, slower
 from softsoil.recording.geometry import Geometry
 
-SMOOTHED = 2.0
-"""s: the position is that of the integrated velocities, moved by what is measured over so long."""
 PASSAGE = 3.0
 """Wheelbases that a wheel's track lies behind at least to be one of an earlier passage: the rear wheels follow the front ones."""
 SIGMAS = 2.0
@@ -53,7 +51,7 @@ def with_ruts(recording: Recording, geometry: Geometry) -> Recording:
 
 def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, float], ...]:
     """Start and end (s) of each stretch in which a wheel runs within its width of where one ran before."""
-    path, noise = _path(recording, geometry)
+    path, noise = driven_path(recording, geometry)
     reach = geometry.width + SIGMAS * np.sqrt(2.0) * noise
     if reach > geometry.width + FARTHEST:
         return ()
@@ -75,25 +73,6 @@ def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, f
         else:
             ruts.append((float(start), float(stop)))
     return tuple(ruts)
-
-
-def _path(recording: Recording, geometry: Geometry) -> tuple[Array, float]:
-    """(N, 2) the middle of the front axle (m), and the standard deviation of its noise, white: that of wander is not seen."""
-    t, psi = recording.t, np.unwrap(filled(recording["psi"]))
-    u, omega = (filled(recording[name]) for name in ("u", "omega_z"))
-    aside = (filled(recording["v"]) if recording.measured("v") else -geometry.l_f * omega) + geometry.l_f * omega
-    speed = np.column_stack([u * np.cos(psi) - aside * np.sin(psi), u * np.sin(psi) + aside * np.cos(psi)])
-    moved = np.zeros_like(speed)
-    moved[1:] = np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t)[:, None], axis=0)
-    size = 2 * round(0.5 * SMOOTHED / recording.dt) + 1
-    path, noise = np.empty_like(moved), 0.0
-    for i, name in enumerate(("x", "y")):
-        seen = np.isfinite(recording[name])
-        off = filled(recording[name] - moved[:, i])
-        path[:, i] = moved[:, i] + (savgol_filter(off, size, 1) if 3 <= size <= len(off) else off)
-        share = max(float(seen.mean()) * size, 1.0)
-        noise = max(noise, float(np.std((recording[name] - path[:, i])[seen])) / np.sqrt(share))
-    return path, noise
 
 
 def _along(recording: Recording) -> tuple[Array, NDArray[np.int_]]:

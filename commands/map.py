@@ -126,6 +126,7 @@ def _covered(drive: DriveSoil) -> str:
     words = {
         "steering": f"the steering is faster than {rules.fastest:g} rad/s", "speed": f"it is slower than {rules.slowest:g} m/s",
         "inputs": "inputs are missing or it runs in its own ruts",
+        "position": "its position is missing for too long",
     }  # fmt: skip
     why = [words[name] for name, share in drive.blocked.items() if share > SPOKEN_OF]
     return f"windows in {100 * drive.covered:.0f} % of it" + (f", none where {', or where '.join(why)}" if why else "")

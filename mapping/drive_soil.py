@@ -21,8 +21,9 @@ from softsoil.estimator.tuning import common_error
 from softsoil.estimator.verdict import Verdict, decide, initial_guesses
 from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.importing.local_frame import other_frame
-from softsoil.mapping.place import way_of
+from softsoil.mapping.place import DRIFT, way_of
 from softsoil.recording.drive import Recording
+from softsoil.recording.driven_path import driven_path, way_to_position
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.windows.free_windows import blocked_rows
@@ -31,6 +32,9 @@ Array = NDArray[np.float64]
 
 ON_THE_WAY = VerdictRules(parts=np.inf)
 """Of the verdict on a drive: soils that change along the way are what a map is for."""
+
+LOST = 2.5
+"""m: where speed and heading alone may miss a place by more (`DRIFT`), it is not known."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,8 @@ class DriveSoil:
     information (W,): minimum and curvature of its quadratic in n; common: share of n that an error common to all windows of the
     model makes; origin: latitude and longitude (deg) of x = y = 0, where the log has them; way (R, 2): positions that it drove
     through (m), NaN between stretches; covered: share of the drive in which windows run; blocked: shares across which none may,
-    by the reason (`blocked_rows`); notes: on the log; left_out: why it is not on the map, empty where it is.
+    by the reason (`blocked_rows`), and, "position", of which no place is known; notes: on the log; left_out: why it is not on the
+    map, empty where it is.
     """
 
     log: str
@@ -92,13 +97,21 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     bounds = SOIL_SIGNALS["n"]
     n = np.clip(at - gradient / np.maximum(hessian, 1e-9), bounds.lower, bounds.upper)
     middle = windows.rows + windows.steps // 2
-    x, y = (windows.drive.smooth[middle, i] for i in (0, 1))
+    place, known = _place(recording, model)
+    drive, since = windows.drive, int(np.searchsorted(recording.t, windows.drive.t[windows.rows[0]]))
+    x, y = (np.interp(drive.t[middle], recording.t, place[:, i]) for i in (0, 1))
+    there = np.interp(drive.t[middle], recording.t, known.astype(float)) > 0.5
     information = hessian * rules.stride / rules.length
     common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.more))
     verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)
-    way = way_of(recording, int(np.searchsorted(recording.t, windows.drive.t[windows.rows[0]])))
-    drive = windows.drive
     no_windows = blocked_rows(windows.compiled.model, drive, rules.fastest, rules.slowest)
     blocked = {why: float(rows[drive.first :].mean()) for why, rows in no_windows.items()}
-    where = recording.origin, way, windows.covered, blocked
+    blocked["position"] = float(np.mean(~known[since:]))
+    where = recording.origin, way_of(recording, since), windows.covered, blocked
+    x, y, n, information = x[there], y[there], n[there], information[there]
     return DriveSoil(recording.name, verdict, x, y, n, information, common, *where, recording.notes)
+
+
+def _place(recording: Recording, model: Model) -> tuple[Array, NDArray[np.bool_]]:
+    """(N, 2) where the drive was (m), and (N,) whether that is known: by a position, or by speed and heading not far from one."""
+    return driven_path(recording, model.geometry)[0], DRIFT * way_to_position(recording) < LOST

@@ -10,16 +10,16 @@ from softsoil.recording.drive import Recording
 
 COMPARED = ("x", "y", "u", "omega_z")
 """Channels by which two drives are one."""
-
-
 SHARED = 0.25
 """Share of the rows of the shorter of two drives in the other one, from which they are one drive: a part counts as a copy."""
+RUN = 8
+"""Rows in a row that have to be alike: between two positions a row may hold nothing but a yaw rate in steps of its sensor."""
 
 
 def copies(recordings: Sequence[Recording]) -> list[str]:
     """For each drive the name of the first before it that it shares rows with, over SHARED of the shorter one's; "" for none.
 
-    Rows that stand still are alike in any two drives: each counts once.
+    Rows that stand still are alike in any two drives: they count once.
     """
     rows = [_rows(recording) for recording in recordings]
 
@@ -31,14 +31,14 @@ def copies(recordings: Sequence[Recording]) -> list[str]:
 
 
 def _rows(recording: Recording) -> set[bytes]:
-    """The different rows of a drive with numbers in COMPARED; none where it lacks one of them."""
+    """The different runs of RUN rows of a drive with numbers in COMPARED; none where it lacks one of them."""
     columns = [recording.channels.get(name) for name in COMPARED]
     if any(column is None for column in columns):
         return set()
     rows = np.column_stack([np.asarray(column, dtype=float) for column in columns])
     rows = rows[np.isfinite(rows).any(axis=1)]
-    width, data = rows.shape[1] * rows.itemsize, rows.tobytes()
-    return {data[at : at + width] for at in range(0, len(data), width)}
+    width, data, run = rows.shape[1] * rows.itemsize, rows.tobytes(), min(RUN, len(rows))
+    return {data[at * width : (at + run) * width] for at in range(len(rows) - run + 1)}
 
 
 def refuse_copies(recordings: Sequence[Recording]) -> None:

@@ -130,6 +130,19 @@ def test_a_receiver_that_is_silent_for_a_while_leaves_the_map_as_it_is_elsewhere
     assert all(np.isfinite([cell.n, cell.std]).all() for cell in ground.cells) and len(ground.cells) > 1
 
 
+def test_a_turn_without_positions_is_not_laid_on_its_chord(log):
+    """Almost 10 s are known by speed and heading alone: windows lie where it drove, or nowhere; on the chord 1.4 m beside."""
+    rows, t = np.arange(len(log)), log.t
+    deaf = log.with_channels(**{name: np.where((rows >= 100) & (rows < 900), np.nan, log[name]) for name in ("x", "y")})
+    one = drive_soil(deaf, clay_bicycle(), 0.7, 1.0)
+    way = np.column_stack([log["x"], log["y"]])
+    off = [np.min(np.hypot(*(way - [x, y]).T)) for x, y in zip(one.x, one.y, strict=True)]
+    assert len(off) > 20 and max(off) < 0.5
+    lost = log.with_channels(**{name: np.where(t > t[0] + 5.0, np.nan, log[name]) for name in ("x", "y")})
+    one = drive_soil(lost, clay_bicycle(), 0.7, 1.0)
+    assert 0.3 < one.blocked["position"] < 0.8 and len(one.x) < 25
+
+
 def test_a_pause_of_the_logger_is_no_leap(log):
     """Rows that are left out, as a logger that was off does."""
     pause = (log.t > log.t[0] + 9.0) & (log.t < log.t[0] + 14.0)

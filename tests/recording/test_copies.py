@@ -33,3 +33,17 @@ def test_vehicles_that_stand_are_no_copies_of_each_other(drive):
     one = replace(drive, channels={"t": 0.012 * np.arange(2 * len(drive)), **still}, truth={})
     other = replace(one, channels={**one.channels, "y": one["y"] + 1.0 * (one["u"] != 0.0)}, name="other")
     assert copies([one, other]) == ["", ""]
+
+
+def test_drives_whose_rows_mostly_hold_a_coarse_yaw_rate_are_no_copies_of_each_other(drive):
+    """The clock is a gyro's of 0.06 deg/s, positions and speeds come at one row in eight: half the rows recurred anywhere."""
+
+    def recorded(source, name):
+        seldom = np.arange(len(source)) % 8 != 0
+        channels = {key: np.where(seldom, np.nan, source[key]) for key in ("x", "y", "u")}
+        step = np.deg2rad(0.061)
+        return replace(source.with_channels(**channels, omega_z=step * np.round(source["omega_z"] / step)), name=name)
+
+    one, other = recorded(drive, "one"), recorded(read_drive(CLAY_LOG), "other")
+    assert copies([one, other]) == ["", ""]
+    assert copies([one, replace(one.between(5.0, 20.0), name="part")]) == ["", "one"]
