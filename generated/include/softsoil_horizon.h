@@ -56,6 +56,7 @@ typedef struct {
 
 typedef struct {
   int64_t row; /* first sample */
+  double t;    /* s, its time */
   double at[SOFTSOIL_HORIZON_N], gradient[SOFTSOIL_HORIZON_ASKED], hessian[SOFTSOIL_HORIZON_ASKED][SOFTSOIL_HORIZON_ASKED];
   double state[SOFTSOIL_HORIZON_STATES];
   double cost;      /* mean robust squared residual */

@@ -763,7 +763,7 @@ static int changed_within(softsoil_horizon_t *h, int recent) {
   for (int k = 0; k < K; ++k)
     if (is_soil[k]) h->centre[k] = between(lowest[k], part[0].n[k], highest[k]);
   ++h->changes;
-  h->changed_at = h->clock - (double)(h->rows - 1 - window_at(h, h->since)->row) * h->options.dt;
+  h->changed_at = window_at(h, h->since)->t;
   return 1;
 }
 
@@ -958,6 +958,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
   memcpy(h->carried[slot], h->n, sizeof h->n);
   window_t *w = window_at(h, i);
   w->row = h->next_row;
+  w->t = h->clock - (double)(h->rows - 1 - w->row) * h->options.dt;
   softsoil_horizon_states(h, w->row, w->state);
   h->next_row += h->apart;
   h->continued = 1;

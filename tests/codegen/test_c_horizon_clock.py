@@ -55,6 +55,20 @@ def test_a_wrong_stamp_costs_a_second(stamps):
     assert c.n[0] == pytest.approx(right.n[0], rel=0.05)
 
 
+@pytest.mark.parametrize("pause", (0.0, 100.0))
+def test_a_change_of_soil_keeps_its_time_where_the_logger_pauses_after_it(pause, shared_data):
+    """The soil changes near 16 s and that is found seconds later, behind a pause: rows were counted back from there."""
+    recording = read_drive(shared_data / "chrono_vehicle" / "change_clay_n0.50_to_0.75.csv.gz").between(0.0, 25.0)
+    drive, c = shooting_drive(recording, declared("tracks").build(), 0.0), CHorizon(library("tracks", FLAGS))
+    c.options.dt = drive.dt
+    c.start(drive.t[0])
+    for t, u, y in zip(drive.t, drive.inputs, drive.measured, strict=True):
+        c.push(u, y, t + (pause if t > 17.5 else 0.0))
+        c.update()
+    assert c.head.changes == 1
+    assert 15.0 < c.head.changed_at < 17.0
+
+
 def test_samples_of_a_second_source_that_is_always_late_are_left_out():
     c, late = CHorizon(library("tracks", FLAGS)), 0
     for k in range(400):
