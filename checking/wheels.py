@@ -88,10 +88,12 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
 
 def _one_axle_slips(ratios: Mapping[str, float]) -> bool:
     """Whether the wheels of each axle turn alike, one axle near its rolling, and the other with no more than a drive's slip."""
-    axles = [(ratios[left], ratios[right]) for left, right in AXLES if left in ratios and right in ratios]
-    alike = all(abs(left / right - 1.0) < LIMITS.wheel_apart / 2 for left, right in axles)
-    slips = [abs(max(pair, key=lambda ratio: abs(ratio - 1.0)) - 1.0) for pair in axles]
-    return len(axles) == 2 and alike and min(slips) < 2.0 * LIMITS.wheel_apart and max(slips) < DRIVE_SLIP - 1.0
+    axles = [[ratios[name] for name in axle if name in ratios] for axle in AXLES]
+    if not all(axles):
+        return False
+    alike = all(abs(max(axle) / min(axle) - 1.0) < LIMITS.wheel_apart / 2 for axle in axles)
+    slips = [max(abs(ratio - 1.0) for ratio in axle) for axle in axles]
+    return alike and min(slips) < 2.0 * LIMITS.wheel_apart and max(slips) < DRIVE_SLIP - 1.0
 
 
 def _drive(geometry: Geometry, name: str) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from pathlib import Path
 from typing import Annotated
 
@@ -40,11 +41,17 @@ def inspect(
     folder = output_folder(out, "inspect", ("inspect.json",))
     toml, text = folder / "map.toml", draft(holdings)
     if toml.is_file() and toml.read_text(encoding="utf-8") != text:
-        earlier = toml.replace(folder / "map.before.toml")  # somebody may have edited it
+        earlier = toml.replace(_free(folder / "map.before.toml"))  # somebody may have edited it
         console.print(f"the earlier {toml} is now {earlier}", highlight=False)
     toml.write_text(text, encoding="utf-8")
     content = {"sources": [holding.as_json() for holding in holdings]}
     say_written([toml, write_result(folder / "inspect.json", content)])
+
+
+def _free(path: Path) -> Path:
+    """That path, or the first of its name with a number that no file has."""
+    numbered = (path.with_name(f"{path.stem}.{k}{path.suffix}") for k in count(2))
+    return path if not path.exists() else next(other for other in numbered if not other.exists())
 
 
 def source_table(holdings: list[Holding]) -> Table:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from typing import Annotated
@@ -17,6 +16,7 @@ from softsoil.commands.options_model import (
     OutOption,
     SoilOption,
     VehicleOption,
+    WorkersOption,
     about_vehicle,
     declaration,
     say_vehicle,
@@ -57,7 +57,7 @@ def map_soil(
         typer.Option("--origin", metavar="LAT LON", help="Latitude and longitude (deg) of the map's x = y = 0, as of a map that "
                      "this one is to share its cells with; default: of the log with most others near it.", show_default=False),
     ] = None,
-    workers: Annotated[int, typer.Option("--workers", help="Processes (-1: one per core).")] = 1,
+    workers: WorkersOption = 1,
     out: OutOption = None,
 ) -> None:
     """Map n and its standard deviation along the way, per cell of the ground, fused over drives.
@@ -89,7 +89,7 @@ def map_soil(
             refused.append(unusable(f"{name}{where}", str(error)))
     drives = distinct(drives)
     if not drives:
-        raise ValueError("; ".join(one.left_out for one in refused))
+        raise ValueError("; ".join(f"{one.log}: {one.left_out}" for one in refused))
     frame = frame_of(drives, origin)
     whys = placed(drives, frame, cell)
     with progress(f"{len(drives)} drive{'s' if drives[1:] else ''}"):
@@ -102,8 +102,7 @@ def map_soil(
             done = Parallel(n_jobs=share)(tasks)
             by_drive = {i: one for part, some in zip(parts, done, strict=True) for i, one in zip(part, some, strict=True)}
             found = [by_drive[i] for i in range(len(each))]
-    ground = laid(found, frame, cell, everything)
-    ground = replace(ground, drives=(*ground.drives, *refused))
+    ground = laid([*found, *refused], frame, cell, everything)
     for one in ground.drives:
         said = [f"left out: {one.left_out}"] if one.left_out else []
         said += [] if one.verdict is None else [f"{plain(one.verdict.word)}: {one.verdict.reason}", _covered(one)]

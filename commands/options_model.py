@@ -21,6 +21,17 @@ from softsoil.symbolic.wheel import law_names
 if TYPE_CHECKING:
     from softsoil.declaration.model_file import Declaration
 
+
+
+def _some(workers: int) -> int:
+    if workers == 0:
+        raise typer.BadParameter("expected a number of processes, or -1 for one per core; found 0")
+    return workers
+
+
+WorkersOption = Annotated[
+    int, typer.Option("--workers", callback=_some, help="Processes on this machine (-1: one per core).")
+]
 VehicleOption = Annotated[
     Path | None,
     typer.Option(

@@ -10,6 +10,7 @@ import typer
 
 from softsoil.calibration.rig_judge import LAWS, draw_points, judge_point, summary
 from softsoil.commands.invocation import current
+from softsoil.commands.options_model import WorkersOption
 from softsoil.commands.output import console, output_folder, progress, say_written, write_result
 from softsoil.figures.labels import law_words
 from softsoil.mpc_demo.sweep import RESULTS, run_sweep
@@ -21,9 +22,9 @@ def sweep(
     any_soil: Annotated[
         bool, typer.Option("--any-soil", help="Soil parameters and wheel size drawn freely too.")
     ] = False,
-    spacing: Annotated[float, typer.Option("--spacing", min=1e-3, help="Grid of the soil, m.")] = 0.025,
+    spacing: Annotated[float, typer.Option("--spacing", min=1e-3, max=0.1, help="Grid of the soil, m.")] = 0.025,
     step: Annotated[float, typer.Option("--step", min=1e-5, max=5e-3, help="Time step of the rig, s.")] = 1e-3,
-    workers: Annotated[int, typer.Option("--workers", help="Processes on this machine (-1: one per core).")] = -1,
+    workers: WorkersOption = -1,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Dask scheduler, e.g. tcp://host:8786.", show_default=False)
     ] = None,

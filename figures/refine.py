@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from softsoil.figures.gaps import bridged, broken, root_mean_square
 from softsoil.figures.labels import plain, quantity
 from softsoil.figures.refine_views import DriveView
 from softsoil.figures.style import ESTIMATED, INITIAL, SOFT, TRUE, page
@@ -37,9 +38,9 @@ def draw_axles(view: DriveView, path: Path) -> Path:
 
 def _over_time(axis: Any, view: DriveView, axle: str, before: Any, after: Any) -> None:
     axis.axvspan(view.held_from, view.before.t[-1] + WINDOW / 2, color="#f0f4f8", zorder=0, label="judged, not fitted")
-    axis.plot(view.before.t, before, color=INITIAL, lw=1.2, label="declared model")
+    axis.plot(*broken(view.before.t, before), color=INITIAL, lw=1.2, label="declared model")
     if view.refined:
-        axis.plot(view.after.t, after, color=ESTIMATED, lw=1.2, label="refined model")
+        axis.plot(*broken(view.after.t, after), color=ESTIMATED, lw=1.2, label="refined model")
     axis.axhline(0, color=TRUE, lw=0.8)
     shares = [100 * s.share[axle] for s in (view.structure_before, view.structure_after)]
     said = [f"{share:.0f} %" for share in shares]
@@ -108,21 +109,22 @@ def draw_paths(view: DriveView, path: Path) -> Path:
                 continue
             for k, one in enumerate(paths):
                 width = 2.4 if label == "record" else 1.2
+                one = one[np.isfinite(one[:, :2]).all(axis=1)]
                 axes[0].plot(one[:, 0], one[:, 1], color=color, lw=width, alpha=0.9, label=None if k else label)
-        axes[0].plot(*view.recorded[:, 0, :2].T, "o", color=TRUE, ms=4)
+        starts = [one[np.isfinite(one[:, :2]).all(axis=1)][:1, :2] for one in view.recorded]
+        axes[0].plot(*np.concatenate(starts).T, "o", color=TRUE, ms=4)
         axes[0].set(title="Map (dots: starts)", xlabel="x, m", ylabel="y, m")
         axes[0].set_aspect("equal", adjustable="datalim")
         axes[0].legend(loc="best")
         for label, paths, color in (("declared", view.path_before, INITIAL), ("refined", view.path_after, ESTIMATED)):
             if label == "refined" and not view.refined:
                 continue
-            side = aside(paths, view.recorded)
+            side = bridged(aside(paths, view.recorded))
             axes[1].plot(view.clock, side.T, color=color, lw=0.7, alpha=0.6)
-            seen = np.isfinite(side)
-            rms = np.sqrt((np.where(seen, side, 0.0) ** 2).sum(axis=0) / np.maximum(seen.sum(axis=0), 1))
-            axes[1].plot(
-                view.clock, rms, color=color, lw=2.4, label=f"{label}: rms {rms[-1]:.2f} m at {view.horizon:g} s"
-            )
+            rms = root_mean_square(side)
+            last = rms[np.isfinite(rms)][-1:]
+            said = "".join(f": rms {value:.2f} m at {view.horizon:g} s" for value in last)
+            axes[1].plot(view.clock, rms, color=color, lw=2.4, label=f"{label}{said}")
         axes[1].axhline(0, color=TRUE, lw=0.8)
         axes[1].set(title="To the side of the record", xlabel="time since the start, s", ylabel="m, left positive")
         axes[1].legend(loc="upper left")

@@ -57,7 +57,8 @@ def _head(names: str, declared: Declaration, result: Refinement) -> str:
     lines = [verdict_sentence(result), falls_sentence(result), *group_sentences(result)]
     inside = "".join(paragraph(line) for line in lines if line)
     effects = ", ".join(map(plain, declared.vehicle.effects)) or "none"
-    sub = f"{declared.vehicle.name} on {declared.soil.name}, force law {law_words(declared.law)}, declared effects: {effects}"
+    soils = " and ".join(dict.fromkeys(soil.name for soil in result.soils)) or declared.soil.name
+    sub = f"{declared.vehicle.name} on {soils}, force law {law_words(declared.law)}, declared effects: {effects}"
     return (
         f'<h1>What the model lacks: {escape(names)}</h1><p class="sub">{escape(sub)}</p>'
         f'<div class="verdict {"unexplained" if result.contradicted else result.verdict}">{inside}</div>'

@@ -186,6 +186,8 @@ def test_wheels_of_a_driven_axle_are_no_others(good):
 
     front = {"centre_lock": 0.0, "front_drive": 1.0}
     assert cures(turned, **front) == {}
+    for absent in WHEEL_CHANNELS:  # each axle by the wheels that it has
+        assert cures(turned.with_channels(**{absent: np.full(len(turned), np.nan)}), **front) == {}
     assert all("[driveline] of the vehicle says" in cure and "factor" not in cure for cure in cures(turned).values())
     assert len(cures(turned)) == 4 and len(cures(turned, centre_lock=1.0, front_drive=0.5)) == 4
     for factor in (1.45, 1.8):  # beyond a drive's slip, or all wheels alike: a radius or a unit

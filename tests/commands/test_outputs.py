@@ -64,6 +64,18 @@ def test_a_map_that_somebody_edited_is_kept(home):
     assert "is now" in softsoil("inspect", "short.csv", "--out", "out").output
     assert mapped.read_text(encoding="utf-8") == draft
     assert (home / "out" / "map.before.toml").read_text(encoding="utf-8").endswith("# mine\n")
+    mapped.write_text(draft + "# another\n", encoding="utf-8")
+    assert "is now" in softsoil("inspect", "short.csv", "--out", "out").output
+    assert (home / "out" / "map.before.toml").read_text(encoding="utf-8").endswith("# mine\n")
+    assert (home / "out" / "map.before.2.toml").read_text(encoding="utf-8").endswith("# another\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "found"), ((("sweep", "--runs", "1", "--workers", "0"), "found 0"), (("sweep", "--spacing", "5"), "0.1"))
+)
+def test_numbers_of_processes_and_grids_that_cannot_be_are_refused(home, command, found):
+    done = softsoil(*command)
+    assert done.exit_code == 2 and found in done.output and "program's own" not in done.output
 
 
 @pytest.mark.parametrize("command", ("identify", "refine"))

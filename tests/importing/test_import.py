@@ -32,6 +32,7 @@ from softsoil.estimator.terrain import estimate_terrain
 from softsoil.importing.bring_in import as_mapped, bring_in, inspect_sources, read_sources
 from softsoil.importing.draft_map import channel_named, draft
 from softsoil.importing.import_map import map_from_table
+from softsoil.importing.loose_table import open_table
 from softsoil.importing.merge import merge
 from softsoil.importing.sources import Series
 from softsoil.recording.derive import completed
@@ -293,6 +294,17 @@ def test_a_topic_that_is_not_there_is_named(bag):
     plan = map_from_table(tomllib.loads("[channels]\nu = '/odometry:u'"), "map")
     with pytest.raises(ValueError, match=r"/odom, .*found none called '/odometry'"):
         read_sources([bag], plan)
+
+
+def test_rows_of_iso_time_and_words_are_no_units(tmp_path):
+    """Words in the first row are units where the second has none there."""
+    rows = ["2024-05-01 10:00:00.0,1.0", "2024-05-01 10:00:00.1,1.2", "2024-05-01 10:00:00.2,1.3"]
+    (tmp_path / "two.csv").write_text("\n".join(["time,speed", *rows]) + "\n", encoding="utf-8")
+    table = open_table(tmp_path / "two.csv")
+    assert len(table.frame) == 3 and table.units == {}
+    (tmp_path / "units.csv").write_text("\n".join(["time,speed", ",km/h", *rows]) + "\n", encoding="utf-8")
+    table = open_table(tmp_path / "units.csv")
+    assert len(table.frame) == 3 and table.units["speed"] == "km/h"
 
 
 def test_a_broken_bag_is_refused(tmp_path):
