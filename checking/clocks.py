@@ -16,8 +16,9 @@ WRONG = 0.25
 WRONG_EARLY = 0.7
 """s: a steering angle that is earlier than this is no actuator's lag any more."""
 
-CLEARLY = 0.7
-"""Share of what is left without a shift that one leaves at most that contradicts a clock."""
+CLEARLY, PLACED = 0.7, 0.95
+"""Share of what is left without a shift that one leaves at most that contradicts a clock; and of positions to be doubtful, which
+steady circles tell from a slip angle by next to nothing."""
 FILTERED = 0.012
 """s: a yaw rate that a low-pass has made so late is doubtful: n comes out 5 % too low (multi-sine, two soils: 9 % at 0.02 s)."""
 
@@ -33,6 +34,7 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
         late = offset.late_s + declared
         matters = offset.after - offset.before > 0.002 or abs(declared) > LIMITS.clock
         matters = matters and offset.trusted  # else a sign or a unit is wrong, which other checks say
+        matters = matters and (offset.group != "position" or _clearly(offset, PLACED))
         least = LIMITS.heading_clock if offset.group == "psi" else LIMITS.clock
         doubtful = abs(late) > max(least, 3.0 * offset.std) and matters
         side = "late" if offset.late_s > 0 else "early"
@@ -55,7 +57,7 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
             cure += f"; or these positions are of a point {abs(away):.1f} m {place} the front axle: give its place in [mount]"
         # Beside what is declared and by itself: a log that is right of itself contradicts the declaration, not its own clocks.
         wrong = all(one > WRONG or one < -(WRONG_EARLY if offset.group == "steer" else WRONG) for one in (late, offset.late_s))
-        wrong = wrong and doubtful and offset.group != "wheels" and offset.after > 0.9 and _clearly(offset)
+        wrong = wrong and doubtful and offset.group != "wheels" and offset.after > 0.9 and _clearly(offset, CLEARLY)
         cure = cure if doubtful else ""
         checks.append(
             Check(f"clock_{offset.group}", channel, not doubtful, found, "one clock for all channels", cure, wrong)
@@ -63,9 +65,9 @@ def clock_checks(recording: Recording, geometry: Geometry, late_steering: float 
     return checks
 
 
-def _clearly(offset: Offset) -> bool:
-    """Whether a shift takes away a good part of what is left without it: a slope of the ground looks like a clock, too."""
-    return 1.0 - offset.after**2 < CLEARLY * (1.0 - offset.before**2)
+def _clearly(offset: Offset, share: float) -> bool:
+    """Whether a shift leaves less than a share of what is left without it: a slope of the ground looks like a clock, too."""
+    return 1.0 - offset.after**2 < share * (1.0 - offset.before**2)
 
 
 def filter_checks(recording: Recording) -> list[Check]:

@@ -82,7 +82,8 @@ def vehicle_change(windows: FreeWindows, horizon: MovingHorizon) -> VehicleChang
 def _normal_equations(windows: FreeWindows, horizon: MovingHorizon, free: Sequence[Free]) -> tuple[Array, Array]:
     """Hessian (K, K) and gradient (K,) of what is `free` at the horizon's estimate, by the windows of the present soil.
 
-    In the steps in which the numbers were identified: longer ones ask for a vehicle 2 % of its mass lighter.
+    In the steps in which the numbers were identified: longer ones ask for a vehicle 2 % of its mass lighter. The vehicle stays
+    what it is while the horizon forgets: of earlier windows each `forgetting` of time counts with an n of its own.
     """
     model, dt = windows.compiled.model, windows.drive.dt
     windows = windows.by(window_model(model, dt, steps_of(dt)))
@@ -95,7 +96,16 @@ def _normal_equations(windows: FreeWindows, horizon: MovingHorizon, free: Sequen
     parts = (linear.residual * lighter, linear.by_state * lighter[:, None], linear.by_free * lighter[:, None])
     reduced = reduce_windows(Linear(*(part[sound] for part in parts)))
     weight = horizon.weight(last)[which][sound]
-    return np.einsum("w,wkl->kl", weight, reduced.hessian), np.einsum("w,wk->k", weight, reduced.gradient)
+    hessian, gradient = np.einsum("w,wkl->kl", weight, reduced.hessian), np.einsum("w,wk->k", weight, reduced.gradient)
+    age, n = (last - which[sound]) * horizon.rules.stride, len(horizon.free)
+    span = np.floor(age / horizon.rules.forgetting)
+    for k in range(1, int(span.max(initial=0.0)) + 1):
+        part = np.where(span == k, horizon.share - weight, 0.0)
+        own, moved = np.einsum("w,wkl->kl", part, reduced.hessian), np.einsum("w,wk->k", part, reduced.gradient)
+        cross = own[n:, :n] @ np.linalg.pinv(own[:n, :n])
+        hessian[n:, n:] += own[n:, n:] - cross @ own[:n, n:]
+        gradient[n:] += moved[n:] - cross @ moved[:n]
+    return hessian, gradient
 
 
 def _of_good_sensors(sigma: Array, model_error: Array) -> Array:

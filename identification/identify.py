@@ -21,6 +21,7 @@ from softsoil.identification.late_channels import recorded_late, with_late_chann
 from softsoil.identification.n_errors import model_error, n_error, n_stds, unmeasured
 from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
+from softsoil.identification.steering_ratio import steering_ratio
 from softsoil.identification.unexplained import doubt, more_than_right, own_logs, own_unexplained
 from softsoil.identification.words import NO_BETTER
 from softsoil.recording.copies import refuse_copies
@@ -123,7 +124,7 @@ def identify(
         vehicle=vehicle.with_(verdict=verdict),
         known=known,
         seconds=time.perf_counter() - began,
-        notes=(places.note, state.rolls, *late, *recorded_late(numbers), *_own_notes(recordings)),
+        notes=(places.note, state.rolls, *late, *recorded_late(numbers), *steering_ratio(numbers), *_own_notes(recordings)),
     )
 
 

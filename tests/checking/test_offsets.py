@@ -8,7 +8,7 @@ import pytest
 import softsoil
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.checking.clocks import clock_checks
-from softsoil.checking.offsets import best_offset, time_offsets
+from softsoil.checking.offsets import Offset, best_offset, time_offsets
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import Manoeuvre, MultiSine, Sine, Speed
 from softsoil.plant.sensors import Sensors
@@ -111,3 +111,14 @@ def test_a_slope_of_the_ground_refuses_no_log():
     drive = synthetic_drive(bank, reference_vehicle().radius, seconds=26.0, speed=5.5, steer=steer)
     for seed in range(6):
         assert not [c for c in clock_checks(add_noise(drive, "good", seed), reference_vehicle()) if c.beyond_doubt]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "passes"), ((0.819, 0.824, True), (0.819, 0.95, False), (0.990, 0.9925, False))
+)
+def test_positions_are_late_only_where_a_shift_takes_something_away(monkeypatch, before, after, passes):
+    """On circles the slip angle is told from a clock by next to nothing: shifts of 0.2 s of either sign fit a little better."""
+    offset = Offset("position", "heading", -0.18, 0.04, before, after)
+    monkeypatch.setattr("softsoil.checking.clocks.time_offsets", lambda *_: (offset,))
+    (check,) = clock_checks(read_drive(MULTI_LOG), reference_vehicle())
+    assert check.passed == passes
