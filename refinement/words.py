@@ -31,6 +31,11 @@ def verdict_sentence(found: Refinement) -> str:
                 "None: no effect is missing that these data could show, but a verdict on n says that declared model and drive do "
                 "not fit: mend what it names."
             )
+        if any(s.left for s in found.structure):
+            return (
+                "None: no effect of the catalogue is named, but more is left in the axle forces than a good model leaves, within "
+                "what is stated of the vehicle's numbers: what is missing is too small for these data; longer drives show more."
+            )
         return "None: nothing is missing that these data could show; the declared model stands."
     if found.selection.unnamable:
         names = " or ".join(map(effect_name, found.selection.unnamable))
