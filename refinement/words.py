@@ -33,8 +33,8 @@ def verdict_sentence(found: Refinement) -> str:
             )
         if any(s.left for s in found.structure):
             return (
-                "None: no effect is named and the vehicle's numbers are not strained, but more is left in the axle forces than a good "
-                "model leaves, by kicks and noise or by what is too small for these data to tell: longer drives show more."
+                "None: no effect is named and the vehicle's numbers are not strained, but more is left in the axle forces than a "
+                "good model leaves, by kicks and noise or by what is too small for these data to tell: longer drives show more."
             )
         return "None: nothing is missing that these data could show; the declared model stands."
     if found.selection.unnamable:
