@@ -53,7 +53,7 @@ _CORNERS = {"omega_fl": "fl|front_?left|lf|left_?front", "omega_fr": "fr|front_?
             "omega_rl": "rl|rear_?left|lr|left_?rear", "omega_rr": "rr|rear_?right|right_?rear"}  # fmt: skip
 NAMES: tuple[tuple[str, str], ...] = (
     *((channel, rf"({_SPINS}).*({corner})|({corner}).*({_TURNS})") for channel, corner in _CORNERS.items()),
-    ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])(swa\Z|delta(?!_?[tv]))|(road|hand)_?wheel_?angle|lenk(rad)?winkel"),
+    ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])(swa\Z|delta(?!_?[tv]))|(road|hand)_?wheel(_?angle)?\Z|lenk(rad)?winkel"),
     ("omega_z", r"yaw_?rate|omega_?z|gyro_?z|angular_velocity\.z|heading_rate|(?<![a-z])wz(?![a-z])|gierrate"),
     ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|long\w*|forwards?|fwd|ahead)(_?(imu|cg))?\Z|linear_acceleration\.x"),
     ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*|left)(_?(imu|cg))?\Z|linear_acceleration\.y"),
@@ -79,8 +79,8 @@ WRITTEN_UNITS = {"m/s": "m/s", "km/h": "km/h", "kmh": "km/h", "kph": "km/h", "mp
                  "m/s²": "m/s^2", "m/s2": "m/s^2", "m": "m", "cm": "cm", "mm": "mm", "km": "km", "%": "%"}  # fmt: skip
 
 ENDINGS = {"_kmh": "km/h", "_kph": "km/h", "_mph": "mph", "_mps": "m/s", "_rpm": "rpm", "_dps": "deg/s", "_deg_s": "deg/s",
-           "_degs": "deg/s", "_deg": "deg", "_rad": "rad", "_rads": "rad/s", "_cm": "cm", "_mm": "mm", "_mps2": "m/s^2",
-           "_ms2": "m/s^2", "_g": "g"}  # fmt: skip
+           "_degs": "deg/s", "_deg": "deg", "_rad": "rad", "_rads": "rad/s", "_m": "m", "_cm": "cm", "_mm": "mm",
+           "_mps2": "m/s^2", "_ms2": "m/s^2", "_g": "g"}  # fmt: skip
 """End of a field's name -> unit."""
 RPM = re.compile(r"(?<![a-z])rpm(?![a-z])", re.I)
 """In the name of a wheel's field, wherever it stands: rpm_fl, wheel_rpm_rear_left."""
@@ -97,6 +97,9 @@ PLACES = (
     '# frame = "z-down" for x ahead, y right; point = "front_axle" where a device does the arm.',
 )
 
+NEEDED = "needed"
+DERIVED = {"x": "else dead reckoned, on no map", "y": "else dead reckoned, on no map", "v": "else from the positions, or unknown"}
+"""Channels that logs often have under a name of their own, and what is done without them."""
 
 UPWARD = re.compile(r"(\A|[./])(linear_acceleration[./_]z|a(cc\w*)?_?z(_imu)?)\Z", re.I)
 """Field of an accelerometer along its own third axis."""
@@ -266,8 +269,9 @@ def draft(holdings: Sequence[Holding]) -> str:
         offer = best[channel]
         lines.append(f"{channel} = {_entry(offer)}  # {CHANNEL_UNITS[channel] or '-'}, by {offer.why}")
         lines += [f"# {channel} = {_entry(other)}" for other in others.get(channel, [])[:3]]
-    missing = [c for c in ("u", "omega_z", "steer") if c not in best]
-    lines += [f'# {channel} = "source:field"  # needed: nothing like it was recognised' for channel in missing]
+    for channel, without in (("u", NEEDED), ("omega_z", NEEDED), ("steer", NEEDED), *DERIVED.items()):
+        if channel not in best:
+            lines.append(f'# {channel} = "source:field"  # {without}: nothing like it was recognised')
     if any(o.channel == "steer" and o.unit == "deg" for o in best.values()):
         lines.append(
             "# steer: if this is the angle of the steering wheel, add ratio = (steering wheel over road wheel)."
@@ -276,7 +280,8 @@ def draft(holdings: Sequence[Holding]) -> str:
     known = places([one for h in holdings for one in h.transforms])
     for h in holdings:
         lines += _mount(h, known.get(h.frame))
-    lines += ["", "# [clock]", "# rate_hz = 100", "# start = 0.0  # s; with end, the part of the recording that is wanted"]
+    lines += ["", "# [clock]", "# rate_hz = 50  # default: that of the yaw rate, 100 at most"]
+    lines += ["# start = 0.0  # s; with end, the part of the recording that is wanted"]
     return "\n".join(lines) + "\n"
 
 

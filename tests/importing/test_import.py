@@ -413,6 +413,9 @@ def test_columns_are_recognised_by_their_names():
         "acc_left": "a_y_imu",
         "speed_lateral": "v",
         "speed_left": None,
+        "hand_wheel": "steer",
+        "easting_m": "x",
+        "northing_m": "y",
     }
     assert {name: channel_named(name) for name in names} == names
 
