@@ -208,10 +208,11 @@ def _say(
         both = ", ".join(f"{n:.3f} ± {std:.3f}" for n, std in zip(windows["n"], windows["std"], strict=True))
         lines.insert(1, f"windows with free initial states, for comparison: {both}")
     if len(found.nis):
+        inside, above = (100 * share for share in (found.nis_inside_95, found.nis_above_95))
         lines.append(
             "NIS says nothing here: the log carries far less noise than the filter assumes"
             if found.noise_free
-            else f"NIS inside its 95 % band {100 * found.nis_inside_95:.1f} % of the time"
+            else f"NIS inside its 95 % band {inside:.1f} % of the time, above it {above:.1f} %"
         )
     lines += _of_class(found) + _not_looked_at(found, unstated)
     lines += [f"soil taken to have changed at {t:.1f} s" for t in found.changes]

@@ -22,6 +22,13 @@ def inside_band(values: ArrayLike, dof: ArrayLike, level: float = 0.95) -> float
     return float(np.mean((values[keep] >= lower) & (values[keep] <= upper)))
 
 
+def above_band(values: ArrayLike, dof: ArrayLike, level: float = 0.95) -> float:
+    """Share of them above that band: what is innovated is larger than expected. Shapes and NaN as of `inside_band`."""
+    values, dof = np.asarray(values, dtype=float), np.asarray(dof)
+    keep = dof > 0
+    return float(np.mean(values[keep] > chdtri(dof[keep], (1 - level) / 2))) if keep.any() else float("nan")
+
+
 def whiteness_p(series: ArrayLike, lags: int = 20) -> float:
     """p-value of the Ljung-Box test that `series` (N,) is white over `lags`; NaN where it is too short or constant."""
     z = np.asarray(series, dtype=float)

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.estimator.consistency import inside_band
+from softsoil.estimator.consistency import above_band, inside_band
 from softsoil.estimator.drift import Drift
 from softsoil.estimator.promote import promote_parameters, tie_parameters
 from softsoil.estimator.terrain_filter import TerrainFilter, first_state
@@ -76,6 +76,11 @@ class TerrainEstimate:
     def nis_inside_95(self) -> float:
         """Share of updates whose NIS lies in its 95 % band."""
         return inside_band(self.nis, self.dof)
+
+    @property
+    def nis_above_95(self) -> float:
+        """Share of updates whose NIS lies above that band: innovations are larger than the filter expects."""
+        return above_band(self.nis, self.dof)
 
     @property
     def converged_s(self) -> float:

@@ -148,9 +148,10 @@ def _nis(axis: Any, estimate: TerrainEstimate) -> None:
     axis.plot(estimate.t, estimate.nis, ".", color=TRUE, ms=2)
     axis.set_yscale("log")
     axis.set_ylim(min(1e-2, 0.5 * float(np.quantile(estimate.nis, 0.01))), max(10 * float(high.max()), 10))
+    inside, above = (100 * share for share in (estimate.nis_inside_95, estimate.nis_above_95))
     axis.set(
         title="Normalised innovation squared: "
-        + ("a log without sensor noise" if estimate.noise_free else f"{100 * estimate.nis_inside_95:.0f} % inside the band"),
+        + ("a log without sensor noise" if estimate.noise_free else f"{inside:.0f} % in the band, {above:.0f} % above"),
         xlabel="time, s", ylabel="NIS",
     )  # fmt: skip
     axis.legend(loc="upper right")
