@@ -228,9 +228,9 @@ class MovingHorizon:
         """Of windows that started lately and were linearised far from the estimate, the one whose quadratic that touches most."""
         summary, rows, lately = self.summary, self.windows.rows, round(self.rules.again / self.windows.drive.dt)
         found, most = None, -1.0
-        for i in range(self._since, k + 1):
+        for i in range(max(self._since, int(np.searchsorted(rows, rows[k] - lately))), k + 1):
             away = summary.at[i] - self.n
-            if rows[k] - rows[i] > lately or not np.any(np.abs(away) / self._scale > self.rules.stale):
+            if not np.any(np.abs(away) / self._scale > self.rules.stale):
                 continue
             weight = float(away @ summary.hessian[i] @ away)
             if weight > most:

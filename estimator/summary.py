@@ -25,6 +25,7 @@ class Summary:
 
     def minimum(self, weight: Array, prior: tuple[Array, Array] | None = None, rows: slice = slice(None)) -> tuple[Array, Array]:
         """(A,) minimum and (A, A) curvature of the sum of quadratics by `weight` (W,); prior: centre and standard deviation."""
+        rows = _counted(weight, rows)
         at, hessian, gradient = (np.array(part[rows]) for part in (self.at, self.hessian, self.gradient))
         total = np.einsum("w,wkl->kl", weight[rows], hessian)
         lean = np.einsum("w,wk->k", weight[rows], np.einsum("wkl,wl->wk", hessian, at) - gradient)
@@ -35,6 +36,7 @@ class Summary:
 
     def scatter(self, n: Array, weight: Array, rows: slice = slice(None)) -> Array:
         """(A, A) scatter of the windows' scores at n (A,), by `weight` (W,)."""
+        rows = _counted(weight, rows)
         at, hessian, gradient = (np.array(part[rows]) for part in (self.at, self.hessian, self.gradient))
         scores = gradient + np.einsum("wkl,wl->wk", hessian, n - at)
         return np.einsum("w,wk,wl->kl", weight[rows], scores, scores)
@@ -45,3 +47,10 @@ class Summary:
         inverse = np.linalg.inv(curvature + LEAST_CURVATURE * np.eye(len(curvature)))
         robust = inverse @ self.scatter(n, weight, rows) @ inverse
         return np.maximum(np.diag(robust), np.diag(inverse))
+
+
+def _counted(weight: Array, rows: slice) -> slice:
+    """The rows of a slice without those before the first that has a weight (W,), one at least: of a long drive most have none."""
+    start, stop, _ = rows.indices(len(weight))
+    counted = np.flatnonzero(weight[start:stop])
+    return slice(start + int(counted[0]) if len(counted) else max(stop - 1, start), stop)
