@@ -16,7 +16,7 @@ WRONG = 0.25
 WRONG_EARLY = 0.7
 """s: a steering angle that is earlier than this is no actuator's lag any more."""
 
-CLEARLY, PLACED = 0.7, 0.95
+CLEARLY, PLACED = 0.7, 0.97
 """Share of what is left without a shift that one leaves at most that contradicts a clock; and of positions to be doubtful, which
 steady circles tell from a slip angle by next to nothing."""
 FILTERED = 0.012

@@ -61,7 +61,8 @@ def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, f
     if len(places) < 3:
         return ()
     psi = np.unwrap(filled(recording["psi"]))
-    x, y, heading, starts = (np.interp(places, along, values) for values in (*path.T, psi, recording.t))
+    channels = (filled(path[:, 0]), filled(path[:, 1]), psi, recording.t)
+    x, y, heading, starts = (np.interp(places, along, values) for values in channels)
     first = _earliest(_wheels(np.column_stack([x, y]), heading, geometry), reach)
     wheelbase, times = geometry.l_f + geometry.l_r, passage[np.searchsorted(along, places, side="right") - 1]
     again = (places - places[first] > PASSAGE * wheelbase) | (times > times[first])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -66,7 +66,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             cure = f"correct the unit of {name}{hint}, its radius, or leave it out"
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
         else:
-            alike = abs(ratio / ratios.get(OTHER_SIDE[name], np.inf) - 1.0) < LIMITS.wheel_apart / 2
+            alike = _alike([ratio, ratios.get(OTHER_SIDE[name], np.inf)])
             drive = _drive(geometry, name) if _one_axle_slips(ratios) else None
             odd = abs(ratio / middle - 1.0) > LIMITS.wheel_apart and drive is None
             slips = not 1.0 - 2.0 * LIMITS.wheel_apart <= ratio <= 1.0 + 2.0 * LIMITS.wheel_apart
@@ -91,9 +91,15 @@ def _one_axle_slips(ratios: Mapping[str, float]) -> bool:
     axles = [[ratios[name] for name in axle if name in ratios] for axle in AXLES]
     if not all(axles):
         return False
-    alike = all(abs(max(axle) / min(axle) - 1.0) < LIMITS.wheel_apart / 2 for axle in axles)
+    alike = all(map(_alike, axles))
     slips = [max(abs(ratio - 1.0) for ratio in axle) for axle in axles]
     return alike and min(slips) < 2.0 * LIMITS.wheel_apart and max(slips) < DRIVE_SLIP - 1.0
+
+
+def _alike(ratios: Sequence[float]) -> bool:
+    """Whether the wheels of an axle turn alike; none does with one that stands."""
+    least, most = min(ratios), max(ratios)
+    return least > 0.0 and most - least < LIMITS.wheel_apart / 2 * least
 
 
 def _drive(geometry: Geometry, name: str) -> float | None:

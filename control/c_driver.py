@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 
-import numpy as np
-
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
 from softsoil.control import live_steering as steering
@@ -55,12 +53,15 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
     )  # fmt: skip
     numbers = ("JUMP", "LEAD", "MEMORY", "MOVES", "QUICK", "SLOWEST", "SMOOTH", "STILL", "WHILE")
     of_steering = {f"steer_{name.lower()}": number(getattr(steering, name), 17) for name in numbers}
-    watched = ("HELD", "PAUSE", "SHORTEST", "STALE", "LONGEST", "LEAST_WAY", "WAY_STDS", "LEAST_TURN", "SHARE", "NEW")
+    watched = (
+        "HELD", "PAUSE", "SHORTEST", "STALE", "LONGEST", "LEAST_WAY", "WAY_STDS", "MOST_STD", "FROZEN", "LEAST_TURN", "TURN_STDS",
+        "MOST_TURN_STD", "MOVING", "OFFSET", "SHARE", "NEW",
+    )  # fmt: skip
     of_watch = {f"watch_{name.lower()}": number(getattr(motion_watch, name), 17) for name in watched}
     lengths = {name: number(getattr(ocp.vehicle, name), 17) for name in ("l_f", "l_r")}
     of_settings = {f"driver_{name}": number(getattr(settings, name), 17) for name in names}
     return of_steering | of_watch | of_settings | lengths | {
-        "watch_count": str(motion_watch.COUNT),
+        "watch_count": str(motion_watch.COUNT), "watch_sizes": _list(motion_watch.CHANNELS.values()),
         "contested": number(CONTESTED, 17), "contested_sigmas": number(CONTESTED_SIGMAS, 17),
         "driver_measurements": ", ".join(f"SOFTSOIL_DRIVER_{name}" for name in MEASUREMENTS),
         "driver_states": ", ".join(f"SOFTSOIL_X_{name}" for name in ocp.model.x.names),
@@ -80,4 +81,4 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
 
 
 def _list(values) -> str:
-    return ", ".join(number(float(value), 17) for value in np.asarray(values))
+    return ", ".join(number(float(value), 17) for value in values)

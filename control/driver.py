@@ -38,7 +38,7 @@ from softsoil.control.follower import PlanFollower
 from softsoil.control.horizon import reference, watched
 from softsoil.control.inbox import Inbox, as_states, given
 from softsoil.control.live_estimator import FIRST_SPREAD, LiveEstimator
-from softsoil.control.live_steering import STEER_LIMIT, LiveSteering
+from softsoil.control.live_steering import LiveSteering
 from softsoil.control.motion_watch import MotionWatch
 from softsoil.control.nmpc import Nmpc
 from softsoil.control.nmpc_settings import SETTINGS
@@ -90,7 +90,7 @@ class Driver:
         self.along, self.left, self._ticks, self._solves = 0.0, 0.0, 0, 0
         self.inbox = Inbox(self.settings.tick)
         vehicle, std = self.ocp.vehicle, self.settings.sensor_std
-        self.watch = MotionWatch(vehicle.l_f, vehicle.l_r, max(std[:2]))
+        self.watch = MotionWatch(vehicle.l_f, vehicle.l_r, max(std[:2]), std[2])
         self._begun: float | None = None
         self.clock, self._corrected = TickClock(self.settings.dead_reckoning), math.nan
         self._waiting: tuple[int, tuple] | None = None
@@ -133,9 +133,9 @@ class Driver:
         if self._begun is not None and (back or t - self.inbox.at > self.settings.dead_reckoning):
             self.n0, self._begun, self._known, self.status = self.estimator.n, None, None, Status.NO_STATE
             self.along, self.left, self._corrected = 0.0, 0.0, math.nan
+            self.watch.forget()
         known = self.inbox.take(t, measured)
-        angle = self._steering(measured)
-        self.watch.take(t, measured, angle if abs(angle) < STEER_LIMIT else self.steering.wheels)
+        self.watch.take(t, measured, self._steering(measured))
         if self._begun is None:
             self._begin(t)
         elif steps := self.inbox.steps(t):

@@ -25,12 +25,14 @@ class TickClock:
     def take(self, t: float, back: bool) -> None:
         """A tick at t (s); back: what `check` says of it."""
         if back:
-            last = self._before if self.at - self._leapt <= self.pause else self.at
+            leapt = self.at - self._leapt <= self.pause and abs(t - self._before) <= 2.0 * self.pause
+            last = self._before if leapt else self.at
             if t < last:
                 self.origin = t - (last - self.origin)
             self._before = self._leapt = math.nan
         elif math.isfinite(self.at) and t - self.at > self.pause:
-            self._before, self._leapt = self.at, t
+            again = self.at - self._leapt <= self.pause  # of several stamps far ahead the first counts
+            self._before, self._leapt = self._before if again else self.at, t
         self.at = t
 
     def begin(self, t: float) -> None:

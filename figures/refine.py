@@ -122,8 +122,8 @@ def draw_paths(view: DriveView, path: Path) -> Path:
             side = bridged(aside(paths, view.recorded))
             axes[1].plot(view.clock, side.T, color=color, lw=0.7, alpha=0.6)
             rms = root_mean_square(side)
-            last = rms[np.isfinite(rms)][-1:]
-            said = "".join(f": rms {value:.2f} m at {view.horizon:g} s" for value in last)
+            last = np.flatnonzero(np.isfinite(rms))[-1:]
+            said = "".join(f": rms {rms[k]:.2f} m at {view.clock[k]:.1f} s" for k in last)
             axes[1].plot(view.clock, rms, color=color, lw=2.4, label=f"{label}{said}")
         axes[1].axhline(0, color=TRUE, lw=0.8)
         axes[1].set(title="To the side of the record", xlabel="time since the start, s", ylabel="m, left positive")

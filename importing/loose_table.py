@@ -132,12 +132,12 @@ def _encoding(raw: bytes) -> str:
 
 
 def _is_units_row(frame: pd.DataFrame) -> bool:
-    """Whether the first row has words where the second has none, in half of its columns: an ISO time has them in both."""
+    """Whether the first row has words in half of the columns where the second has none: times and modes have them in both."""
     if len(frame) < 2:
         return False
     first, second = ([isinstance(v, str) and not _number(v) for v in frame.iloc[row]] for row in (0, 1))
-    words = [one and not other for one, other in zip(first, second, strict=True)]
-    return sum(words) >= 0.5 * len(words) and any(_number(v) for v in frame.iloc[1])
+    words = [one for one, other in zip(first, second, strict=True) if not other]
+    return bool(words) and sum(words) >= 0.5 * len(words) and any(_number(v) for v in frame.iloc[1])
 
 
 def _number(value: object) -> bool:

@@ -100,7 +100,7 @@ def drive_soil(recording: Recording, model: Model, n0: float, start: float = STA
     place, known = _place(recording, model)
     drive, since = windows.drive, int(np.searchsorted(recording.t, windows.drive.t[windows.rows[0]]))
     x, y = (np.interp(drive.t[middle], recording.t, place[:, i]) for i in (0, 1))
-    there = np.interp(drive.t[middle], recording.t, known.astype(float)) > 0.5
+    there = (np.interp(drive.t[middle], recording.t, known.astype(float)) > 0.5) & np.isfinite(x) & np.isfinite(y)
     information = hessian * rules.stride / rules.length
     common = float(np.hypot(common_error(rules.common_error, windows.compiled.model), evidence.soil.more))
     verdict = judged_without_wheels(recording, decide(evidence, evidence.n, rules=ON_THE_WAY.of(model)), choice)

@@ -12,8 +12,9 @@ COMPARED = ("x", "y", "u", "omega_z")
 """Channels by which two drives are one."""
 SHARED = 0.25
 """Share of the rows of the shorter of two drives in the other one, from which they are one drive: a part counts as a copy."""
-RUN = 8
-"""Rows in a row that have to be alike: between two positions a row may hold nothing but a yaw rate in steps of its sensor."""
+RUN, PLACED = 8, 10
+"""Rows in a row that have to be alike in a log without positions, whose rows may hold but a yaw rate in steps of its sensor; rows
+with a position from which on these are compared one by one."""
 
 
 def copies(recordings: Sequence[Recording]) -> list[str]:
@@ -31,13 +32,17 @@ def copies(recordings: Sequence[Recording]) -> list[str]:
 
 
 def _rows(recording: Recording) -> set[bytes]:
-    """The different runs of RUN rows of a drive with numbers in COMPARED; none where it lacks one of them."""
+    """The different rows of a drive with a position, or runs of RUN rows; none where it lacks a channel of COMPARED."""
     columns = [recording.channels.get(name) for name in COMPARED]
     if any(column is None for column in columns):
         return set()
     rows = np.column_stack([np.asarray(column, dtype=float) for column in columns])
-    rows = rows[np.isfinite(rows).any(axis=1)]
-    width, data, run = rows.shape[1] * rows.itemsize, rows.tobytes(), min(RUN, len(rows))
+    placed = np.isfinite(rows[:, :2]).all(axis=1)
+    some = int(placed.sum()) >= PLACED
+    rows = rows[placed if some else np.isfinite(rows).any(axis=1)]
+    width, data, run = rows.shape[1] * rows.itemsize, rows.tobytes(), 1 if some else min(RUN, len(rows))
+    if not len(rows):
+        return set()
     return {data[at * width : (at + run) * width] for at in range(len(rows) - run + 1)}
 
 

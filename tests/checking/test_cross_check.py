@@ -325,3 +325,9 @@ def test_a_parked_start_divides_by_no_speed(good):
     parked = good.with_channels(**{name: np.where(standing, 0.0, good[name]) for name in moving})
     with np.errstate(divide="raise"):
         check_channels(parked, reference_vehicle())
+
+
+@pytest.mark.parametrize("dead", WHEEL_CHANNELS)
+def test_a_wheel_sensor_that_stays_at_zero_is_named(good, dead):
+    checks = check_channels(good.with_channels(**{dead: np.zeros(len(good))}), reference_vehicle())
+    assert [c.channel for c in checks if c.name.startswith("wheel_omega") and not c.passed] == [dead]

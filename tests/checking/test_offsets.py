@@ -114,7 +114,7 @@ def test_a_slope_of_the_ground_refuses_no_log():
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "passes"), ((0.819, 0.824, True), (0.819, 0.95, False), (0.990, 0.9925, False))
+    ("before", "after", "passes"), ((0.819, 0.823, True), (0.819, 0.95, False), (0.990, 0.9925, False))
 )
 def test_positions_are_late_only_where_a_shift_takes_something_away(monkeypatch, before, after, passes):
     """On circles the slip angle is told from a clock by next to nothing: shifts of 0.2 s of either sign fit a little better."""

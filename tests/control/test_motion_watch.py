@@ -27,7 +27,7 @@ def motion(seconds, speed=6.0, bend=0.25, start=0.6, drift=0.0):
 
 def watched(m, std=0.02, change=lambda _k, sample: sample):
     """A watch that took every sample, and the time at which it first disagreed."""
-    watch, first = MotionWatch(L_F, L_R, std), math.nan
+    watch, first = MotionWatch(L_F, L_R, std, 0.0175), math.nan
     for k, t in enumerate(m.t):
         sample = {name: getattr(m, name)[k] for name in ("x", "y", "psi", "u", "v", "omega_z", "steer")}
         sample = change(k, sample)
@@ -58,7 +58,7 @@ def scaled(**factors):
     ),
 )  # fmt: skip
 def test_a_unit_sign_or_axis_that_is_wrong_is_seen(fault, kind):
-    watch, first = watched(motion(20.0), change=fault)
+    watch, first = watched(motion(20.0, bend=0.5), change=fault)
     assert kind in watch.disagree
     assert first < 13.0
 
@@ -101,6 +101,50 @@ def test_a_position_that_jumps_a_heading_that_spikes_and_wheels_that_spin_once_a
     assert math.isnan(first)
 
 
+@pytest.mark.parametrize(
+    ("name", "bend", "change"),
+    (
+        ("a heading of 0.1 rad of noise on a straight", 0.0, lambda k, s: s | {"psi": s["psi"] + 0.1 * NOISE[k]}),
+        ("a spike of the heading every 3 s there", 0.0, lambda k, s: s | {"psi": s["psi"] + (1.0 if k % 240 == 7 else 0.0)}),
+        ("a heading off for 0.6 s, twice", 0.0, lambda k, s: s | {"psi": s["psi"] + (1.0 if k % 1600 < 48 else 0.0)}),
+        ("positions of 1.5 m that were declared to be of 0.02", 0.2, lambda k, s: s | {"x": s["x"] + 1.5 * NOISE[k]}),
+        ("a steering angle that is 0.05 rad off in a long bend", 0.0, lambda k, s: bent(k, s) | {"steer": -0.022}),
+        ("a garbage number now and then", 0.2, lambda k, s: s | ({("x", "u", "psi")[k % 3]: 1e200} if k % 50 == 3 else {})),
+    ),
+)  # fmt: skip
+def test_faults_that_are_smaller_or_shorter_do_not_halt_a_vehicle(name, bend, change):
+    _, first = watched(motion(60.0, bend=bend), change=change)
+    assert math.isnan(first), name
+
+
+NOISE = np.random.default_rng(11).normal(size=10000)
+
+
+def bent(k, sample):
+    """The sample k of a bend of 100 m at 6 m/s."""
+    omega, t = 0.06, k * TICK
+    return sample | {"x": 100.0 * math.sin(omega * t), "y": 100.0 * (1.0 - math.cos(omega * t)), "psi": omega * t,
+                     "u": 6.0, "v": -L_F * omega, "omega_z": omega}  # fmt: skip
+
+
+def test_a_parked_vehicle_is_not_judged():
+    """Its receiver wanders by metres and gives any heading; driven on, everything is right."""
+    m, watch = motion(20.0), MotionWatch(L_F, L_R, 1.2, 0.0175)
+    wander = np.cumsum(0.03 * NOISE)
+    for k in range(9000):
+        parked = {"x": wander[k], "y": -wander[k], "psi": NOISE[k // 40] * 3.0, "u": 0.0, "v": 0.0, "omega_z": 0.0}
+        watch.take(k * TICK, parked, 0.0)
+        assert watch.disagree == (), k
+    for k, t in enumerate(m.t):
+        watch.take(9000 * TICK + t, {name: getattr(m, name)[k] for name in ("x", "y", "psi", "u", "v", "omega_z")}, m.steer[k])
+        assert watch.disagree == (), k
+
+
+def test_a_speed_that_is_frozen_at_zero_is_seen():
+    watch, first = watched(motion(20.0), change=lambda _k, s: s | {"u": 0.0, "v": 0.0})
+    assert watch.disagree == ("course",) and first < 20.0
+
+
 def test_it_disagrees_until_as_many_stretches_agree():
     watch, first = watched(motion(20.0), change=lambda k, s: scaled(u=3.6)(k, s) if k < 400 else s)
     assert first < 5.0 and not watch.disagree
@@ -117,7 +161,9 @@ def test_what_is_not_measured_is_not_judged():
     assert set(KINDS) == {"course", "heading", "steering"}
 
 
-def test_a_pause_begins_a_stretch_anew_and_forgets_nothing():
+def test_a_pause_begins_a_stretch_anew_and_a_drive_that_begins_anew_forgets():
     watch, _ = watched(motion(5.0), change=scaled(u=3.6))
     watch.take(100.0, {"x": 900.0, "y": 0.0, "psi": 0.0, "u": 6.0}, 0.0)
     assert watch.disagree == ("course",)
+    watch.forget()
+    assert watch.disagree == ()

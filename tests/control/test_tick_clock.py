@@ -21,7 +21,9 @@ def elapsed(stamps):
         ((1000.0, 1002.0, 1004.0, 3.0, 4.0), 5.0),  # set back before its beginning
         ((1000.0, 1003.0, 1006.0, 1009.0, 1001.0, 1002.0), 10.0),  # set back to after it
         ((0.0, 1.0, 1e6, 2.0, 3.0), 3.0),  # one stamp far ahead
+        ((0.0, 1.0, 1e6, 2e6, 2.0, 3.0), 3.0),  # and two
         ((0.0, 1.0, 20.0, 21.0), 21.0),  # a pause
+        ((0.0, 1.0, 21.0, 22.0, 23.0, 13.0, 14.0), 24.0),  # a pause, and soon set back
         ((0.0, 1.0, 20.0, 23.0, 26.0, 2.0), 26.0),  # a pause, and much later set back
     ),
 )

@@ -305,6 +305,10 @@ def test_rows_of_iso_time_and_words_are_no_units(tmp_path):
     (tmp_path / "units.csv").write_text("\n".join(["time,speed", ",km/h", *rows]) + "\n", encoding="utf-8")
     table = open_table(tmp_path / "units.csv")
     assert len(table.frame) == 3 and table.units["speed"] == "km/h"
+    rows = [f"{row},AUTO,RTK" for row in rows]  # columns of words beside them
+    (tmp_path / "modes.csv").write_text("\n".join(["time,speed,mode,fix", "UTC,km/h,-,-", *rows]) + "\n", encoding="utf-8")
+    table = open_table(tmp_path / "modes.csv")
+    assert len(table.frame) == 3 and table.units["speed"] == "km/h"
 
 
 def test_a_broken_bag_is_refused(tmp_path):

@@ -143,6 +143,18 @@ def test_a_turn_without_positions_is_not_laid_on_its_chord(log):
     assert 0.3 < one.blocked["position"] < 0.8 and len(one.x) < 25
 
 
+def test_a_pause_of_the_logger_throws_no_window_off_the_way(log):
+    """Rows left out, and the clock a minute on: speed is not integrated across."""
+    before = log.t < log.t[0] + 12.0
+    after = log.t > log.t[0] + 13.0
+    kept = {name: np.concatenate([values[before], values[after]]) for name, values in log.channels.items()}
+    kept["t"] = np.concatenate([log.t[before], log.t[after] + 60.0])
+    one = drive_soil(replace(log, channels=kept, truth={}), clay_bicycle(), 0.7, 1.0)
+    way = np.column_stack([log["x"], log["y"]])
+    off = [np.min(np.hypot(*(way - [x, y]).T)) for x, y in zip(one.x, one.y, strict=True)]
+    assert len(off) > 30 and max(off) < 0.3
+
+
 def test_a_pause_of_the_logger_is_no_leap(log):
     """Rows that are left out, as a logger that was off does."""
     pause = (log.t > log.t[0] + 9.0) & (log.t < log.t[0] + 14.0)

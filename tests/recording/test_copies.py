@@ -47,3 +47,24 @@ def test_drives_whose_rows_mostly_hold_a_coarse_yaw_rate_are_no_copies_of_each_o
     one, other = recorded(drive, "one"), recorded(read_drive(CLAY_LOG), "other")
     assert copies([one, other]) == ["", ""]
     assert copies([one, replace(one.between(5.0, 20.0), name="part")]) == ["", "one"]
+
+
+@pytest.mark.parametrize("every", (2, 5))
+def test_a_log_thinned_is_that_log(drive, every):
+    thin = replace(drive, channels={name: values[::every] for name, values in drive.channels.items()}, truth={}, name="thin")
+    assert copies([drive, thin]) == ["", drive.name]
+
+
+def test_logs_without_what_is_compared_are_no_copies(drive):
+    empty = drive.with_channels(**{name: np.full(len(drive), np.nan) for name in ("x", "y", "u", "omega_z")})
+    assert copies([empty, replace(empty, name="other")]) == ["", ""]
+
+
+def test_without_positions_runs_of_rows_are_compared(drive):
+    def blind(source, name):
+        gone = {key: np.full(len(source), np.nan) for key in ("x", "y")}
+        coarse = {"omega_z": np.round(source["omega_z"], 2), "u": np.round(source["u"], 1)}
+        return replace(source.with_channels(**gone, **coarse), name=name)
+
+    one, other = blind(drive, "one"), blind(read_drive(CLAY_LOG), "other")
+    assert copies([one, other, replace(one.between(5.0, 20.0), name="part")]) == ["", "", "one"]
