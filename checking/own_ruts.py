@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from softsoil.checking.driven_path import driven_path
 from softsoil.recording.drive import Array, Recording
-from softsoil.recording.driven_path import driven_path
 from softsoil.recording.evidence import filled
 from softsoil.recording.forward import REVERSING, STANDING, slower
 from softsoil.recording.geometry import Geometry

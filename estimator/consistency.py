@@ -23,7 +23,7 @@ def inside_band(values: ArrayLike, dof: ArrayLike, level: float = 0.95) -> float
 
 
 def above_band(values: ArrayLike, dof: ArrayLike, level: float = 0.95) -> float:
-    """Share of them above that band: what is innovated is larger than expected. Shapes and NaN as of `inside_band`."""
+    """Share of chi-squared `values` (N,) with `dof` (N,) above their two-sided band of the given level; NaN without any."""
     values, dof = np.asarray(values, dtype=float), np.asarray(dof)
     keep = dof > 0
     return float(np.mean(values[keep] > chdtri(dof[keep], (1 - level) / 2))) if keep.any() else float("nan")

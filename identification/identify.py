@@ -124,7 +124,9 @@ def identify(
         vehicle=vehicle.with_(verdict=verdict),
         known=known,
         seconds=time.perf_counter() - began,
-        notes=(places.note, state.rolls, *late, *recorded_late(numbers), *steering_ratio(numbers), *_own_notes(recordings)),
+        notes=(
+            places.note, state.rolls, *late, *recorded_late(numbers), *steering_ratio(numbers, vehicle), *_own_notes(recordings),
+        ),
     )
 
 

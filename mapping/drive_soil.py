@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.checking.driven_path import driven_path, way_to_position
 from softsoil.declaration.ground import refuse_hard_ground
 from softsoil.estimator.driveline_choice import log_driveline, with_choice
 from softsoil.estimator.estimate import judged_without_wheels
@@ -23,7 +24,6 @@ from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.importing.local_frame import other_frame
 from softsoil.mapping.place import DRIFT, way_of
 from softsoil.recording.drive import Recording
-from softsoil.recording.driven_path import driven_path, way_to_position
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
 from softsoil.windows.free_windows import blocked_rows
