@@ -145,6 +145,12 @@ def test_a_speed_that_is_frozen_at_zero_is_seen():
     assert watch.disagree == ("course",) and first < 20.0
 
 
+@pytest.mark.parametrize("fault", (scaled(u=3.6), scaled(psi=180.0 / math.pi), lambda _k, s: s | {"x": s["y"], "y": -s["x"]}))
+def test_good_positions_show_it_within_two_seconds(fault):
+    _, first = watched(motion(5.0), change=fault)
+    assert first < 2.0
+
+
 def test_it_disagrees_until_as_many_stretches_agree():
     watch, first = watched(motion(20.0), change=lambda k, s: scaled(u=3.6)(k, s) if k < 400 else s)
     assert first < 5.0 and not watch.disagree
