@@ -26,7 +26,7 @@ Chosen on seeds 9 and 10 of `benchmarks.verdicts_fresh`: ends of one mode differ
 that are both wrong by 1.5 and 3 %, a second mode of a nominal drive by 39 %."""
 LESS, MORE_SIGMAS = 0.02, 6.0
 """The same where many windows say so: on minutes of road of which each shows little of the soil a mode at the upper bound costs
-3 % more by 8 standard errors and more, and modes of drives that are wrong altogether differ by fewer than 4 (both seeds)."""
+3 % more by 8 standard errors and more, and on soil modes of which each is wrong differ by fewer than 4."""
 PASSES = 2
 """Steps of the initial states at the final n, from where the run left them."""
 
