@@ -22,7 +22,7 @@ def driven_path(recording: Recording, geometry: Geometry) -> tuple[Array, float]
     geometry: of the vehicle; without v the middle of its rear axle is taken not to slide. Each part between pauses by itself; NaN
     in one without a position.
     """
-    t, psi = recording.t, _heading(recording)
+    t, psi = recording.t, unwrapped_heading(recording)
     u, omega = (filled(recording[name]) for name in ("u", "omega_z"))
     aside = (filled(recording["v"]) if recording.measured("v") else geometry.l_r * omega) + geometry.l_f * omega
     speed = np.column_stack([u * np.cos(psi) - aside * np.sin(psi), u * np.sin(psi) + aside * np.cos(psi)])
@@ -60,7 +60,7 @@ def way_to_position(recording: Recording) -> NDArray[np.float64]:
     return way
 
 
-def _heading(recording: Recording) -> Array:
+def unwrapped_heading(recording: Recording) -> Array:
     """(N,) the heading, unwrapped where it was measured and then filled in between (rad)."""
     psi = recording["psi"].copy()
     seen = np.isfinite(psi)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from softsoil.checking.driven_path import driven_path
+from softsoil.checking.driven_path import driven_path, unwrapped_heading
 from softsoil.recording.drive import Array, Recording
 from softsoil.recording.evidence import filled
 from softsoil.recording.forward import REVERSING, STANDING, slower
@@ -60,7 +60,7 @@ def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, f
     places = np.arange(0.0, along[-1], step)  # of a slow log also between its rows
     if len(places) < 3:
         return ()
-    psi = np.unwrap(filled(recording["psi"]))
+    psi = unwrapped_heading(recording)
     channels = (filled(path[:, 0]), filled(path[:, 1]), psi, recording.t)
     x, y, heading, starts = (np.interp(places, along, values) for values in channels)
     first = _earliest(_wheels(np.column_stack([x, y]), heading, geometry), reach)

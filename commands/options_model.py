@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 
 
-def _some(workers: int) -> int:
+def _not_none(workers: int) -> int:
     if workers == 0:
         raise typer.BadParameter("expected a number of processes, or -1 for one per core; found 0")
     return workers
 
 
 WorkersOption = Annotated[
-    int, typer.Option("--workers", callback=_some, help="Processes on this machine (-1: one per core).")
+    int, typer.Option("--workers", callback=_not_none, help="Processes on this machine (-1: one per core).")
 ]
 VehicleOption = Annotated[
     Path | None,

@@ -108,6 +108,7 @@ def test_a_position_that_jumps_a_heading_that_spikes_and_wheels_that_spin_once_a
         ("a spike of the heading every 3 s there", 0.0, lambda k, s: s | {"psi": s["psi"] + (1.0 if k % 240 == 7 else 0.0)}),
         ("a heading off for 0.6 s, twice", 0.0, lambda k, s: s | {"psi": s["psi"] + (1.0 if k % 1600 < 48 else 0.0)}),
         ("positions of 1.5 m that were declared to be of 0.02", 0.2, lambda k, s: s | {"x": s["x"] + 1.5 * NOISE[k]}),
+        ("a position 30 m off at one tick each second", 0.2, lambda k, s: s | {"x": s["x"] + (30.0 if k % 80 == 50 else 0.0)}),
         ("a steering angle that is 0.05 rad off in a long bend", 0.0, lambda k, s: bent(k, s) | {"steer": -0.022}),
         ("a garbage number now and then", 0.2, lambda k, s: s | ({("x", "u", "psi")[k % 3]: 1e200} if k % 50 == 3 else {})),
     ),
@@ -130,7 +131,7 @@ def bent(k, sample):
 def test_a_parked_vehicle_is_not_judged():
     """Its receiver wanders by metres and gives any heading; driven on, everything is right."""
     m, watch = motion(20.0), MotionWatch(L_F, L_R, 1.2, 0.0175)
-    wander = np.cumsum(0.03 * NOISE)
+    wander = np.cumsum(0.1 * NOISE)
     for k in range(9000):
         parked = {"x": wander[k], "y": -wander[k], "psi": NOISE[k // 40] * 3.0, "u": 0.0, "v": 0.0, "omega_z": 0.0}
         watch.take(k * TICK, parked, 0.0)
@@ -138,6 +139,16 @@ def test_a_parked_vehicle_is_not_judged():
     for k, t in enumerate(m.t):
         watch.take(9000 * TICK + t, {name: getattr(m, name)[k] for name in ("x", "y", "psi", "u", "v", "omega_z")}, m.steer[k])
         assert watch.disagree == (), k
+
+
+def test_a_speed_that_is_no_longer_measured_is_not_carried_on():
+    """It was 6 m/s for three seconds; the vehicle crawls on at a sixth of that."""
+    def change(k, sample):
+        x = 6.0 * TICK * min(k, 240) + TICK * max(k - 240, 0)
+        return sample | {"x": x, "y": 0.0, "psi": 0.0, "u": 6.0 if k < 240 else math.nan, "v": 0.0, "omega_z": 0.0}
+
+    _, first = watched(motion(40.0), change=change)
+    assert math.isnan(first)
 
 
 def test_a_speed_that_is_frozen_at_zero_is_seen():
