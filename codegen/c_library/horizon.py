@@ -102,6 +102,7 @@ def horizon_values(parts: Parts, numbers: HorizonNumbers, dt: float) -> dict[str
         "h_model_error": _list(numbers.model_error), "h_recents": str(len(numbers.recent)),
         "h_recent": ", ".join(map(str, numbers.recent)), "h_state_step": _list(numbers.state_step),
         "h_at_state": ", ".join(f"SOFTSOIL_X_{name}" for name in names),
+        "h_other_state": ", ".join(f"SOFTSOIL_X_{name}" for name in model.x.names if name not in (*MOTION, *names)) or "0",
         "horizon_strings": ", ".join(f'"{name}"' for name in names),
         "h_is_soil": ", ".join(str(int(own)) for own in soil), "h_scale": _list(scales),
         "h_lower": _list([s.lower for s in signals]), "h_upper": _list([s.upper for s in signals]),

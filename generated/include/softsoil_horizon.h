@@ -18,6 +18,9 @@ extern "C" {
 #define SOFTSOIL_HORIZON_WINDOWS 241 /* windows that count */
 #define SOFTSOIL_HORIZON_KEPT 24 /* newest windows that may be linearised again */
 #define SOFTSOIL_HORIZON_STATES 6 /* x, y, psi, u, v, omega_z: unknown at the start of a window */
+/* What runs along these, from window to window: states that nothing measures, as forces that build up, and histories. */
+#define SOFTSOIL_HORIZON_CARRIED (SOFTSOIL_N_X - SOFTSOIL_HORIZON_STATES - SOFTSOIL_HORIZON_N + SOFTSOIL_N_M)
+#define SOFTSOIL_HORIZON_CELLS (SOFTSOIL_HORIZON_CARRIED > 0 ? SOFTSOIL_HORIZON_CARRIED : 1)
 #define SOFTSOIL_HORIZON_MIN_DT 0.0096 /* s, shortest sample interval */
 #define SOFTSOIL_HORIZON_MAX_DT 0.1 /* s, longest */
 
@@ -106,7 +109,7 @@ typedef struct {
   int64_t good_row[SOFTSOIL_N_Y], rows, first_row, next_row, taken, since;
   int32_t steps, apart, before, after, again, bridged, half, fractions, substeps, continued;
   softsoil_horizon_window_t window[SOFTSOIL_HORIZON_WINDOWS];
-  double m[SOFTSOIL_HORIZON_KEPT][1 + SOFTSOIL_HORIZON_N][SOFTSOIL_N_M > 0 ? SOFTSOIL_N_M : 1];
+  double m[SOFTSOIL_HORIZON_KEPT][1 + SOFTSOIL_HORIZON_N][SOFTSOIL_HORIZON_CELLS];
   double carried[SOFTSOIL_HORIZON_KEPT][SOFTSOIL_HORIZON_N], steps_at[SOFTSOIL_HORIZON_KEPT][SOFTSOIL_HORIZON_N];
   softsoil_horizon_row_t row[SOFTSOIL_HORIZON_ROWS];
 } softsoil_horizon_t;

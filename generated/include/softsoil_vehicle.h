@@ -30,7 +30,7 @@ typedef struct {
   int64_t row, from, taken, before;
   int32_t changes, steps;
   double n[SOFTSOIL_HORIZON_N], state[SOFTSOIL_HORIZON_STATES];
-  double memory[2][SOFTSOIL_N_M > 0 ? SOFTSOIL_N_M : 1];
+  double memory[2][SOFTSOIL_HORIZON_CELLS];
   double at[SOFTSOIL_VEHICLE_SAMPLES][SOFTSOIL_N_Y], residual[SOFTSOIL_VEHICLE_SAMPLES][SOFTSOIL_N_Y];
   double weight[SOFTSOIL_VEHICLE_SAMPLES][SOFTSOIL_N_Y];
   double slope[SOFTSOIL_VEHICLE_COLUMNS][SOFTSOIL_VEHICLE_SAMPLES][SOFTSOIL_N_Y];

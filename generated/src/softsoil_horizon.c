@@ -13,6 +13,9 @@
 #define FORCES 2
 #define QI (K + ASKS_INERTIA)
 #define D (NS + Q)
+#define CARRIED SOFTSOIL_HORIZON_CARRIED
+#define OTHERS (CARRIED - SOFTSOIL_N_M) /* states carried */
+#define CELLS SOFTSOIL_HORIZON_CELLS
 #define ROWS SOFTSOIL_HORIZON_ROWS
 #define WINDOWS SOFTSOIL_HORIZON_WINDOWS
 #define KEPT SOFTSOIL_HORIZON_KEPT
@@ -45,6 +48,7 @@ static const int state_column[NS] = {8, 9, 10, 1, 2, 3};
 static const int free_column[K] = {4};
 enum { INERTIA_COLUMN = 5, FORCE_COLUMN = INERTIA_COLUMN + ASKS_INERTIA };
 enum { ACTIVE = 8, PASSIVE = 3 };
+static const int other_state[SOFTSOIL_SOME(OTHERS)] = {0};
 static const double nominal[SOFTSOIL_N_X] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5};
 static const double u_limit[SOFTSOIL_N_U] = {1.6, 1000.0, 200.0, 1000.0, 1000.0, 1000.0, 1000.0};
 static const double y_limit[SOFTSOIL_N_Y] = {100000000.0, 100000000.0, 100000.0, 150.0, 150.0, 50.0};
@@ -392,19 +396,40 @@ static void free_steps(const softsoil_horizon_t *h, double *step) {
   for (int k = 0; k < K; ++k) step[k] = free_step * scale[k] * (h->n[k] + free_step * scale[k] > highest[k] ? -1.0 : 1.0);
 }
 
-/* A full state in a column of jobs. */
+/* Motion and parameters in a column of jobs. */
 static void put(softsoil_jobs_t *x, int column, const double *states, const double *n) {
-  for (int i = 0; i < SOFTSOIL_N_X; ++i) x[i][column] = i < NS ? states[i] : nominal[i];
+  for (int i = 0; i < NS; ++i) x[i][column] = states[i];
   for (int k = 0; k < K; ++k) x[at_state[k]][column] = n[k];
 }
 
-/* Histories at the start of window i, moved to the present estimate by their derivatives. */
-static void recall(const softsoil_horizon_t *h, int64_t i, double (*m)[SOFTSOIL_CELLS]) {
+/* What is carried, in a column of jobs. */
+static void put_carried(softsoil_jobs_t *x, softsoil_jobs_t *m, int column, const double *carried) {
+  for (int i = 0; i < OTHERS; ++i) x[other_state[i]][column] = carried[i];
+  for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][column] = carried[OTHERS + c];
+}
+
+static void get_carried(const softsoil_jobs_t *x, const softsoil_jobs_t *m, int column, double *carried) {
+  for (int i = 0; i < OTHERS; ++i) carried[i] = x[other_state[i]][column];
+  for (int c = 0; c < SOFTSOIL_N_M; ++c) carried[OTHERS + c] = m[c][column];
+}
+
+/* What is carried at first: other states as declared, histories as at a standing start. */
+static void first_carried(const softsoil_horizon_t *h, int64_t row, const double *states, const double *n, double *carried) {
+  double first[SOFTSOIL_N_X];
+  memcpy(first, nominal, sizeof first);
+  memcpy(first, states, NS * sizeof *states);
+  for (int k = 0; k < K; ++k) first[at_state[k]] = n[k];
+  for (int i = 0; i < OTHERS; ++i) carried[i] = nominal[other_state[i]];
+  if (SOFTSOIL_N_M > 0) softsoil_model_start(first, h->row[row % ROWS].u, h->options.p, carried + OTHERS);
+}
+
+/* What is carried at the start of window i, moved to the present estimate by its derivatives. */
+static void recall(const softsoil_horizon_t *h, int64_t i, double (*m)[CELLS]) {
   const int slot = (int)(i % KEPT);
   memcpy(m, h->m[slot], sizeof h->m[slot]);
   for (int k = 0; k < K; ++k) {
     const double away = between(-scale[k], h->n[k] - h->carried[slot][k], scale[k]) / h->steps_at[slot][k];
-    for (int c = 0; c < SOFTSOIL_N_M; ++c) {
+    for (int c = 0; c < CARRIED; ++c) {
       const double more = away * (h->m[slot][1 + k][c] - h->m[slot][0][c]);
       for (int j = 0; j <= K; ++j) m[j][c] += more;
     }
@@ -435,16 +460,16 @@ static void bridge(softsoil_horizon_t *h, int64_t end, int64_t to, softsoil_jobs
   }
 }
 
-/* Histories at the start of window i, for the estimate and each parameter moved: continued from the window before. */
+/* What is carried at the start of window i, for the estimate and each parameter moved: continued from the window before. */
 static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
   const int slot = (int)(i % KEPT);
-  double n[1 + K][K], states[NS], start[1 + K][SOFTSOIL_CELLS];
+  double n[1 + K][K], states[NS], start[1 + K][CELLS];
   softsoil_jobs_t x[SOFTSOIL_N_X], m[SOFTSOIL_CELLS];
   int status = SOFTSOIL_OK;
   for (int j = 0; j <= K; ++j) memcpy(n[j], h->n, sizeof n[j]);
   free_steps(h, h->steps_at[slot]);
   for (int k = 0; k < K; ++k) n[1 + k][k] += h->steps_at[slot][k];
-  if (SOFTSOIL_N_M == 0) return status;
+  if (CARRIED == 0) return status;
   const int64_t oldest = oldest_row(h);
   int64_t from = to - h->before > oldest ? to - h->before : oldest;
   int whole = h->continued;
@@ -466,12 +491,8 @@ static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
     for (int j = 0; j < SOFTSOIL_PASSIVE_AT; ++j) {
       const int set = j <= K ? j : 0;
       put(x, j, states, n[set]);
-      if (!whole && j <= K) {
-        double first[SOFTSOIL_N_X];
-        for (int s = 0; s < SOFTSOIL_N_X; ++s) first[s] = x[s][j];
-        softsoil_model_start(first, row_at(h, from)->u, h->options.p, start[j]);
-      }
-      for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][j] = start[set][c];
+      if (!whole && j <= K) first_carried(h, from, states, n[j], start[j]);
+      put_carried(x, m, j, start[set]);
     }
     for (int64_t row = from; row < to; ++row) {
       if (row == end && to - end <= h->bridged) bridge(h, end, to, x, m);
@@ -480,16 +501,16 @@ static int carry(softsoil_horizon_t *h, int64_t i, int64_t to) {
       for (int j = 0; j < SOFTSOIL_PASSIVE_AT; ++j) put(x, j, states, n[j <= K ? j : 0]);
     }
     int sound = 1;
-    for (int c = 0; c < SOFTSOIL_N_M; ++c)
-      for (int j = 0; j <= K; ++j) sound = sound && fabs(m[c][j]) < 1e30;
+    for (int j = 0; j <= K; ++j) {
+      get_carried((const softsoil_jobs_t *)x, (const softsoil_jobs_t *)m, j, h->m[slot][j]);
+      for (int c = 0; c < CARRIED; ++c) sound = sound && fabs(h->m[slot][j][c]) < 1e30;
+    }
     if (sound) break;
-    /* Histories without a finite value: straight ones in their place. */
+    /* No finite value: that of a standing start in its place. */
     status = SOFTSOIL_NUMERICAL;
     from = end = to;
     whole = 0;
   }
-  for (int j = 0; j <= K; ++j)
-    for (int c = 0; c < SOFTSOIL_N_M; ++c) h->m[slot][j][c] = m[c][j];
   return status;
 }
 
@@ -536,7 +557,7 @@ static void push_axles(const double *state, double dt, softsoil_jobs_t *x) {
 }
 
 /* The window's residuals and derivatives along the model; 0 where it has no usable answer. */
-static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[SOFTSOIL_CELLS], sums_t *sums, path_t *path) {
+static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[CELLS], sums_t *sums, path_t *path) {
   const softsoil_horizon_options_t *o = &h->options;
   softsoil_jobs_t x[SOFTSOIL_N_X], m[SOFTSOIL_CELLS], y[SOFTSOIL_N_Y];
   double step[K], n[K], state[NS], slope[D];
@@ -545,9 +566,10 @@ static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[S
   memset(x, 0, sizeof x);
   memset(m, 0, sizeof m);
   memset(y, 0, sizeof y);
-  for (int j = 0; j < SOFTSOIL_JOB_ROW; ++j) put(x, j, w->state, h->n);
-  for (int j = 0; j < SOFTSOIL_JOB_ROW; ++j)
-    for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][j] = start[0][c];
+  for (int j = 0; j < SOFTSOIL_JOB_ROW; ++j) {
+    put(x, j, w->state, h->n);
+    put_carried(x, m, j, start[0]);
+  }
   for (int i = 0; i < NS; ++i) {
     memcpy(state, w->state, sizeof state);
     state[i] += state_step[i];
@@ -557,7 +579,7 @@ static int run(softsoil_horizon_t *h, const window_t *w, const double (*start)[S
     memcpy(n, h->n, sizeof n);
     n[k] += step[k];
     put(x, free_column[k], w->state, n);
-    for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c][free_column[k]] = start[1 + k][c];
+    put_carried(x, m, free_column[k], start[1 + k]);
   }
   memcpy(state, w->state, sizeof state);
   for (int s = 0; s <= h->steps; ++s) {
@@ -614,7 +636,7 @@ static void judge_window(const softsoil_horizon_t *h, const sums_t *s, const dou
 }
 
 /* A window reduced to a quadratic at the present estimate; one without a usable answer says nothing. */
-static int linearise(softsoil_horizon_t *h, int64_t i, const double (*start)[SOFTSOIL_CELLS]) {
+static int linearise(softsoil_horizon_t *h, int64_t i, const double (*start)[CELLS]) {
   window_t *w = window_at(h, i);
   path_t path[LONGEST_WINDOW + 1];
   double a[NS * NS], inverse[NS * NS], solved[NS][Q], move[NS];
@@ -947,7 +969,7 @@ static int64_t stale_window(softsoil_horizon_t *h) {
 }
 
 int softsoil_horizon_update(softsoil_horizon_t *h) {
-  double start[1 + K][SOFTSOIL_CELLS];
+  double start[1 + K][CELLS];
   if (!h) return SOFTSOIL_NULL_POINTER;
   if (h->magic != MAGIC) return SOFTSOIL_NOT_INITIALISED;
   h->updated = 0;
@@ -963,12 +985,12 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
   h->next_row += h->apart;
   h->continued = 1;
   ++h->taken;
-  status = graver(status, linearise(h, i, (const double (*)[SOFTSOIL_CELLS])h->m[slot]));
+  status = graver(status, linearise(h, i, (const double (*)[CELLS])h->m[slot]));
   estimate(h);
   const int64_t again = stale_window(h);
   if (again >= 0) {
     recall(h, again, start);
-    status = graver(status, linearise(h, again, (const double (*)[SOFTSOIL_CELLS])start));
+    status = graver(status, linearise(h, again, (const double (*)[CELLS])start));
     estimate(h);
   }
   for (int r = 0; r < RECENTS; ++r)

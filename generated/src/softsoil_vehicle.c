@@ -12,6 +12,7 @@
 
 #define K SOFTSOIL_HORIZON_N
 #define NS SOFTSOIL_HORIZON_STATES
+#define OTHERS (SOFTSOIL_HORIZON_CARRIED - SOFTSOIL_N_M) /* states carried */
 #define NUMBERS SOFTSOIL_VEHICLE_NUMBERS
 #define Q SOFTSOIL_VEHICLE_ASKED
 #define D SOFTSOIL_VEHICLE_COLUMNS
@@ -47,7 +48,7 @@ static const double state_step[NS] = {0.0001, 0.0001, 1e-05, 0.0001, 0.0001, 1e-
 static const double free_step = 5e-06;
 static const int at_state[K] = {SOFTSOIL_X_n}, is_soil[K] = {1};
 static const double scale[K] = {0.1}, highest[K] = {1.6};
-static const double nominal[SOFTSOIL_N_X] = {0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.5};
+static const int other_state[SOFTSOIL_SOME(OTHERS)] = {0};
 static const int32_t y_wraps[SOFTSOIL_N_Y] = {0, 0, 1, 0, 0, 0};
 
 size_t softsoil_vehicle_size(void) { return sizeof(softsoil_vehicle_t); }
@@ -89,9 +90,13 @@ static void advance(const double *u, const double *p, double dt, int substeps, d
 }
 
 static void put(double *x, const double *states, const double *n) {
-  memcpy(x, nominal, sizeof nominal);
   memcpy(x, states, NS * sizeof *states);
   for (int k = 0; k < K; ++k) x[at_state[k]] = n[k];
+}
+
+static void put_carried(double *x, double *m, const double *carried) {
+  for (int i = 0; i < OTHERS; ++i) x[other_state[i]] = carried[i];
+  for (int c = 0; c < SOFTSOIL_N_M; ++c) m[c] = carried[OTHERS + c];
 }
 
 static const softsoil_horizon_row_t *row_at(const softsoil_horizon_t *h, int64_t row) {
@@ -164,16 +169,17 @@ static int run(softsoil_vehicle_t *v, const softsoil_horizon_t *h, int column) {
     start[state] += moved;
   }
   if (column > 0 && soil < 0) {
-    memcpy(m, v->memory[1], sizeof m);
+    put_carried(x, m, v->memory[1]);
   } else {
     double states[NS];
-    memcpy(m, v->memory[0], sizeof m);
+    put_carried(x, m, v->memory[0]);
     for (int64_t row = v->from; row < v->row; ++row) {
       softsoil_horizon_states(h, row, states);
       put(x, states, n);
       onwards(h, row, p, x, m);
     }
-    if (column == 0) memcpy(v->memory[1], m, sizeof m);
+    for (int i = 0; i < OTHERS && column == 0; ++i) v->memory[1][i] = x[other_state[i]];
+    for (int c = 0; c < SOFTSOIL_N_M && column == 0; ++c) v->memory[1][OTHERS + c] = m[c];
   }
   put(x, start, n);
   for (int s = 0; s <= v->steps; ++s) {

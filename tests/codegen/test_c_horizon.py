@@ -98,6 +98,18 @@ def test_the_same_numbers_with_one_n_for_each_axle(flags):
     assert np.abs(std - c_std).max() < 2e-6
 
 
+def test_forces_that_build_up_run_from_window_to_window_as_in_python(tmp_path):
+    """No sensor measures them: a window that began without them would take 0.3 m to have its side force."""
+    vehicle = declared("tracks").vehicle
+    vehicle = vehicle.with_(effects={**vehicle.effects, "relaxation": {"relaxation_length": 0.3}})
+    own = replace(declared("tracks"), vehicle=vehicle)
+    write_library(tmp_path, c_library_texts(own))
+    recording = add_noise(read_drive(example_logs()[0]), "table5", 2).between(0.0, 15.0)
+    (n, std, c_n, c_std), _, _ = both(recording, own.build(), exponents(True), CHorizon(CLibrary(tmp_path, SCALAR)))
+    assert np.abs(n - c_n).max() < 1e-7
+    assert np.abs(std - c_std).max() < 1e-7
+
+
 @pytest.mark.study
 @pytest.mark.slow
 def test_the_same_numbers_with_four_parameters(tmp_path):

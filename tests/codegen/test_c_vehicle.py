@@ -1,6 +1,7 @@
 """The library's look at its vehicle: the same as Python's, a load said, and no answer that is not a number."""
 
 import ctypes
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,10 +35,10 @@ def logs():
     return {"loaded": identified.drive(identified.LOAD, "good"), "empty": identified.drive({}, "good")}
 
 
-def ran(recording, seconds=np.inf, change=None):
-    """A horizon and the look beside it after a drive; change(k, u, y, t) -> (u, y, t)."""
-    drive = shooting_drive(recording, declared(IDENTIFIED).build(), START, live=True)
-    c = CHorizon(library(IDENTIFIED, FLAGS))
+def ran(recording, seconds=np.inf, change=None, own=None):
+    """A horizon and the look beside it after a drive; change(k, u, y, t) -> (u, y, t); own: another declaration."""
+    drive = shooting_drive(recording, (own or declared(IDENTIFIED)).build(), START, live=True)
+    c = CHorizon(library_of(own) if own else library(IDENTIFIED, FLAGS))
     c.options.dt, c.options.start_up, c.options.guess[:] = drive.dt, START, [N_0] * len(c.names)
     c.options.r_std[:] = sensor_std(recording, LEAST_NOISE)
     c.start(drive.t[0])
@@ -62,6 +63,19 @@ def test_the_same_as_in_python(logs, name):
     assert look.head.strain == pytest.approx(python.strain, rel=0.2, abs=0.2)
     assert look.head.steering == pytest.approx(python.steering, abs=1.5 * python.steering_std)
     assert look.head.steering_std == pytest.approx(python.steering_std, rel=0.4)
+
+
+@pytest.mark.study
+def test_the_same_as_in_python_where_forces_build_up():
+    vehicle = declared(IDENTIFIED).vehicle.with_(effects={"relaxation": {"relaxation_length": 0.4}})
+    log, own = identified.drive({**vehicle.effects, **identified.LOAD}, "good"), replace(declared(IDENTIFIED), vehicle=vehicle)
+    c, look = ran(log, own=own)
+    windows = drive_windows(log, own.build(), START, HorizonRules())
+    horizon = run_horizon(windows, N_0, True, HorizonRules())
+    python = vehicle_change(windows, horizon)
+    assert c.n[0] == pytest.approx(horizon.n[0], rel=0.005)
+    assert look.head.load == pytest.approx(python.load, abs=0.5 * python.load_std)
+    assert look.head.strain == pytest.approx(python.strain, rel=0.2, abs=0.2)
 
 
 def test_a_load_is_said(logs):
