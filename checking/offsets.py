@@ -268,6 +268,8 @@ def best_offset(
         shifted = filled[reach + lag : count - reach + lag][usable]
         y = shifted - base
         rest[i], total[i] = float(y @ y - np.sum((q.T @ y) ** 2)), float(np.var(shifted)) * len(shifted)
+    if not np.median(total) > 0.0:  # nothing of it lies where the others are known
+        return None
     left = rest / np.median(total)
     # A repeated manoeuvre fits again a period later: of offsets that fit alike, the smallest.
     y = filled[reach + lags[left.argmin()] : count - reach + lags[left.argmin()]][usable] - base

@@ -18,7 +18,7 @@ from softsoil.recording.derive import completed
 from softsoil.recording.drive import CHANNEL_UNITS, CHECKED, Recording
 from softsoil.recording.forward import with_note_of_gaps, with_note_of_reversing
 from softsoil.recording.geometry import Geometry
-from softsoil.recording.outliers import without_absurd
+from softsoil.recording.outliers import without_absurd, without_glimpses
 from softsoil.recording.plausible import check_units
 from softsoil.recording.read import as_drive
 
@@ -29,7 +29,7 @@ def checked(drive: Recording, geometry: Geometry, late_steering: float = 0.0) ->
     geometry: of the vehicle; late_steering: seconds by which its road wheels are known to follow `steer`. Raises ValueError for
     channels that contradict each other beyond doubt.
     """
-    where = drive.meta.get("path", drive.name)
+    where, drive = drive.meta.get("path", drive.name), without_glimpses(drive)
     check_units(Path(where), {name: Source(name) for name in CHANNEL_UNITS}, drive.channels)
     checks = check_channels(drive, geometry, late_steering)
     refuse_contradictions(where, checks)

@@ -68,18 +68,19 @@ def study(
     """
     folder = output_folder(out, "study", _earlier(out))
     studies: list[LogStudy] = []
-    paths: list[Path] = []
     say_vehicle(vehicle, model)
     chosen = logs or example_logs()
     opened = [open_drive(log, columns, noise, seed, vehicle=vehicle, model=model) for log in chosen]
     names = [drive.name for drive in distinct([clean for clean, _ in opened])]
-    for log, name, (clean, noisy) in zip(chosen, names, opened, strict=True):
-        declared = declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model)
-        refuse_another(clean, declared.vehicle)
+    declared = []
+    for log, (clean, _) in zip(chosen, opened, strict=True):
+        declared.append(declaration(vehicle, soil or (None if model else _soil_of(log, clean.name)), law, model))
+        refuse_another(clean, declared[-1].vehicle)
+    for name, own, (clean, noisy) in zip(names, declared, opened, strict=True):
         with progress(name) as told:
-            found = study_log(clean, noisy, declared, named_n(clean.name), n0, skip, told, method)
+            found = study_log(clean, noisy, own, named_n(clean.name), n0, skip, told, method)
         studies.append(replace(found, log=name))
-        paths.append(draw_study(studies[-1], folder / f"{name}.png"))
+    paths = [draw_study(one, folder / f"{one.log}.png") for one in studies]
     console.print(table_7(studies))
     for entry in studies:
         console.print(table_8(entry))
@@ -96,7 +97,7 @@ def _earlier(out: Path | None) -> list[str]:
     """study.json, and the pictures of the study that the one of an earlier run tells of."""
     try:
         earlier = json.loads(((out or RUNS / "study") / "study.json").read_text(encoding="utf-8"))
-        return ["study.json", *(f"{entry['log']}.png" for entry in earlier["logs"])]
+        return ["study.json", *(Path(f"{entry['log']}.png").name for entry in earlier["logs"])]
     except (OSError, ValueError, KeyError, TypeError):
         return ["study.json"]
 

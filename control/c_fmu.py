@@ -25,7 +25,7 @@ OUTPUTS = Layout.of(
     Signal("a_x", "m/s^2", "acceleration of the plan"),
     Signal("a_asked", "m/s^2", "acceleration with what speed error and resistance add"),
     Signal("n", "", "estimate of the sinkage exponent"),
-    Signal("n_std", "", "its standard deviation"),
+    Signal("n_std", "", "its standard deviation, NaN before the first step"),
     Signal("n_used", "", "exponent that the controller drives on"),
     Signal("slip", "", "of the wheels"),
     Signal("resistance", "m/s^2", "deceleration that plans do not know"),
@@ -66,7 +66,7 @@ def driver_fmi_files(n0: float, values: Mapping[str, str], tick: float) -> dict[
     filled = {
         "fmu_points": str(POINTS), "fmu_obstacles": str(OBSTACLES), "fmu_outputs": str(len(OUTPUTS)),
         "token": token, "fmu_speed": number(SPEED), "fmu_n0": number(n0),
-        "fmu_values": ", ".join(f"(double)c.{_FIELDS.get(name, name)}" for name in OUTPUTS.names),
+        "fmu_values": ", ".join(f"(double)c->{_FIELDS.get(name, name)}" for name in OUTPUTS.names),
     }  # fmt: skip
     source = fill(template("fmu_driver.c.in"), filled)
     return {"fmi/fmu_driver.c": source, "fmi/driverDescription.xml": text}

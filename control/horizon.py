@@ -28,7 +28,8 @@ def watched(ocp: Ocp, obstacles: Array, t: float, z0: Array, ref: Array) -> Arra
     """(N + 1, n, 3) x, y, radius, over the horizon from t (s) on, of the obstacles that come nearest to the path or are so now.
 
     obstacles (K, 5): x, y, radius (m) and velocity (m/s) at time 0; z0 (n_z,): the vehicle; ref (N + 1, 4): of `reference`.
-    Those that are behind are left out. Of a row of trees beside the path none takes the place of what stands on it.
+    Those that are behind, or have a radius below 0, are left out. Of a row of trees beside the path none takes the place of what
+    stands on it.
     """
     n = ocp.settings.steps
     if not len(obstacles):
@@ -36,7 +37,7 @@ def watched(ocp: Ocp, obstacles: Array, t: float, z0: Array, ref: Array) -> Arra
     x, y, psi = (z0[ocp.z.index(name)] for name in ("x", "y", "psi"))
     now = obstacles[:, :2] + t * obstacles[:, 3:]
     ahead = (now - [x, y]) @ np.array([np.cos(psi), np.sin(psi)])
-    near = np.flatnonzero((ahead > BEHIND) & (ahead < AHEAD))
+    near = np.flatnonzero((ahead > BEHIND) & (ahead < AHEAD) & (obstacles[:, 2] >= 0.0))
     times = t + ocp.settings.dt * np.arange(n + 1)
     placed = np.zeros((n + 1, len(near), 3))
     placed[:, :, :2] = obstacles[near, :2] + times[:, None, None] * obstacles[near, 3:]

@@ -122,6 +122,9 @@ def estimate_terrain(
     log = log.between(log.t[0] + start, np.inf)
     if len(log) < 4:
         raise ValueError(f"{log.name}: expected at least 4 rows after the start-up, found {len(log)}")
+    for name in ("u", "v", "omega_z", "steer"):
+        if not np.isfinite(log[name]).any():
+            raise ValueError(f"{log.name}: channel {name}: expected numbers after the start-up of {start:g} s, found none")
     own_step, log = log.dt, on_fine_clock(log)
     augmented = terrain_model(with_log_wheels(model, [log]), tied)
     inputs, _ = measured_inputs(log, augmented.external)

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from softsoil.checking.usable import usable
 from softsoil.declaration.late_steering import late_steering
@@ -143,6 +144,9 @@ def identify_soil(
         ('identified', True)
     """
     began = time.perf_counter()
+    if soil.joint_error is not None:  # it stands for the errors of its numbers alone
+        stated = {**dict(soil.uncertainty), **dict(zip(soil.joint_error.names, soil.joint_error.std, strict=True))}
+        soil = soil.with_(uncertainty=tuple(stated.items()))
     if not soil.uncertainty:
         raise ValueError(f"soil {soil.name}: expected a table [uncertainty] with the errors of its numbers, found none")
     recordings = distinct([usable(log, vehicle, late_steering(vehicle)) for log in logs])
@@ -174,7 +178,7 @@ def identify_soil(
 
 @dataclass(frozen=True)
 class _Bench:
-    """The drives with the model of the vehicle on the declared soil: compiled per sample interval, the vehicle's joint error as a
+    """The drives with the model of the vehicle on the declared soil: compiled per sample interval, the joint errors of both as a
     prior, the soil's numbers and the vehicle's as free ones."""
 
     recordings: tuple[Recording, ...]
@@ -194,14 +198,21 @@ class _Bench:
         model = with_log_wheels(model if error is None else with_own_numbers(model, error.names), recordings)
         drives = tuple(shooting_drive(one, model, start) for one in recordings)
         compiled = {dt: WindowModel(model, dt, steps_of(dt)) for dt in {drive.dt for drive in drives}}
-        heavier = rules.model_error_joint
-        prior, own = ((), ()) if error is None else _vehicle_prior(error, model, heavier)
+        heavier, joint = rules.model_error_joint, soil.joint_error
+        together = () if joint is None else joint.names
+        own = () if error is None else tuple(
+            Free(name, (name,), 0.5 * std, -np.inf, np.inf) for name, std in zip(error.names, error.std, strict=True)
+            if name in model.p
+        )  # fmt: skip
         free = tuple(
-            Free(name, (name,), 0.5 * std, (signal := SOIL_SIGNALS[name]).lower, signal.upper, known=(value, std / heavier))
+            Free(
+                name, (name,), 0.5 * std, (signal := SOIL_SIGNALS[name]).lower, signal.upper,
+                known=None if name in together else (float(getattr(soil, name)), std / heavier),
+            )
             for name, std in soil.uncertainty
-            for value in [float(getattr(soil, name))]
-        )
-        return cls(tuple(recordings), soil, model, drives, compiled, prior, own, free, rules)
+        )  # fmt: skip
+        known = [one for one in (error, joint) if one is not None]
+        return cls(tuple(recordings), soil, model, drives, compiled, _priors(known, model, heavier), own, free, rules)
 
     def windows(self, share: float) -> list[FreeWindows]:
         """The windows in the first `share` of each drive; ValueError where a drive holds no two."""
@@ -270,12 +281,13 @@ class _Bench:
         return {one.name: (value, float(np.hypot(heavier * std, own * value))) for one, (value, std) in pairs}
 
 
-def _vehicle_prior(error: JointError, model: Model, heavier: float) -> tuple[tuple[JointPrior, ...], tuple[Free, ...]]:
-    """The joint error of the vehicle's numbers beside the windows of the first drive, and these numbers as free ones."""
-    prior = joint_prior(error, model, {name: float(model.p[name].nominal) for name in error.names if name in model.p})
-    stds = dict(zip(error.names, error.std, strict=True))
-    own = (Free(name, (name,), 0.5 * stds[name], -np.inf, np.inf) for name in prior.names)
-    return (replace(prior, root=heavier * prior.root),), tuple(own)
+def _priors(errors: Sequence[JointError], model: Model, heavier: float) -> tuple[JointPrior, ...]:
+    """The joint errors of the vehicle's numbers and of the soil's, one observation beside the windows of the first drive."""
+    if not errors:
+        return ()
+    parts = [joint_prior(e, model, {name: float(model.p[name].nominal) for name in e.names if name in model.p}) for e in errors]
+    names, mean = tuple(name for part in parts for name in part.names), np.concatenate([part.mean for part in parts])
+    return (JointPrior(model, names, mean, heavier * block_diag(*(part.root for part in parts))),)
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -20,6 +20,8 @@ SLOWEST_STEP, FINE_STEP = 0.0135, 0.0125
 half a step, which makes n of a fast steering too low (`tests/estimator/test_rates.py`)."""
 MOST_ROWS = 0.8
 """Share of all rows: a channel with fewer numbers has a clock of its own."""
+SLOWER = 1.5
+"""Steps: a channel whose samples lie farther apart is slower than the rows."""
 SLOPE_REACH = 3
 """Samples to each side that the local slope is taken over."""
 
@@ -37,17 +39,18 @@ def is_even(recording: Recording) -> bool:
 def on_even_clock(recording: Recording) -> Recording:
     """The drive on a clock of equal steps, its median interval; unchanged where it already is.
 
-    Each time takes the sample nearest to it, at most REACH steps away, and NaN where there is none; psi is unwrapped first.
+    Each time takes the sample of each channel nearest to it, at most REACH steps away, and NaN where there is none; one of a
+    channel slower than the rows goes to one time only. psi is unwrapped first.
     """
     if is_even(recording):
         return recording
     t, dt = recording.t, recording.dt
     clock = t[0] + dt * np.arange(int(np.floor((t[-1] - t[0]) / dt + 1e-6)) + 1)
     channels = {
-        name: clock if name == "t" else at_clock(clock, t, _unwrapped(name, values), REACH * dt)
+        name: clock if name == "t" else _own_samples(clock, t, _unwrapped(name, values), dt)
         for name, values in recording.channels.items()
     }
-    truth = {name: at_clock(clock, t, values, REACH * dt) for name, values in recording.truth.items()}
+    truth = {name: _own_samples(clock, t, values, dt) for name, values in recording.truth.items()}
     note = f"t: uneven steps brought to {dt:.4g} s; gaps stay empty"
     return replace(recording, channels=channels, truth=truth, notes=(*recording.notes, note))
 
@@ -131,19 +134,29 @@ def _unwrapped(name: str, values: Array) -> Array:
     return out
 
 
-def at_clock(clock: Array, t: Array, values: Array, reach: float) -> Array:
+def _own_samples(clock: Array, t: Array, values: Array, dt: float) -> Array:
+    """`at_clock` of the samples that a channel has among the rows t (N,): sources of a log may have rows of their own."""
+    rows = np.isfinite(values)
+    slower = bool(np.median(np.diff(t[rows])) > SLOWER * dt) if rows.sum() > 1 else True
+    return at_clock(clock, t[rows], values[rows], (0.5 if slower else REACH) * dt, 1 if slower else SLOPE_REACH)
+
+
+def at_clock(clock: Array, t: Array, values: Array, reach: float, slope_reach: int = SLOPE_REACH) -> Array:
     """The sample nearest to each time of `clock` (M,), moved along the local slope by what it lies apart; NaN beyond reach (s).
 
-    t, values (N,): the samples. Interpolation would halve the noise of some samples and tie neighbours together; this keeps it.
+    t, values (N,): the samples; slope_reach: how many to each side the local slope is taken over. Interpolation would halve the
+    noise of some samples and tie neighbours together; this keeps it.
     """
     good = np.isfinite(values)
     out = np.full(len(clock), np.nan)
     if not good.any():
         return out
+    if len(t) == 1:
+        return np.where(np.abs(clock - t[0]) <= reach, values[0], np.nan)
     after = np.clip(np.searchsorted(t, clock), 1, len(t) - 1)
     nearest = np.where(clock - t[after - 1] < t[after] - clock, after - 1, after)
     filled = np.interp(t, t[good], values[good])
-    first, last = np.maximum(nearest - SLOPE_REACH, 0), np.minimum(nearest + SLOPE_REACH, len(t) - 1)
+    first, last = np.maximum(nearest - slope_reach, 0), np.minimum(nearest + slope_reach, len(t) - 1)
     slope = (filled[last] - filled[first]) / (t[last] - t[first])
     apart = clock - t[nearest]
     near = (np.abs(apart) <= reach) & good[nearest]

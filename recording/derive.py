@@ -8,10 +8,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softsoil.recording.clock import on_even_clock
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import SPIKE, Motion, interpolated, regress
+from softsoil.recording.forward import near_samples
 from softsoil.recording.geometry import Geometry, corners
 from softsoil.recording.laid_heading import laid_heading
 
@@ -101,26 +103,35 @@ def _heading(psi: Array) -> Array:
 def _lateral(log: Recording, geometry: Geometry, u: Array, omega: Array) -> tuple[Array, str]:
     """v by a kinematic smoother, and how: least squares of v - m and dv/dt - (a_y - u omega_z), m by positions or rear axle."""
     dt = log.dt
-    force = (
-        _filled(np.where(np.abs(log["a_y_imu"]) > SPIKE, np.nan, log["a_y_imu"])) if log.measured("a_y_imu") else None
-    )
-    posed = log.measured("x", "y", "psi")
-    known: Array
-    if posed:
+    force = np.where(np.abs(log["a_y_imu"]) > SPIKE, np.nan, log["a_y_imu"]) if log.measured("a_y_imu") else None
+    force = None if force is None or not np.isfinite(force).any() else _filled(force)
+    posed = _posed(log)
+    compliance = _compliance(log, geometry)
+    known: Array = geometry.l_r * omega - compliance * u * np.abs(u) * omega
+    rear = f"the rear axle's course with a slip angle of {compliance:.3f} rad per m/s^2"
+    how = rear
+    if posed.any():
         psi = _heading(log["psi"])
         rate_x, rate_y = (_sliding_slope(_filled(log[name]), dt) for name in ("x", "y"))
-        known = -rate_x * np.sin(psi) + rate_y * np.cos(psi) - geometry.l_f * omega
-        how = "the positions' motion across the heading"
-    else:
-        compliance = _compliance(log, geometry)
-        known = geometry.l_r * omega - compliance * u * np.abs(u) * omega
-        how = f"the rear axle's course with a slip angle of {compliance:.3f} rad per m/s^2"
+        known = np.where(posed, -rate_x * np.sin(psi) + rate_y * np.cos(psi) - geometry.l_f * omega, known)
+        blind = f", for {(~posed).sum() * dt:.3g} s without them {rear}" if not posed.all() else ""
+        how = f"the positions' motion across the heading{blind}"
     change = np.zeros(len(log)) if force is None else (force - u * omega)
     if force is not None:
         change = change - change.mean()  # v is bounded: what is left of the mean is the accelerometer's bias
         how += ", and the accelerometer between"
-    time = NO_ACCELEROMETER_TIME if force is None else (POSE_TIME if posed else BLIND_TIME)
-    return _smoother(known, change * dt, (time / dt) ** 2), how
+    time = np.where(posed, POSE_TIME, BLIND_TIME) if force is not None else np.full(len(log), NO_ACCELEROMETER_TIME)
+    return _smoother(known, (dt / time) ** 2, change * dt), how
+
+
+def _posed(log: Recording) -> NDArray[np.bool_]:
+    """(N,) whether each row lies among measured positions and headings, as far apart as is usual; no row does in a drive too
+    short for a slope of them, or with fewer than two of any."""
+    names = ("x", "y", "psi")
+    if not log.measured(*names) or len(log) <= 2 * _half(log.dt) or min(np.isfinite(log[name]).sum() for name in names) < 2:
+        return np.zeros(len(log), dtype=bool)
+    near = [near_samples(log.t, log.t[np.isfinite(log[name])], SLOPE) for name in names]
+    return np.logical_and.reduce(near)
 
 
 def _compliance(log: Recording, geometry: Geometry) -> float:
@@ -138,27 +149,32 @@ def _compliance(log: Recording, geometry: Geometry) -> float:
 
 def _sliding_slope(values: Array, dt: float) -> Array:
     """(N,) slope of a straight line through SLOPE seconds around each sample, SLOPE at least five samples."""
-    half = max(round(SLOPE / dt / 2), 2)
+    half = _half(dt)
     clock = np.arange(-half, half + 1) * dt
     weight = clock / float(clock @ clock)
     padded = np.concatenate([2 * values[0] - values[half:0:-1], values, 2 * values[-1] - values[-2 : -half - 2 : -1]])
     return np.convolve(padded, weight[::-1], mode="valid")
 
 
-def _smoother(known: Array, steps: Array, stiffness: float) -> Array:
-    """(N,) v that minimises sum (v - known)^2 + stiffness sum (v[k+1] - v[k] - steps[k])^2: one tridiagonal solve."""
+def _half(dt: float) -> int:
+    """Samples on each side of the one whose slope is taken."""
+    return max(round(SLOPE / dt / 2), 2)
+
+
+def _smoother(known: Array, weight: Array, steps: Array) -> Array:
+    """(N,) v that minimises sum weight (v - known)^2 + sum (v[k+1] - v[k] - steps[k])^2: one tridiagonal solve."""
     count = len(known)
-    diagonal = np.full(count, 1.0 + 2.0 * stiffness)
-    diagonal[0] = diagonal[-1] = 1.0 + stiffness
-    right = known.copy()
-    right[1:] += stiffness * steps[:-1]
-    right[:-1] -= stiffness * steps[:-1]
+    diagonal = weight + 2.0
+    diagonal[[0, -1]] -= 1.0
+    right = weight * known
+    right[1:] += steps[:-1]
+    right[:-1] -= steps[:-1]
     upper, value = [0.0] * count, [0.0] * count
     above, below = 0.0, 0.0
     for k, (d, r) in enumerate(zip(diagonal.tolist(), right.tolist(), strict=True)):
-        pivot = d + stiffness * above
-        above = -stiffness / pivot
-        below = (r + stiffness * below) / pivot
+        pivot = d + above
+        above = -1.0 / pivot
+        below = (r + below) / pivot
         upper[k], value[k] = above, below
     for k in range(count - 2, -1, -1):
         value[k] -= upper[k] * value[k + 1]

@@ -23,6 +23,8 @@ SPREAD = 3.0
 """The same in the spread of the three neighbours that agree best: a peak of the motion has risen before and falls after."""
 FEWEST = 20
 """Samples of a channel below which nothing is said."""
+GLIMPSE = 2
+"""Samples of a channel that say nothing of its course."""
 ABSURD = {
     "x": 1e8, "y": 1e8, "psi": 1e4, "u": 1e3, "v": 1e3, "omega_z": 1e3, "steer": 1e3, **dict.fromkeys(WHEEL_CHANNELS, 1e4),
     "a_x_imu": 1e4, "a_y_imu": 1e4,
@@ -51,6 +53,21 @@ def without_absurd(recording: Recording) -> Recording:
         return recording
     words = ", ".join(f"{name} {count}" for name, count in counts.items())
     return replace(recording, channels=channels, notes=(*recording.notes, f"numbers that cannot be are left out: {words}"))
+
+
+def without_glimpses(recording: Recording) -> Recording:
+    """The drive without channels of at most GLIMPSE samples, as a heading that is stated once: absent, which a note says.
+
+    recording: unchanged where there is none; positions are one channel.
+    """
+    groups = (("x", "y"), *((name,) for name in recording.channels if name in ABSURD and name not in ("x", "y")))
+    state, notes = dict(recording.state), []
+    for group in groups:
+        most = min(int(np.isfinite(recording[name]).sum()) if name in recording else 0 for name in group)
+        if 0 < most <= GLIMPSE and all(recording.state_of(name) == "measured" for name in group):
+            state |= dict.fromkeys(group, "absent")
+            notes.append(f"{', '.join(group)}: at most {GLIMPSE} values in the whole log say nothing of a course; set aside")
+    return replace(recording, state=state, notes=(*recording.notes, *notes)) if notes else recording
 
 
 def without_outliers(recording: Recording) -> Recording:

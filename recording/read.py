@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -75,7 +76,8 @@ def _drive(
     truth = {str(c): numbers(table, str(c), path) for c in table.columns if str(c).startswith(TRUTH_PREFIX)}
     states, origin = _states(path, table, channels), _origin(path, table)
     kept = table.attrs.get(NAME_KEY) if path.name == IMPORTED else None
-    name = kept if isinstance(kept, str) and kept else log_name(path)
+    # Results are called by it: no name leads out of their folder.
+    name = (re.sub(r"[\\/]", "_", kept).lstrip(".") if isinstance(kept, str) else "") or log_name(path)
     recording = Recording(name, channels, truth, tuple(notes), meta, states, origin)
     return without_outliers(only_samples(without_absurd(recording)))
 

@@ -57,10 +57,10 @@ class Beside(Protocol):
 class WindowFit:
     """Result of a fit.
 
-    free; value, std (K,); covariance (K, K), sandwich; information (K, K): Gauss-Newton, without priors; p (D, n_p): parameters
-    per drive; x0: initial states (W, 6) per drive; cost: mean squared robust residual; costs (W,): per window of all drives;
-    scores (C, K), hessians (C, K, K): gradient and Gauss-Newton Hessian of the cost of each cluster, the windows and then what
-    was observed beside them; places (C, 2): drive and time (s) of each; at_bound: names on a bound.
+    free; value, std (K,); covariance (K, K), sandwich; information (K, K): Gauss-Newton, without what is `known` of each number;
+    p (D, n_p): parameters per drive; x0: initial states (W, 6) per drive; cost: mean squared robust residual; costs (W,): per
+    window of all drives; scores (C, K), hessians (C, K, K): gradient and Gauss-Newton Hessian of the cost of each cluster, the
+    windows and then what was observed beside them; places (C, 2): drive and time (s) of each; at_bound: names on a bound.
     """
 
     free: tuple[Free, ...]

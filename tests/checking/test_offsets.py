@@ -122,3 +122,12 @@ def test_positions_are_late_only_where_a_shift_takes_something_away(monkeypatch,
     monkeypatch.setattr("softsoil.checking.clocks.time_offsets", lambda *_: (offset,))
     (check,) = clock_checks(read_drive(MULTI_LOG), reference_vehicle())
     assert check.passed == passes
+
+
+def test_positions_that_begin_after_the_heading_ended_are_compared_with_nothing():
+    drive = read_drive(MULTI_LOG).between(0.0, 20.0)
+    rows = np.arange(len(drive)) / len(drive)
+    channels = {"psi": np.where(rows < 0.5, drive["psi"], np.nan)}
+    channels |= {name: np.where(rows > 0.5, drive[name], np.nan) for name in ("x", "y")}
+    found = time_offsets(drive.with_channels(**channels), reference_vehicle())
+    assert "position" not in {offset.group for offset in found}

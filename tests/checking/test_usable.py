@@ -41,6 +41,29 @@ def call(name, log, model):
     return softsoil.refine([log], declared) if name == "refine" else softsoil.residual(log, declared)
 
 
+@pytest.mark.parametrize("names", [("psi",), ("x", "y"), ("v",)])
+def test_a_channel_that_is_stated_once_is_absent_and_derived(names, good):
+    """A heading, or a place, of the start alone."""
+    once = good.with_channels(**{name: np.where(np.arange(len(good)) == 0, good[name], np.nan) for name in names})
+    drive = usable(once, reference_vehicle())
+    assert all(drive.state_of(name) == "derived" and np.isfinite(drive[name]).all() for name in names)
+    assert any(note.startswith(", ".join(names)) and "say nothing of a course" in note for note in drive.notes)
+
+
+def test_a_speed_that_is_stated_once_is_no_speed(good):
+    once = good.with_channels(u=np.where(np.arange(len(good)) == 0, good["u"], np.nan))
+    with pytest.raises(ValueError, match=r"u: expected a vehicle that moves|found no u"):
+        usable(once, reference_vehicle())
+
+
+@pytest.mark.parametrize("channel", ["v", "steer", "u", "omega_z"])
+def test_a_channel_that_ends_in_the_start_up_is_named(channel, good, model):
+    ends = good.between(0.0, 12.0)
+    ends = ends.with_channels(**{channel: np.where(ends.t < ends.t[0] + 1.9, ends[channel], np.nan)})
+    with pytest.raises(ValueError, match=f"channel {channel}: expected numbers after the start-up of 2 s, found none"):
+        softsoil.estimate(ends, model)
+
+
 @pytest.mark.parametrize("name", PARTS)
 @pytest.mark.parametrize("channel", ["steer", "v", "omega_fl", "omega_z"])
 def test_a_flipped_sign_is_refused_by_every_public_name(name, channel, good, model):

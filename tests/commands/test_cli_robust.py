@@ -135,6 +135,16 @@ def test_an_interruption_says_what_is_kept(home, monkeypatch):
     assert "1 files written before are kept in runs/study" in result.stderr
 
 
+def test_a_study_that_is_refused_changes_no_picture_of_an_earlier_one(home):
+    """Every log is looked at before the first is computed."""
+    (home / "kept").mkdir()
+    (home / "kept" / "short_clay_n0.50.png").write_bytes(b"a picture")
+    (home / "plain.csv").write_bytes((home / "short_clay_n0.50.csv").read_bytes())
+    result = softsoil("study", "short_clay_n0.50.csv", "plain.csv", "--out", "kept")
+    assert result.exit_code == 2 and "plain.csv: expected --soil" in result.stderr
+    assert [path.read_bytes() for path in (home / "kept").iterdir()] == [b"a picture"]
+
+
 def test_a_sweep_that_is_interrupted_says_that_it_resumes(home, monkeypatch):
     def stopped(task, points, out, *_):
         OutputFolder(out) / "results.jsonl"

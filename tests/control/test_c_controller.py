@@ -230,6 +230,24 @@ def test_a_vehicle_drives_the_same_path_by_python_and_by_c():
     assert 0.2 < min(gaps) < 2.0
 
 
+def test_an_obstacle_that_is_no_number_is_refused_and_one_that_is_not_there_takes_no_place():
+    ocp, controller, now = problem("plain"), started(), now_type(problem("plain"))()
+    z, most = ocp.z.pack(u=SPEED), ocp.settings.obstacles
+
+    def watch(*rows):
+        given = np.array(rows, dtype=float)
+        at = [ctypes.c_void_p(array.ctypes.data) for array in (given, z)]
+        return controller.c.softsoil_nmpc_watch(at[0], ctypes.c_size_t(len(rows)), ctypes.c_double(0.0), at[1], ctypes.byref(now))
+
+    there, absent = (7.0, 0.0, 1.0, 0.0, 0.0), (6.0, 0.0, -0.5, 0.0, 0.0)
+    assert watch(*[absent] * most, there) == S["OK"] and now.count == 1
+    assert watched(ocp, np.array([*[absent] * most, there]), 0.0, z, np.zeros((ocp.settings.steps + 1, 4))).shape[1] == 1
+    for i in range(5):
+        broken = [*there]
+        broken[i] = np.nan
+        assert watch(there, broken) == S["BAD_ARGUMENT"] and now.count == 1 and now.obstacles[0][0][0] == 7.0
+
+
 NORTH = np.column_stack([np.zeros(41), 0.5 * np.arange(41.0)])
 CIRCLE = 20.0 * np.column_stack([np.sin(np.linspace(0.0, 2 * np.pi, 300)), 1.0 - np.cos(np.linspace(0.0, 2 * np.pi, 300))])
 

@@ -9,6 +9,7 @@ from softsoil.codegen.c_library.folder import write_library
 from softsoil.codegen.c_library.pack_fmu import pack_fmus
 from softsoil.control.c_fmu import POINTS
 from softsoil.control.c_folder import controller_texts
+from softsoil.control.c_statuses import STATUSES
 from softsoil.control.courses import double_lane_change
 from softsoil.control.driver_binding import CDriver
 from softsoil.control.driver_types import MEASUREMENTS, DriverSettings
@@ -75,6 +76,10 @@ def test_the_unit_drives_as_the_driver_does(texts, units):
         ("obstacle_count", [1.0]), ("obstacles", OBSTACLE + [0.0] * 75),
     ):  # fmt: skip
         unit.setFloat64([reference[name]], [float(value) for value in values])
+    names = ("n", "n_used", "lost", "status", "n_std", "position_std", "dead_reckoned")
+    waits = unit.getFloat64([reference[name] for name in names])
+    assert waits[:4] == [0.7, 0.7, 1.0, [name for name, _ in STATUSES].index("NO_STATE")]
+    assert np.isnan(waits[4:]).all(), "nothing is known yet"
     unit.exitInitializationMode()
     rng, t, seen = np.random.default_rng(2), 0.0, []
     for k in range(240):

@@ -87,6 +87,18 @@ def test_a_number_far_from_its_class_departs_from_it_though_the_drives_hardly_re
     assert verdict == "contradicts_given" and "c is 1383, given as 4140" in reason
 
 
+def test_what_a_file_says_of_its_numbers_together_is_known_of_them():
+    """Errors of phi and k that are almost one: the drive then knows k better by what it says of phi."""
+    stated = CLAY.with_(uncertainty=(("phi", 0.003), ("k", 0.003)))
+    alike = JointError(("phi", "k"), (0.003, 0.003), ((), (0.95,)))
+    log = drive_on(CLAY.with_(n=0.6), 1, 12.0)
+    alone = identify_soil([log], stated, VEHICLE).numbers
+    for soil in (stated, stated.with_(uncertainty=())):
+        together = identify_soil([log], soil.with_(joint_error=alike), VEHICLE).numbers
+        assert together.keys() == alone.keys() and together["phi"].std < 0.9 * alone["phi"].std
+        assert abs(together["phi"].value - CLAY.phi) < 3 * together["phi"].std
+
+
 def test_a_soil_without_stated_errors_is_refused():
     with pytest.raises(ValueError, match=r"soil clay: expected a table .uncertainty. .* found none"):
         identify_soil([drive_on(CLAY, 1, 6.0)], CLAY, VEHICLE)

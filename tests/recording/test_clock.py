@@ -37,3 +37,23 @@ def test_gap_stays_empty():
     assert np.isnan(again["u"][inside]).all()
     assert np.isfinite(again["u"][~inside]).mean() > 0.98
     assert again.notes and len(again) == 200
+
+
+def test_a_sensor_with_rows_of_its_own_keeps_all_of_its_samples():
+    """Rows of 100 Hz, and between two of them, 3 ms after one, those of a sensor of 5 Hz."""
+    t = np.arange(0.0, 20.0, 0.01)
+    slow = t[5::20] + 0.003
+    both = np.sort(np.concatenate([t, slow]))
+    is_slow = np.isin(both, slow)
+    channels = {"t": both, "u": np.where(is_slow, np.nan, 2.0), "x": np.where(is_slow, 3.0 * both, np.nan)}
+    again = on_even_clock(Recording("d", channels))
+    assert np.isfinite(again["u"]).sum() == len(t)
+    good = np.isfinite(again["x"])
+    assert good.sum() == len(slow), "each sample at one time, and none twice"
+    assert np.allclose(again["x"][good], 3.0 * again.t[good])
+
+
+def test_one_sample_stays_one():
+    t = np.sort(np.concatenate([np.arange(0.0, 2.0, 0.01), [1.013]]))
+    again = on_even_clock(Recording("d", {"t": t, "u": np.ones(len(t)), "x": np.where(t == 1.013, 4.0, np.nan)}))
+    assert np.isfinite(again["x"]).sum() == 1 and np.nanmax(again["x"]) == 4.0

@@ -55,6 +55,29 @@ def test_a_derived_channel_is_near_the_measured_one(good, dropped, channel, most
     assert any(note.startswith(channel) or channel in note for note in drive.notes)
 
 
+@pytest.mark.parametrize("names", [("psi",), ("x", "y")])
+@pytest.mark.parametrize("gap", [(6.0, 14.0), (12.0, np.inf), (0.0, 8.0)])
+def test_where_positions_or_heading_are_missing_for_a_while_v_is_that_of_the_rear_axle(good, names, gap):
+    """A heading that is held, or a line between positions, is no motion: v was up to 2 m/s off there."""
+    drive = good.between(0.0, 20.0)
+    out = (drive.t >= gap[0]) & (drive.t <= gap[1])
+    cut = without(drive.with_channels(**{name: np.where(out, np.nan, drive[name]) for name in names}), "v")
+    found = completed(cut, reference_vehicle())
+    assert np.sqrt(np.mean((found["v"] - drive["v"])[out & (drive.t > 2.0)] ** 2)) < 0.08
+    assert any(note.startswith("v: ") and "s without them the rear axle" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("rows", [2, 3, 6, 11])
+def test_a_few_rows_are_completed_too(good, rows):
+    short = Recording("short", {name: without(good, "v")[name][:rows] for name in without(good, "v").channels})
+    assert np.isfinite(completed(short, reference_vehicle())["v"]).all()
+
+
+def test_an_accelerometer_that_only_shows_spikes_is_none(good):
+    spiky = without(good.with_channels(a_y_imu=np.full(len(good), 13.0)), "v", "psi")
+    assert np.isfinite(completed(spiky, reference_vehicle())["v"]).all()
+
+
 @pytest.mark.parametrize("turn", [0.0, 3.0])
 @pytest.mark.parametrize("noise", ["good", "table5"])
 def test_a_heading_is_laid_on_positions_of_any_frame(good, turn, noise):

@@ -233,3 +233,21 @@ def test_a_sensor_of_20_hz_on_rows_of_50_hz_is_one_of_20_hz(tmp_path):
     table = pd.DataFrame({"t": t, "u": 3.0, "omega_z": wave, "steer": wave, "x": np.where(seen, 3 * t, np.nan)})
     table.to_csv(tmp_path / "log.csv", index=False)
     assert any(note.startswith("x: of a sensor of 20 Hz") for note in read_drive(tmp_path / "log.csv").notes)
+
+
+@pytest.mark.parametrize("name", ["../outside", "field/one", "..", "a\\b"])
+def test_no_name_of_a_drive_leads_out_of_a_folder(table, tmp_path, name):
+    """Figures are called by it."""
+    drive = Recording(name, {column: table[column].to_numpy() for column in table})
+    found = read_drive(write_drive(drive, tmp_path / "drive.parquet", named=True)).name
+    assert found and not set(found) & set("/\\") and not found.startswith(".")
+
+
+def test_the_heading_of_a_long_log_with_a_slow_yaw_rate_is_not_in_degrees(tmp_path):
+    """Rows of 100 Hz, a yaw rate of 2.5 Hz: empty cells are no zeros of its integral."""
+    t = np.arange(0.0, 4000.0, 0.01)
+    rate = 0.5 * np.sin(0.1 * t)
+    channels = {"t": t, "u": np.full(len(t), 5.0), "psi": 0.01 * np.cumsum(rate), "steer": 0.3 * rate}
+    channels["omega_z"] = np.where(np.arange(len(t)) % 40 == 0, rate, np.nan)
+    path = write_drive(Recording("long", channels), tmp_path / "long.parquet")
+    assert read_drive(path).measured("psi")
