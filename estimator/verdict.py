@@ -193,7 +193,7 @@ def _inertia(e: Evidence, rules: VerdictRules) -> str:
     """Which yaw inertia the drive asks for, where that is not the declared one; else nothing."""
     if e.motion < rules.least_motion or not e.inertia_std <= rules.inertia_known:
         return ""
-    if abs(e.inertia) < max(rules.inertia, rules.inertia_sigmas * e.inertia_std):
+    if abs(e.inertia) < max(rules.inertia, float(np.hypot(rules.inertia_sigmas * e.inertia_std, rules.inertia_stated))):
         return ""
     size, std = 100 * abs(e.inertia), max(100 * e.inertia_std, 1.0)
     return f"one {size:.0f} ± {std:.0f} % {'larger' if e.inertia > 0 else 'smaller'} leaves less"

@@ -11,6 +11,8 @@ from softsoil.symbolic.model import Model
 OWN_MARGIN, OWN_MOST = 1.3, 2.0
 """What a vehicle's model leaves of other drives over what it leaves of its own logs, at most; the most that may be, over what a
 right model leaves."""
+STATED_SIGMAS = 2.0
+"""Standard deviations of an identified yaw inertia by which it may be off: beyond that its error is not what its file says."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,8 @@ class VerdictRules:
     deviations, from which they disagree; unexplained: of yaw rate and lateral velocity, share of their motion (root mean square)
     that a right model leaves at most; unexplained_sigmas: standard errors beyond that by which it must be exceeded; inertia,
     inertia_sigmas: share by which the drive contradicts the declared yaw inertia, and in standard deviations, from which n is
-    not trusted; inertia_known: largest standard deviation with which it can, as a circle hardly shows an inertia; strain: of the
+    not trusted; inertia_known: largest standard deviation with which it can, as a circle hardly shows an inertia; inertia_stated:
+    share by which an identified one may be off by its own error, which n's includes, without that; strain: of the
     numbers of an identified vehicle, from which it has changed; load, load_sigmas: share of its mass by which it is heavier or
     lighter than declared, and in standard deviations, from which it has; load_seen: largest standard deviation of that share
     with which a drive shows a load that n would take up; steering, steering_sigmas: share by which road wheels turn farther or
@@ -45,6 +48,7 @@ class VerdictRules:
     inertia: float = 0.12
     inertia_sigmas: float = 3.0
     inertia_known: float = 0.2
+    inertia_stated: float = 0.0
     strain: float = 3.5
     load: float = 0.08
     load_sigmas: float = 2.5
@@ -62,14 +66,18 @@ class VerdictRules:
     contradicted: tuple[str, ...] = ()
 
     def of(self, model: Model) -> VerdictRules:
-        """The limits for a vehicle whose file states what its numbers leave unexplained of its own logs (`OWN_MARGIN`).
+        """The limits for a vehicle whose file states what its numbers leave unexplained of its own logs (`OWN_MARGIN`), and the
+        error of its yaw inertia (`STATED_SIGMAS`).
 
         model: of the vehicle.
         """
         own: dict[str, float] = getattr(model.geometry, "unexplained", {})
         limits = [(name, OWN_MARGIN * own.get(name, 0.0), limit) for name, limit in self.unexplained]
         wider = tuple((name, min(max(mine, limit), OWN_MOST * limit)) for name, mine, limit in limits)
-        return replace(self, unexplained=wider, contradicted=model.doubted)
+        joint = getattr(model.geometry, "joint_error", None)
+        stds = {} if joint is None else dict(zip(joint.names, joint.std, strict=True))
+        stated = STATED_SIGMAS * stds.get("yaw_inertia", 0.0) / getattr(model.geometry, "yaw_inertia", 1.0)
+        return replace(self, unexplained=wider, inertia_stated=stated, contradicted=model.doubted)
 
     def another_mass(self, load: float, std: float) -> bool:
         """Whether a vehicle is heavier or lighter than declared.

@@ -21,7 +21,7 @@ half a step, which makes n of a fast steering too low (`tests/estimator/test_rat
 MOST_ROWS = 0.8
 """Share of all rows: a channel with fewer numbers has a clock of its own."""
 SLOWER = 1.5
-"""Steps: a channel whose samples lie farther apart is slower than the rows."""
+"""Steps: a channel with longer intervals than this is slower than the rows."""
 SLOPE_REACH = 3
 """Samples to each side that the local slope is taken over."""
 

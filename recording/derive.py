@@ -125,7 +125,7 @@ def _lateral(log: Recording, geometry: Geometry, u: Array, omega: Array) -> tupl
 
 
 def _posed(log: Recording) -> NDArray[np.bool_]:
-    """(N,) whether each row lies among measured positions and headings, as far apart as is usual; no row does in a drive too
+    """(N,) whether each row lies among measured positions and headings in their usual intervals; no row does in a drive too
     short for a slope of them, or with fewer than two of any."""
     names = ("x", "y", "psi")
     if not log.measured(*names) or len(log) <= 2 * _half(log.dt) or min(np.isfinite(log[name]).sum() for name in names) < 2:

@@ -58,6 +58,7 @@ static const double most_std = 0.05, most_law_std = 0.04, same = 0.1, bound = 0.
 static const double most_unexplained[2] = {0.1, 0.022}, least_motion = 0.2;
 static const double unexplained_sigmas = 2.0;
 static const double most_inertia = 0.12, inertia_sigmas = 3.0, most_inertia_std = 0.2;
+static const double stated_inertia = 0.0; /* by which an identified one may be off by its own error */
 static const double most_parts = 0.1, most_parts_sigmas = 2.5;
 enum { SPLITS = 3, LEAST_PART = 4 };
 static const double splits[SPLITS] = {0.3333333333333, 0.5, 0.6666666666667};
@@ -922,8 +923,8 @@ int softsoil_horizon_verdict(const softsoil_horizon_t *h) {
   for (int c = 0; c < 2; ++c)
     if (h->unexplained[c] - unexplained_sigmas * h->unexplained_std[c] > most_unexplained[c] * most_unexplained[c])
       return SOFTSOIL_VERDICT_INCONSISTENT;
-  if (h->inertia_std <= most_inertia_std && fabs(h->inertia) >= larger(most_inertia, inertia_sigmas * h->inertia_std))
-    return SOFTSOIL_VERDICT_INCONSISTENT;
+  const double sure = inertia_sigmas * h->inertia_std, far = sqrt(sure * sure + stated_inertia * stated_inertia);
+  if (h->inertia_std <= most_inertia_std && fabs(h->inertia) >= larger(most_inertia, far)) return SOFTSOIL_VERDICT_INCONSISTENT;
   if (h->vehicle > SOFTSOIL_VEHICLE_SAME) return SOFTSOIL_VERDICT_INCONSISTENT;
   for (int k = 0; k < K; ++k)
     if (is_soil[k] && !(h->information_std[k] <= most_std * h->n[k] && h->law_std[k] <= most_law_std * h->n[k]))

@@ -18,6 +18,7 @@ from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.modes import run_horizon
 from softsoil.estimator.moving_horizon import LEAST_NOISE, HorizonRules, drive_windows
 from softsoil.estimator.strain import vehicle_change
+from softsoil.files.joint_error import joint_error_of
 from softsoil.recording.states import sensor_std
 from softsoil.symbolic.soil import CLAY
 from softsoil.windows.shooting import shooting_drive
@@ -108,6 +109,16 @@ def test_a_verdict_waits_until_a_load_would_show():
         c.head.options.look = look_asked
         assert VERDICTS[c.c.softsoil_horizon_verdict(ctypes.byref(c.head))] == word
     assert c.options.look == 1, "the library's own default, as it can look"
+
+
+def test_an_identified_inertia_may_be_off_by_its_own_error(logs):
+    """A tenth of it is stated: twice that is believed, and what the drive itself leaves open."""
+    wider = declared(IDENTIFIED).vehicle
+    error = joint_error_of(identified.NUMBERS, np.diag([0.1 * wider.yaw_inertia, 0.004]) ** 2)
+    c, _ = ran(logs["empty"], own=replace(declared(IDENTIFIED), vehicle=wider.with_(joint_error=error)))
+    for share, std, word in ((0.19, 0.01, "identified"), (0.24, 0.01, "inconsistent"), (0.24, 0.05, "identified")):
+        c.head.inertia, c.head.inertia_std = share, std
+        assert c.words[c.library.c.softsoil_horizon_verdict(ctypes.byref(c.head))] == word
 
 
 def test_another_soil_begins_anew(logs):

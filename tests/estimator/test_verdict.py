@@ -18,6 +18,8 @@ from softsoil.estimator.soil_error import SoilError
 from softsoil.estimator.strain import VehicleChange
 from softsoil.estimator.tuning import EXACT_MODEL, Tuning
 from softsoil.estimator.verdict import WORDS, Verdict, decide, judge
+from softsoil.estimator.verdict_rules import VerdictRules
+from softsoil.files.joint_error import JointError
 from softsoil.mapping.drive_soil import ON_THE_WAY
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
@@ -189,6 +191,16 @@ EVIDENCE = Evidence(
 @pytest.mark.parametrize(("std", "word"), [(0.1, "inconsistent"), (0.25, "identified")])
 def test_an_inertia_that_the_drive_hardly_shows_contradicts_nothing(std, word):
     assert decide(replace(EVIDENCE, inertia=1.0, inertia_std=std), np.array([0.5])).word == word
+
+
+@pytest.mark.parametrize(("inertia", "word"), [(-0.19, "identified"), (0.19, "identified"), (-0.24, "inconsistent")])
+def test_an_identified_inertia_may_be_off_by_its_own_error(inertia, word):
+    vehicle = reference_vehicle()
+    error = JointError(("yaw_inertia",), (0.1 * vehicle.yaw_inertia,), ((),))
+    stated = VerdictRules().of(nominal_bicycle(vehicle.with_(joint_error=error), CLAY))
+    off = replace(EVIDENCE, inertia=inertia)
+    assert decide(off, np.array([0.5]), rules=stated).word == word
+    assert decide(off, np.array([0.5]), rules=VerdictRules().of(nominal_bicycle(vehicle, CLAY))).word == "inconsistent"
 
 
 @pytest.mark.parametrize(("inertia", "words"), [(-0.3, "one 30 ± 1 % smaller"), (-1.07, "no yaw inertia fits the drive")])
