@@ -20,8 +20,8 @@ LEAST_TURNING = 0.02
 
 RIM = {"m/s": 1.0, "km/h": 3.6, "mph": 2.23694}
 """Unit of a rim's speed -> of so many in one m/s."""
-RIM_APART = 0.2
-"""Share by which rim speed over ground speed may depart from what such a unit makes of it."""
+RIM_APART = (0.95, 1.2)
+"""Between these, rim speed over ground speed over what such a unit makes of it: driven wheels slip."""
 AXLES = (WHEEL_CHANNELS[:2], WHEEL_CHANNELS[2:])
 OTHER_SIDE = dict(zip(WHEEL_CHANNELS, ("omega_fr", "omega_fl", "omega_rr", "omega_rl"), strict=True))
 
@@ -112,7 +112,7 @@ def _drive(geometry: Geometry, name: str) -> float | None:
 
 def _of_rim(ratio: float, radius: float) -> str:
     """A hint where the speed is that of the rim; radius (m)."""
-    units = (unit for unit, size in RIM.items() if abs(ratio / (size * radius) - 1.0) < RIM_APART)
+    units = (unit for unit, size in RIM.items() if RIM_APART[0] < ratio / (size * radius) < RIM_APART[1])
     return next((f' ({unit}? unit = "{unit}")' for unit in units), "")
 
 

@@ -33,6 +33,11 @@ class Found:
         """Whether it is identified with an error that is no smaller than what was expected before the logs."""
         return self.state == "identified" and self.given is None and self.std >= self.before[1] * (1.0 - 1e-6)
 
+    @property
+    def departs(self) -> float:
+        """Standard deviations of what was expected before the logs by which the value departs from that."""
+        return abs(self.value - self.before[0]) / max(self.before[1], 1e-300)
+
 
 @dataclass(frozen=True)
 class Judged:

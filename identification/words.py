@@ -11,6 +11,8 @@ from softsoil.refinement.words import in_degrees, times_smaller, with_error, wit
 
 NO_BETTER = "no better known than before"
 """Of an identified number whose error is that of before the logs."""
+FAR = 3.0
+"""Standard deviations of what is expected of any vehicle, from which an identified number takes up something else."""
 STATES = {"given": "given", "identified": "identified", "not_identifiable": "not identifiable"}
 VERDICTS = {
     "identified": "Identified: the logs give the vehicle's numbers",
@@ -52,14 +54,18 @@ def error_sentence(found: Identification) -> str:
 
 
 def taking_up_sentence(found: Identification) -> str:
-    """Which identified numbers' errors are the fit's alone, since a fit moves them also by what the model lacks; "" for none."""
-    numbers = by_name()
-    names = [name for name in in_order(found.numbers) if numbers[name].takes_up and found.numbers[name].state == "identified"]
+    """Which identified numbers' errors are the fit's alone, since a fit moves them also by what the model lacks, those FAR from
+    what is expected of any vehicle among them; "" for none."""
+    numbers, fitted = by_name(), [name for name in in_order(found.numbers) if found.numbers[name].state == "identified"]
+    far = [name for name in fitted if found.numbers[name].given is None and found.numbers[name].departs > FAR]
+    names = [name for name in fitted if numbers[name].takes_up or name in far]
     if not names:
         return ""
+    words = ", ".join(f"{name} by {found.numbers[name].departs:.1f}" for name in far)
+    beyond = f" More than {FAR:g} standard deviations from what is expected of any vehicle: {words}." if far else ""
     return (
         f"These numbers may also have taken up what the model lacks, which their ± does not hold: {', '.join(names)}. "
-        "They serve n and predictions, not a workshop."
+        f"They serve n and predictions, not a workshop.{beyond}"
     )
 
 

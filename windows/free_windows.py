@@ -216,14 +216,15 @@ class FreeWindows:
         both = self._run(moved, starts, which, sets, memory)
         out, states = both[..., :N], both[: 1 + N, ..., N:]
         residual = self._residual(out[0], which)
-        slope = (out[1:] - out[0]) / self.sigma
+        with np.errstate(invalid="ignore"):  # of windows without a finite answer
+            slope = (out[1:] - out[0]) / self.sigma
+            path_by_state = np.moveaxis((states[1:] - states[0]) / STATE_STEP[:, None, None, None], 0, -1)
         slope[:, ~np.isfinite(self.recorded[which])] = 0.0
         slope = slope.reshape(len(slope), len(x0), -1)
         broken = ~np.isfinite(slope).all(axis=(0, 2))
-        residual[broken], slope[:, broken], states[0, broken] = 0.0, 0.0, np.nan
+        residual[broken], slope[:, broken], states[0, broken], path_by_state[broken] = 0.0, 0.0, np.nan, np.nan
         by_state = np.moveaxis(slope[:N] / STATE_STEP[:, None, None], 0, -1)
         by_free = np.moveaxis(slope[N:] / steps[:, None, None], 0, -1) if len(free) else np.zeros((*residual.shape, 0))
-        path_by_state = np.moveaxis((states[1:] - states[0]) / STATE_STEP[:, None, None, None], 0, -1)
         return Linear(residual, by_state, by_free, states[0], path_by_state)
 
     def follow(self, p: Array, x0: Array, which: Windows = ALL) -> None:

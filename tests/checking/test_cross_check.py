@@ -169,6 +169,7 @@ def test_wheels_in_metres_per_second_and_wheels_that_slip_alike_are_told(good):
     assert len(cures(vehicle.radius)) == 4 and all('m/s? unit = "m/s"' in cure for cure in cures(vehicle.radius))
     assert len(cures(1.2)) == 4 and all("slip as much on this ground" in cure for cure in cures(1.2))
     assert len(cures(3.6 * vehicle.radius)) == 4 and all('km/h? unit = "km/h"' in cure for cure in cures(3.6 * vehicle.radius))
+    assert not any("km/h" in cure for cure in cures(3.2 * vehicle.radius)), "driven wheels are no slower than the ground"
     assert cures(1.0) == []
     assert len(cures(2.1)) == 4 and all("is the vehicle's radius a diameter?" in cure for cure in cures(2.1))
 

@@ -1,5 +1,6 @@
 """Moving horizon and verdict on drives of the model itself: what is right is identified, what is not says why."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from softsoil.files.joint_error import JointError
 from softsoil.mapping.drive_soil import ON_THE_WAY
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
-from softsoil.recording.drive import WHEEL_CHANNELS
+from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive
 from softsoil.symbolic.bicycle import nominal_bicycle
@@ -289,6 +290,17 @@ def test_windows_that_say_nothing_give_no_parts_and_no_inertia(noisy):
     windows.sigma = np.full(6, np.inf)  # no channel counts
     share, std = inertia_error(windows, horizon)
     assert abs(share) < std
+
+
+def test_a_window_without_a_finite_answer_says_nothing_and_warns_of_nothing(noisy):
+    windows = drive_windows(noisy, clay_bicycle(), 1.0, HorizonRules())
+    p, x0 = windows.compiled.model.p.nominal, windows.first
+    x0[3, STATE_CHANNELS.index("x")] = np.inf
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        linear = windows.linearise(p, x0, ())
+    assert not linear.residual[3].any() and not linear.by_state[3].any() and np.isnan(linear.path[3]).all()
+    assert np.isfinite(linear.by_state).all() and linear.residual[2].any()
 
 
 def test_noise_of_a_channel_from_its_third_differences():

@@ -53,6 +53,9 @@ def test_numbers_that_take_up_what_the_model_lacks_are_named_where_they_are_iden
     said = taking_up_sentence(SimpleNamespace(numbers=numbers))
     assert "does not hold: track, scrub." in said
     assert taking_up_sentence(SimpleNamespace(numbers={"yaw_inertia": one})) == ""
+    far = replace(one, value=-1.0)
+    said = taking_up_sentence(SimpleNamespace(numbers={"yaw_inertia": far, "scrub": replace(far, given=1.0)}))
+    assert "does not hold: yaw_inertia, scrub." in said and said.endswith("of any vehicle: yaw_inertia by 10.0.")
 
 
 @pytest.mark.parametrize("unit", (1.0, 9.81, 9.81e-3, 2.2046), ids=("kg", "N", "kN", "lb"))
