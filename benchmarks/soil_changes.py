@@ -58,13 +58,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=36, help="of the plant")
     parser.add_argument("--seed", type=int, default=2)
+    parser.add_argument("--slower", type=float, default=1.0, metavar="TIMES", help="the plant's drives so many times as slow")
     parser.add_argument("--data", type=Path, help="folder of the shared drives")
     parser.add_argument("--half", type=int, choices=(0, 1), help="every second shared drive, from this one on")
     parser.add_argument("--noise-seeds", type=int, nargs=2, default=(0, 10), metavar=("FIRST", "END"), help="shared change")
     parser.add_argument("--noise", nargs="+", default=["good", "table5"])
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number of the filter")
     options = parser.parse_args()
-    tuning, cases = changed(options.set), [drawn(index, options.seed) for index in range(options.drives)]
+    tuning = changed(options.set)
+    cases = [drawn(index, options.seed, options.slower) for index in range(options.drives)]
     groups = {"plant": [(case, index) for index, case in enumerate(cases)]} if cases else {}
     if options.data is not None:
         groups["shared"] = shared(
@@ -75,16 +77,17 @@ def main() -> None:
             report(f"{name}, {noise}", group, noise, tuning)
 
 
-def drawn(index: int, seed: int) -> Case:
-    """Drive `index` of a seed from the plant: with a change of soil where the index is even."""
+def drawn(index: int, seed: int, slower: float) -> Case:
+    """Drive `index` of a seed from the plant, so many times as slow: with a change of soil where the index is even."""
     rng = np.random.default_rng([seed, index, 5])
     name, change = str(rng.choice(list(N_RANGES))), SIZES[index // 2 % len(SIZES)] if index % 2 == 0 else 0.0
     n = max(float(rng.uniform(*N_RANGES[name])), LEAST - change)
-    speed = Speed(float(rng.uniform(4.5, 6.5)), float(rng.uniform(0.8, 1.8)), float(rng.uniform(9.0, 13.0)))
-    soil, border, heading = SOILS[name].with_(n=n), float(rng.uniform(60.0, 95.0)), float(rng.uniform(-0.3, 0.3))
+    mean, wave, period = (float(rng.uniform(*limits)) for limits in ((4.5, 6.5), (0.8, 1.8), (9.0, 13.0)))
+    speed = Speed(mean / slower, wave / slower, period)
+    soil, border, heading = SOILS[name].with_(n=n), float(rng.uniform(60.0, 95.0)) / slower, float(rng.uniform(-0.3, 0.3))
     ground = SoilField.change_at(soil, soil.with_(n=n + change), border)
     manoeuvre = Manoeuvre("change", MultiSine(seed=1000 * seed + index), speed)
-    drive = simulate(manoeuvre, ground, SECONDS, seed=1000 * seed + index, start=Start(u=5.0, psi=heading))
+    drive = simulate(manoeuvre, ground, SECONDS, seed=1000 * seed + index, start=Start(u=5.0 / slower, psi=heading))
     return Case(drive, load_vehicle(PLANT_VEHICLE), soil, n + change, border if change else np.inf)
 
 
