@@ -11,8 +11,9 @@ from softsoil.symbolic.model import Model
 OWN_MARGIN, OWN_MOST = 1.3, 2.0
 """What a vehicle's model leaves of other drives over what it leaves of its own logs, at most; the most that may be, over what a
 right model leaves."""
-STATED_SIGMAS = 2.0
-"""Standard deviations of an identified yaw inertia by which it may be off: beyond that its error is not what its file says."""
+STATED_SIGMAS = 4.0
+"""Standard deviations of the joint error by which an identified yaw inertia may be off: two of those that `identify` prints,
+which count four of the fit's for one, and the joint error two."""
 
 
 @dataclass(frozen=True)

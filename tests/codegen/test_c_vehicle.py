@@ -112,9 +112,9 @@ def test_a_verdict_waits_until_a_load_would_show():
 
 
 def test_an_identified_inertia_may_be_off_by_its_own_error(logs):
-    """A tenth of it is stated: twice that is believed, and what the drive itself leaves open."""
+    """A twentieth of it is stated: four times that is believed, and what the drive itself leaves open."""
     wider = declared(IDENTIFIED).vehicle
-    error = joint_error_of(identified.NUMBERS, np.diag([0.1 * wider.yaw_inertia, 0.004]) ** 2)
+    error = joint_error_of(identified.NUMBERS, np.diag([0.05 * wider.yaw_inertia, 0.004]) ** 2)
     c, _ = ran(logs["empty"], own=replace(declared(IDENTIFIED), vehicle=wider.with_(joint_error=error)))
     for share, std, word in ((0.19, 0.01, "identified"), (0.24, 0.01, "inconsistent"), (0.24, 0.05, "identified")):
         c.head.inertia, c.head.inertia_std = share, std
