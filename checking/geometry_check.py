@@ -8,12 +8,12 @@ radius up to the slip.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import lfilter, savgol_filter
 
-from softsoil.recording.clock import on_clock_of_the_slowest, on_even_clock
+from softsoil.recording.clock import REACH, at_clock, on_even_clock, unwrapped
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, Recording
 from softsoil.recording.geometry import Geometry
 from softsoil.recording.states import sensor_std
@@ -43,6 +43,8 @@ SLIPS = (-0.15, 0.45)
 """Slips that a log's median may have on soil, braked or driven."""
 DOUBT_SIGMAS, DOUBT_SHARE = 8.0, 0.15
 """l_f is wrong beyond doubt by so many standard errors, and by this share of the wheelbase."""
+MOST_ROWS = 0.8
+"""Share of all rows: a channel with fewer numbers has a clock of its own."""
 SHARED = 2
 """Columns of the normal equations that all drives share, l_f and the sway; offsets of u and v and the right-hand side follow."""
 
@@ -103,7 +105,7 @@ def _windows(log: Recording, start: float) -> Array:
     is not measured: one that is derived from the others is no evidence."""
     if not log.measured(*STATE_CHANNELS):
         return np.zeros((0, 5, 5))
-    log = on_clock_of_the_slowest(on_even_clock(log), STATE_CHANNELS)
+    log = _on_clock_of_the_slowest(on_even_clock(log), STATE_CHANNELS)
     dt = log.dt
     size = max(round(WINDOW / dt), 8)
     std = sensor_std(log, NOISE_FLOOR)
@@ -182,3 +184,24 @@ def beyond_doubt(recording: Recording, geometry: Geometry) -> str:
                 f"{name} has it, found it at {place.value:.2f} ± {place.std:.2f} m by position against course"
             )
     return ""
+
+
+def _on_clock_of_the_slowest(recording: Recording, names: Sequence[str]) -> Recording:
+    """The channels `names` on equal steps of the slowest of them; unchanged where each has a number in most rows.
+
+    A drive from sources of several rates keeps the fastest one's clock, and the others are empty between their samples: rows in
+    which all are measured are few. Each time takes the sample nearest to it, as `on_even_clock` does.
+    """
+    there = {name: np.isfinite(recording[name]) for name in names}
+    slowest = min(there, key=lambda name: int(there[name].sum()))
+    seen = recording.t[there[slowest]]
+    if len(seen) < 2 or len(seen) > MOST_ROWS * len(recording):
+        return recording
+    apart = np.diff(seen)
+    dt = float(np.mean(apart[apart < 2.0 * np.median(apart)]))
+    clock = seen[0] + dt * np.arange(int((seen[-1] - seen[0]) / dt) + 1)
+    channels = {
+        name: at_clock(clock, recording.t[rows], unwrapped(name, recording[name][rows]), REACH * dt)
+        for name, rows in there.items()
+    }
+    return replace(recording, channels={"t": clock, **channels}, truth={})

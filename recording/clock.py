@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from softsoil.recording.drive import STATE_CHANNELS, Array, Recording
 from softsoil.recording.forward import near_samples
@@ -18,8 +18,6 @@ REACH = 0.75
 SLOWEST_STEP, FINE_STEP = 0.0135, 0.0125
 """s: a log whose steps are longer than the first is run on steps of the second or less: a steering angle that is held lags by
 half a step, which makes n of a fast steering too low (`tests/estimator/test_rates.py`)."""
-MOST_ROWS = 0.8
-"""Share of all rows: a channel with fewer numbers has a clock of its own."""
 SLOWER = 1.5
 """Steps: a channel with longer intervals than this is slower than the rows."""
 SLOPE_REACH = 3
@@ -40,14 +38,14 @@ def on_even_clock(recording: Recording) -> Recording:
     """The drive on a clock of equal steps, its median interval; unchanged where it already is.
 
     Each time takes the sample of each channel nearest to it, at most REACH steps away, and NaN where there is none; one of a
-    channel slower than the rows goes to one time only. psi is unwrapped first.
+    channel that lacks rows goes to one time only. psi is unwrapped first.
     """
     if is_even(recording):
         return recording
     t, dt = recording.t, recording.dt
     clock = t[0] + dt * np.arange(int(np.floor((t[-1] - t[0]) / dt + 1e-6)) + 1)
     channels = {
-        name: clock if name == "t" else _own_samples(clock, t, _unwrapped(name, values), dt)
+        name: clock if name == "t" else _own_samples(clock, t, unwrapped(name, values), dt)
         for name, values in recording.channels.items()
     }
     truth = {name: _own_samples(clock, t, values, dt) for name, values in recording.truth.items()}
@@ -91,31 +89,10 @@ def on_coarse_clock(recording: Recording) -> Recording:
     if rows < 2 or len(recording) < 2 * rows:
         return recording
     log = on_even_clock(recording)
-    channels = {name: _blocks(_unwrapped(name, values), rows) for name, values in log.channels.items()}
+    channels = {name: _blocks(unwrapped(name, values), rows) for name, values in log.channels.items()}
     truth = {name: _blocks(values, rows) for name, values in log.truth.items()}
     note = f"t: {rows} rows of {log.dt:.4g} s made one, their median"
     return replace(log, channels=channels, truth=truth, notes=(*log.notes, note))
-
-
-def on_clock_of_the_slowest(recording: Recording, names: Sequence[str]) -> Recording:
-    """The channels `names` on equal steps of the slowest of them; unchanged where each has a number in most rows.
-
-    A drive from sources of several rates keeps the fastest one's clock, and the others are empty between their samples: rows in
-    which all are measured are few. Each time takes the sample nearest to it, as `on_even_clock` does.
-    """
-    there = {name: np.isfinite(recording[name]) for name in names}
-    slowest = min(there, key=lambda name: int(there[name].sum()))
-    seen = recording.t[there[slowest]]
-    if len(seen) < 2 or len(seen) > MOST_ROWS * len(recording):
-        return recording
-    apart = np.diff(seen)
-    dt = float(np.mean(apart[apart < 2.0 * np.median(apart)]))
-    clock = seen[0] + dt * np.arange(int((seen[-1] - seen[0]) / dt) + 1)
-    channels = {
-        name: at_clock(clock, recording.t[rows], _unwrapped(name, recording[name][rows]), REACH * dt)
-        for name, rows in there.items()
-    }
-    return replace(recording, channels={"t": clock, **channels}, truth={})
 
 
 def _blocks(values: Array, rows: int) -> Array:
@@ -126,7 +103,8 @@ def _blocks(values: Array, rows: int) -> Array:
         return np.nanmedian(blocks, axis=1)
 
 
-def _unwrapped(name: str, values: Array) -> Array:
+def unwrapped(name: str, values: Array) -> Array:
+    """The values (N,) of the channel called `name`, a heading without jumps."""
     if name != "psi":
         return values
     out, good = values.copy(), np.isfinite(values)
@@ -135,30 +113,49 @@ def _unwrapped(name: str, values: Array) -> Array:
 
 
 def _own_samples(clock: Array, t: Array, values: Array, dt: float) -> Array:
-    """`at_clock` of the samples that a channel has among the rows t (N,): sources of a log may have rows of their own."""
+    """`at_clock` of the samples that a channel has among the rows t (N,): sources of a log may have rows of their own. Of a
+    channel that lacks rows each sample goes to one time only, the nearest."""
     rows = np.isfinite(values)
-    slower = bool(np.median(np.diff(t[rows])) > SLOWER * dt) if rows.sum() > 1 else True
-    return at_clock(clock, t[rows], values[rows], (0.5 if slower else REACH) * dt, 1 if slower else SLOPE_REACH)
+    if rows.all():
+        return at_clock(clock, t, values, REACH * dt)
+    own = t[rows]
+    slower = bool(np.median(np.diff(own)) > SLOWER * dt) if len(own) > 1 else True
+    out = at_clock(clock, own, values[rows], REACH * dt, 1 if slower else SLOPE_REACH)
+    if len(own):
+        nearest = _nearest(own, clock)
+        apart, same = np.abs(clock - own[nearest]), nearest[1:] == nearest[:-1]
+        out[1:][same & (apart[1:] >= apart[:-1])] = np.nan
+        out[:-1][same & (apart[1:] < apart[:-1])] = np.nan
+    return out
 
 
 def at_clock(clock: Array, t: Array, values: Array, reach: float, slope_reach: int = SLOPE_REACH) -> Array:
     """The sample nearest to each time of `clock` (M,), moved along the local slope by what it lies apart; NaN beyond reach (s).
 
-    t, values (N,): the samples; slope_reach: how many to each side the local slope is taken over. Interpolation would halve the
-    noise of some samples and tie neighbours together; this keeps it.
+    t, values (N,): the samples; slope_reach: how many to each side the local slope is taken over, none beyond a gap where there
+    are others. Interpolation would halve the noise of some samples and tie neighbours together; this keeps it.
     """
     good = np.isfinite(values)
     out = np.full(len(clock), np.nan)
     if not good.any():
         return out
-    if len(t) == 1:
-        return np.where(np.abs(clock - t[0]) <= reach, values[0], np.nan)
-    after = np.clip(np.searchsorted(t, clock), 1, len(t) - 1)
-    nearest = np.where(clock - t[after - 1] < t[after] - clock, after - 1, after)
-    filled = np.interp(t, t[good], values[good])
-    first, last = np.maximum(nearest - slope_reach, 0), np.minimum(nearest + slope_reach, len(t) - 1)
-    slope = (filled[last] - filled[first]) / (t[last] - t[first])
+    nearest = _nearest(t, clock)
     apart = clock - t[nearest]
     near = (np.abs(apart) <= reach) & good[nearest]
+    slope = np.zeros(len(clock))
+    if len(t) > 1:
+        filled, far = np.interp(t, t[good], values[good]), (slope_reach + 0.5) * float(np.median(np.diff(t)))
+        first = np.maximum(nearest - slope_reach, np.searchsorted(t, t[nearest] - far))
+        last = np.minimum(nearest + slope_reach, np.searchsorted(t, t[nearest] + far, side="right") - 1)
+        alone = first == last
+        first = np.where(alone, np.maximum(nearest - 1, 0), first)
+        last = np.where(alone, np.minimum(nearest + 1, len(t) - 1), last)
+        slope = (filled[last] - filled[first]) / (t[last] - t[first])
     out[near] = (values[nearest] + slope * apart)[near]
     return out
+
+
+def _nearest(t: Array, clock: Array) -> NDArray[np.int_]:
+    """(M,) index of the sample nearest to each time of `clock` (M,); t (N,): times of the samples, increasing."""
+    after = np.clip(np.searchsorted(t, clock), 1, max(len(t) - 1, 1))
+    return np.where((len(t) == 1) | (clock - t[after - 1] < t[np.minimum(after, len(t) - 1)] - clock), after - 1, after)

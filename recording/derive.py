@@ -130,8 +130,9 @@ def _posed(log: Recording) -> NDArray[np.bool_]:
     names = ("x", "y", "psi")
     if not log.measured(*names) or len(log) <= 2 * _half(log.dt) or min(np.isfinite(log[name]).sum() for name in names) < 2:
         return np.zeros(len(log), dtype=bool)
-    near = [near_samples(log.t, log.t[np.isfinite(log[name])], SLOPE) for name in names]
-    return np.logical_and.reduce(near)
+    near = np.logical_and.reduce([near_samples(log.t, log.t[np.isfinite(log[name])]) for name in names])
+    # At the rim of a gap the slope would be that of a line across it.
+    return np.convolve(~near, np.ones(2 * _half(log.dt) + 1), "same") < 0.5
 
 
 def _compliance(log: Recording, geometry: Geometry) -> float:

@@ -58,8 +58,10 @@ def without_absurd(recording: Recording) -> Recording:
 def without_glimpses(recording: Recording) -> Recording:
     """The drive without channels of at most GLIMPSE samples, as a heading that is stated once: absent, which a note says.
 
-    recording: unchanged where there is none; positions are one channel.
+    recording: unchanged where there is none, or where it has no more rows; positions are one channel.
     """
+    if len(recording) <= GLIMPSE:
+        return recording
     groups = (("x", "y"), *((name,) for name in recording.channels if name in ABSURD and name not in ("x", "y")))
     state, notes = dict(recording.state), []
     for group in groups:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from softsoil.recording.columns import Source
 from softsoil.recording.drive import CHANNEL_UNITS, Array
+from softsoil.recording.forward import near_samples
 
 Rows = NDArray[np.integer]
 
@@ -77,11 +78,14 @@ def _spans(t: Array) -> tuple[Rows, Rows]:
 
 
 def _integral(t: Array, rate: Array, spans: tuple[Rows, Rows]) -> Array:
-    """Integral of `rate` over each span, on straight lines between its samples: it may be slower than the rows."""
+    """Integral of `rate` over each span, on straight lines between its samples: it may be slower than the rows. NaN over a span
+    in which it is missing for longer than usual."""
     good = np.isfinite(rate)
-    filled = np.interp(t, t[good], rate[good]) if good.any() else np.zeros(len(t))
+    if good.sum() < 2:
+        return np.full(len(spans[0]), np.nan)
+    filled, missing = np.interp(t, t[good], rate[good]), np.concatenate([[0], np.cumsum(~near_samples(t, t[good]))])
     total = np.concatenate([[0.0], np.cumsum(0.5 * (filled[1:] + filled[:-1]) * np.diff(t))])
-    return total[spans[1]] - total[spans[0]]
+    return np.where(missing[spans[1] + 1] > missing[spans[0]], np.nan, total[spans[1]] - total[spans[0]])
 
 
 def _check_heading(
@@ -91,7 +95,7 @@ def _check_heading(
     the steering tells."""
     psi, rate, column = channels["psi"], channels["omega_z"], sources["psi"].column
     turned, expected = psi[spans[1]] - psi[spans[0]], _integral(t, rate, spans)
-    good = np.isfinite(turned)
+    good = np.isfinite(turned) & np.isfinite(expected)
     turned, expected = turned[good], expected[good]
     if np.sum(expected**2) < 0.2:
         return

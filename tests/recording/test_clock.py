@@ -1,6 +1,7 @@
 """A drive on an even clock: untouched where it is even, interpolated where it jitters, empty where it has a gap."""
 
 import numpy as np
+import pytest
 
 from softsoil.recording.clock import is_even, on_even_clock
 from softsoil.recording.drive import Recording
@@ -57,3 +58,26 @@ def test_one_sample_stays_one():
     t = np.sort(np.concatenate([np.arange(0.0, 2.0, 0.01), [1.013]]))
     again = on_even_clock(Recording("d", {"t": t, "u": np.ones(len(t)), "x": np.where(t == 1.013, 4.0, np.nan)}))
     assert np.isfinite(again["x"]).sum() == 1 and np.nanmax(again["x"]) == 4.0
+
+
+@pytest.mark.parametrize("lost", [0.2, 0.34, 0.5])
+def test_no_sample_of_a_channel_that_lacks_rows_stands_at_two_times(lost):
+    rng = np.random.default_rng(3)
+    t = np.arange(2000) * 0.01 + rng.uniform(-0.003, 0.003, 2000)
+    noise = np.where(rng.uniform(size=len(t)) < lost, np.nan, rng.normal(size=len(t)))
+    again = on_even_clock(Recording("d", {"t": t, "u": np.ones(len(t)), "omega_z": noise}))["omega_z"]
+    given, kept = np.isfinite(noise).sum(), np.isfinite(again).sum()
+    assert 0.93 * given < kept <= given
+
+
+def test_no_slope_is_that_of_a_line_across_a_gap():
+    """A channel rises, is missing for two seconds, and falls: at the rim of the gap it rises and falls."""
+    rng = np.random.default_rng(4)
+    t = np.arange(1000) * 0.01 + rng.uniform(-0.003, 0.003, 1000)
+    value = np.where(t < 5.0, 10.0 * t, 100.0 - 10.0 * t)
+    gone = (t > 4.0) & (t < 6.0)
+    rows = np.where(gone, np.nan, value - np.where(t > 5.0, 30.0, 0.0))
+    again = on_even_clock(Recording("d", {"t": t, "u": np.ones(len(t)), "x": rows}))
+    good = np.isfinite(again["x"])
+    expected = np.where(again.t < 5.0, 10.0 * again.t, 70.0 - 10.0 * again.t)
+    assert np.abs(again["x"] - expected)[good].max() < 1e-6

@@ -64,6 +64,7 @@ def test_where_positions_or_heading_are_missing_for_a_while_v_is_that_of_the_rea
     cut = without(drive.with_channels(**{name: np.where(out, np.nan, drive[name]) for name in names}), "v")
     found = completed(cut, reference_vehicle())
     assert np.sqrt(np.mean((found["v"] - drive["v"])[out & (drive.t > 2.0)] ** 2)) < 0.08
+    assert np.abs(found["v"] - drive["v"])[drive.t > 2.0].max() < 0.2, "nor at the rim"
     assert any(note.startswith("v: ") and "s without them the rear axle" in note for note in found.notes)
 
 

@@ -243,6 +243,16 @@ def test_no_name_of_a_drive_leads_out_of_a_folder(table, tmp_path, name):
     assert found and not set(found) & set("/\\") and not found.startswith(".")
 
 
+@pytest.mark.parametrize("seen", [(0.0, 10.0), (50.0, 60.0)])
+def test_a_gyro_that_is_missing_for_a_while_says_nothing_of_the_heading_there(tmp_path, seen):
+    """To the left first, then to the right: what it read last is not how the vehicle turns later."""
+    t = np.arange(0.0, 60.0, 0.01)
+    rate = np.where(t < 12.0, 0.3, -0.3)
+    channels = {"t": t, "u": np.full(len(t), 5.0), "psi": 0.01 * np.cumsum(rate), "steer": 0.3 * rate}
+    channels["omega_z"] = np.where((t >= seen[0]) & (t < seen[1]), rate, np.nan)
+    assert read_drive(write_drive(Recording("lost", channels), tmp_path / "lost.parquet")).measured("psi")
+
+
 def test_the_heading_of_a_long_log_with_a_slow_yaw_rate_is_not_in_degrees(tmp_path):
     """Rows of 100 Hz, a yaw rate of 2.5 Hz: empty cells are no zeros of its integral."""
     t = np.arange(0.0, 4000.0, 0.01)
