@@ -37,11 +37,12 @@ def watched(ocp: Ocp, obstacles: Array, t: float, z0: Array, ref: Array) -> Arra
     x, y, psi = (z0[ocp.z.index(name)] for name in ("x", "y", "psi"))
     now = obstacles[:, :2] + t * obstacles[:, 3:]
     ahead = (now - [x, y]) @ np.array([np.cos(psi), np.sin(psi)])
-    near = np.flatnonzero((ahead > BEHIND) & (ahead < AHEAD) & (obstacles[:, 2] >= 0.0))
+    # What is no number stays: no plan is made around it.
+    near = np.flatnonzero(~((ahead <= BEHIND) | (ahead >= AHEAD) | (obstacles[:, 2] < 0.0)))
     times = t + ocp.settings.dt * np.arange(n + 1)
     placed = np.zeros((n + 1, len(near), 3))
     placed[:, :, :2] = obstacles[near, :2] + times[:, None, None] * obstacles[near, 3:]
     placed[:, :, 2] = obstacles[near, 2]
     gaps = np.hypot(placed[:, :, 0] - ref[:, None, 0], placed[:, :, 1] - ref[:, None, 1]).min(axis=0)
     gaps = np.minimum(gaps, np.hypot(placed[0, :, 0] - x, placed[0, :, 1] - y)) - obstacles[near, 2]
-    return placed[:, np.argsort(gaps, kind="stable")[: ocp.settings.obstacles]]
+    return placed[:, np.argsort(np.nan_to_num(gaps, nan=-np.inf), kind="stable")[: ocp.settings.obstacles]]

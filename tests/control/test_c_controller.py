@@ -245,7 +245,8 @@ def test_an_obstacle_that_is_no_number_is_refused_and_one_that_is_not_there_take
     for i in range(5):
         broken = [*there]
         broken[i] = np.nan
-        assert watch(there, broken) == S["BAD_ARGUMENT"] and now.count == 1 and now.obstacles[0][0][0] == 7.0
+        assert watch(there, broken) == S["BAD_ARGUMENT"] and now.count == 1 and np.isnan(now.obstacles[0][0][0])
+        assert np.isnan(watched(ocp, np.array([there, broken]), 0.0, z, np.zeros((ocp.settings.steps + 1, 4)))).any()
 
 
 NORTH = np.column_stack([np.zeros(41), 0.5 * np.arange(41.0)])
