@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
+from softsoil.recording.clock import unwrapped
 from softsoil.recording.drive import Array, Recording
 from softsoil.recording.evidence import filled
 from softsoil.recording.geometry import Geometry
@@ -62,10 +63,7 @@ def way_to_position(recording: Recording) -> NDArray[np.float64]:
 
 def unwrapped_heading(recording: Recording) -> Array:
     """(N,) the heading, unwrapped where it was measured and then filled in between (rad)."""
-    psi = recording["psi"].copy()
-    seen = np.isfinite(psi)
-    psi[seen] = np.unwrap(psi[seen])
-    return filled(psi)
+    return filled(unwrapped("psi", recording["psi"]))
 
 
 def _parts(recording: Recording) -> list[slice]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsoil.checking.speed import over_ground
-from softsoil.recording.clock import on_even_clock
+from softsoil.recording.clock import on_even_clock, unwrapped
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
 from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated, lagged
 from softsoil.recording.geometry import Geometry
@@ -127,9 +127,7 @@ class _Clocked:
             values = log[name]
             if name.startswith("a_"):
                 values = np.where(np.abs(values) > SPIKE, np.nan, values)
-            if name == "psi":
-                values, good = values.copy(), np.isfinite(values)
-                values[good] = np.unwrap(values[good])
+            values = unwrapped(name, values)
             known = np.flatnonzero(np.isfinite(values))
             period[name] = float(np.median(np.diff(known))) * log.dt if len(known) > 2 else np.inf
             filled = _mean(np.where(joined, np.nan, interpolated(values, reach)), size)

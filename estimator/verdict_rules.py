@@ -11,9 +11,9 @@ from softsoil.symbolic.model import Model
 OWN_MARGIN, OWN_MOST = 1.3, 2.0
 """What a vehicle's model leaves of other drives over what it leaves of its own logs, at most; the most that may be, over what a
 right model leaves."""
-STATED_SIGMAS = 4.0
+STATED_SIGMAS, MOST_STATED = 4.0, 0.2
 """Standard deviations of the joint error by which an identified yaw inertia may be off: two of those that `identify` prints,
-which count four of the fit's for one, and the joint error two."""
+which count four of the fit's for one, and the joint error two; and the share of it that this is at most."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class VerdictRules:
         joint = getattr(model.geometry, "joint_error", None)
         stds = {} if joint is None else dict(zip(joint.names, joint.std, strict=True))
         stated = STATED_SIGMAS * stds.get("yaw_inertia", 0.0) / getattr(model.geometry, "yaw_inertia", 1.0)
-        return replace(self, unexplained=wider, inertia_stated=stated, contradicted=model.doubted)
+        return replace(self, unexplained=wider, inertia_stated=min(stated, MOST_STATED), contradicted=model.doubted)
 
     def another_mass(self, load: float, std: float) -> bool:
         """Whether a vehicle is heavier or lighter than declared.

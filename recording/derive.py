@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.recording.clock import on_even_clock
+from softsoil.recording.clock import on_even_clock, unwrapped
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import SPIKE, Motion, interpolated, regress
 from softsoil.recording.forward import near_samples
@@ -95,9 +95,7 @@ def _first(values: Array) -> Array:
 
 
 def _heading(psi: Array) -> Array:
-    out, good = psi.copy(), np.isfinite(psi)
-    out[good] = np.unwrap(out[good])
-    return _filled(out)
+    return _filled(unwrapped("psi", psi))
 
 
 def _lateral(log: Recording, geometry: Geometry, u: Array, omega: Array) -> tuple[Array, str]:

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.recording.clock import on_even_clock
+from softsoil.recording.clock import on_even_clock, unwrapped
 from softsoil.recording.drive import Array, Recording
 from softsoil.recording.noise_level import noise_level
 
@@ -155,10 +155,7 @@ class Motion:
         values = self.log[name]
         if name.startswith("a_"):
             return np.where(np.abs(values) > SPIKE, np.nan, values)
-        if name == "psi":
-            values, good = values.copy(), np.isfinite(values)
-            values[good] = np.unwrap(values[good])
-        return values
+        return unwrapped(name, values)
 
     def rows(self, values: Array) -> Array:
         """(windows, size) a channel `values` (N,) cut into windows."""
