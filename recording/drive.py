@@ -98,7 +98,10 @@ class Recording:
 
     @property
     def dt(self) -> float:
-        """Mean interval of the samples, s, the shortest number within SAME_RATE: logs of one rate share compiled models."""
+        """Mean interval of the samples, s, the shortest number within SAME_RATE: logs of one rate share compiled models.
+        ValueError for fewer than two samples."""
+        if len(self) < 2:
+            raise ValueError(f"{self.name}: expected two samples or more, found {len(self)}")
         steps = np.diff(self.t)
         every = float(np.median(steps))
         for _ in range(2):  # the median of jittered steps is a little off, which miscounts those of a long gap

@@ -41,6 +41,8 @@ def check_units(path: Path, sources: Mapping[str, Source], channels: Mapping[str
     increases.
     """
     t = channels["t"]
+    if len(t) < 2:
+        raise ValueError(f"{path}: expected at least 2 rows, found {len(t)}")
     step = float(np.median(np.diff(t)))
     if step > LONGEST_STEP:
         words, unit = next((words, unit) for most, words, unit in CLOCKS if step <= most)

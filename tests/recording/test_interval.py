@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+from softsoil.checking.usable import usable
 from softsoil.recording.drive import Recording
+from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.soil import CLAY
+from softsoil.symbolic.vehicle import load_vehicle
 
 
 def interval(t):
@@ -29,3 +33,10 @@ def test_jitter_drops_and_gaps_do_not_either(rate, seed):
 
 def test_two_rates_are_two():
     assert interval(0.0101 * np.arange(500)) == 0.0101 != interval(0.01 * np.arange(500))
+
+
+def test_one_sample_has_no_interval():
+    with pytest.raises(ValueError, match="log: expected two samples or more, found 1"):
+        interval(np.array([3.0]))
+    with pytest.raises(ValueError, match="log: expected at least 2 rows, found 1"):
+        usable(Recording("log", {"t": np.zeros(1), "u": np.zeros(1)}), bicycle(load_vehicle("reference"), CLAY).geometry)
