@@ -19,7 +19,8 @@ from softsoil.declaration.late_steering import late_steering
 from softsoil.figures.import_report import write_import_report
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
 from softsoil.importing.bring_in import Import, bring_in, inspect_sources, read_sources, shifted_with
-from softsoil.importing.draft_map import draft, hangs
+from softsoil.importing.draft_map import draft
+from softsoil.importing.hanging import hangs
 from softsoil.importing.import_map import STEER_COMMAND, ImportMap, load_map, map_from_table
 from softsoil.importing.merge import LEAST
 from softsoil.recording.read import IMPORTED, write_drive
@@ -64,7 +65,7 @@ def import_log(
         plan = steered(plan, geometry)
         series = read_sources(sources, plan, told)
         steering = fitted_map(plan, series)
-        found = bring_in(_name(sources[0]), without_command(plan), series, geometry, align, late_steering(geometry))
+        found = bring_in(_name(sources), without_command(plan), series, geometry, align, late_steering(geometry))
     _say(found, plan)
     refuse_contradictions(str(_source_of(found.checks, plan, sources)), found.checks)
     drive = write_drive(found.drive, folder / IMPORTED, named=True)
@@ -102,9 +103,14 @@ def drafted(sources: list[Path]) -> ImportMap:
     return map_from_table(entries, "map drafted from the sources")
 
 
-def _name(source: Path) -> str:
-    """Of the drive: that of a folder, or of a file without its endings."""
-    return source.name if source.is_dir() else Path(source.name.removesuffix(".gz")).stem
+def _name(sources: Sequence[Path]) -> str:
+    """Of the drive: that of a folder, of a file without its endings, or of the folder that holds the files of several devices."""
+    first, folders = sources[0], {source.resolve().parent for source in sources}
+    if first.is_dir():
+        return first.resolve().name
+    if len(sources) > 1 and len(folders) == 1 and folders != {Path.cwd()}:
+        return folders.pop().name
+    return Path(first.name.removesuffix(".gz")).stem
 
 
 def _source_of(checks: Sequence[Check], plan: ImportMap, sources: Sequence[Path]) -> Path:

@@ -12,10 +12,10 @@ import typer
 from softsoil.commands.output import console
 from softsoil.files.identify_verdict import IDENTIFIED
 from softsoil.files.package_data import REFERENCE_VEHICLE, VEHICLE_NAMES, source_name, vehicle_file
-from softsoil.files.toml_file import read_toml
+from softsoil.files.toml_file import read_toml, table_inside
 from softsoil.recording.log_names import named_soil
 from softsoil.symbolic.soil import SOILS, Soil, load_soil
-from softsoil.symbolic.vehicle import NUMBERS, Vehicle, load_vehicle, vehicle_from_table
+from softsoil.symbolic.vehicle import KEYS, NUMBERS, Vehicle, load_vehicle, vehicle_from_table
 from softsoil.symbolic.wheel import law_names
 
 if TYPE_CHECKING:
@@ -64,10 +64,10 @@ OutOption = Annotated[
 def declared_vehicle(vehicle: Path | None, model: Path | None) -> Vehicle:
     """The vehicle that the options declare, by itself: of `model`, of `vehicle`, or the reference vehicle."""
     if model is not None and vehicle is None:
-        table = read_toml(model, "model").get("vehicle")
-        if not isinstance(table, dict):
+        table = read_toml(model, "model")
+        if "vehicle" not in table:
             raise ValueError(f"{model}: expected a table [vehicle], found none")
-        return vehicle_from_table(table, str(model), model.stem)
+        return vehicle_from_table(table_inside(table, "vehicle", KEYS, str(model)), str(model), model.stem)
     return load_vehicle(vehicle or REFERENCE_VEHICLE)
 
 
@@ -75,8 +75,7 @@ def measured_vehicle(vehicle: Path | None) -> Vehicle:
     """The vehicle whose axles, wheels and steering a log is brought in with: a vehicle file's, or, before there is one, that of
     the known numbers that `softsoil identify` starts from."""
     path = vehicle_file(vehicle or REFERENCE_VEHICLE)
-    table = read_toml(path, "vehicle")
-    table = table.get("vehicle", table)
+    table = table_inside(read_toml(path, "vehicle"), "vehicle", KEYS, str(path))
     if all(n.default is not None or n.name in table for n in NUMBERS):
         return load_vehicle(path)
     from softsoil.refinement.known_vehicle import load_known

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softsoil.declaration.ground import HARD_GROUND, idle, sinks
-from softsoil.files.toml_file import read_toml, toml_number, toml_text
+from softsoil.files.toml_file import read_toml, table_inside, toml_number, toml_text
 from softsoil.symbolic.bicycle import vehicle_law
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import CLASS_NUMBERS, SOIL_SIGNALS, Soil, soil_from_table
-from softsoil.symbolic.vehicle import NUMBERS, Vehicle, vehicle_from_table
+from softsoil.symbolic.vehicle import KEYS, NUMBERS, Vehicle, vehicle_from_table
 from softsoil.symbolic.wheel import ForceLaw, law_names
 
 
@@ -73,7 +73,7 @@ def load_declaration(path: str | Path) -> Declaration:
     law = table.get("law", "turn_slip")
     if law not in law_names():
         raise ValueError(f"{path}: law: expected one of {', '.join(law_names())}; found {law!r}")
-    vehicle = vehicle_from_table(table["vehicle"], str(path), path.stem)
+    vehicle = vehicle_from_table(table_inside(table, "vehicle", KEYS, str(path)), str(path), path.stem)
     unused = {} if "n" in table["soil"] else {s: getattr(HARD_GROUND, s) for s in _unused(Declaration(vehicle, HARD_GROUND, law))}
     return Declaration(vehicle, soil_from_table({**unused, **table["soil"]}, str(path), "soil"), law)
 

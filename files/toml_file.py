@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,20 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
         raise ValueError(f"{path}: expected TOML, found: {error}") from None
     except OSError as error:
         raise ValueError(f"{path}: expected a TOML file that can be read, found: {error.strerror}") from None
+
+
+def table_inside(table: Mapping[str, Any], name: str, keys: Collection[str], where: str) -> dict[str, Any]:
+    """The table called `name` inside another one, which is that table itself where it has none of that name.
+
+    keys: of the table called `name`. Raises ValueError, naming `where`, for one of them beside it, which would not be read.
+    """
+    inside = table.get(name, table)
+    if not isinstance(inside, dict):
+        raise ValueError(f"{where}: expected a table [{name}], found {name} = {inside!r}")
+    beside = [key for key in table if key in keys and key != "name"] if name in table else []
+    if beside:
+        raise ValueError(f"{where}: expected {beside[0]} inside [{name}], as {name}.{beside[0]}; found it beside")
+    return inside
 
 
 def finite(value: Any, where: str) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,16 @@ import numpy as np
 
 from softsoil.importing.frames import TRANSFORMS, Transform, frame_of, transforms_of
 from softsoil.importing.messages import fields_of, reader_of, stamp_of
-from softsoil.importing.sources import Holding, Series, Spread, ordered
+from softsoil.importing.sources import BAG_SUFFIXES, Holding, Series, Spread, ordered
 
 SAMPLED = 200
 """Messages of a topic that inspect looks into, from its beginning."""
 ANOTHER_CLOCK = 5.0
 """s: header stamps farther than this from the arrival times are of another clock, and are moved by the median difference."""
+FARTHEST_PART = 60.0
+"""s between the bag files of a folder, of which each goes on where the one before ended."""
+TAILS = (2.0, 20.0, 200.0)
+"""s before a bag's end in which a topic's last message is looked for, before all of it is read."""
 TELL_EVERY = 2000
 """Messages between two reports of progress."""
 
@@ -33,7 +38,8 @@ def opened(path: Path) -> Iterator[Any]:
             f"{path}: expected the library rosbags for bags, found none: pip install '.[logs]' in the project's folder"
         ) from None
     try:
-        with AnyReader([_file(path)], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        with AnyReader(_files(path), default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            _one_recording(path, reader)
             yield reader
     except (AnyReaderError, OSError, KeyError, AssertionError) as error:
         reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
@@ -42,18 +48,28 @@ def opened(path: Path) -> Iterator[Any]:
         ) from None
 
 
-def _file(path: Path) -> Path:
-    """What the library is given: a folder with metadata.yaml, or the one bag file of a folder without."""
+def _files(path: Path) -> list[Path]:
+    """What the library is given: a folder with metadata.yaml, or the bag files of a folder without, parts of one recording."""
     if path.is_dir() and not (path / "metadata.yaml").is_file():
-        inside = sorted(p for p in path.iterdir() if p.suffix in (".bag", ".mcap", ".db3"))
-        if len(inside) != 1:
-            raise ValueError(
-                f"{path}: expected metadata.yaml or one bag file in the folder, found {len(inside)} bag files"
-            )
-        return inside[0]
+        inside = sorted(p for p in path.iterdir() if p.suffix in BAG_SUFFIXES)
+        if len({p.suffix for p in inside}) > 1:
+            raise ValueError(f"{path}: expected bag files of one kind in the folder, found {', '.join(p.name for p in inside)}")
+        return inside
     if path.suffix == ".db3" and (path.parent / "metadata.yaml").is_file():
-        return path.parent
-    return path
+        return [path.parent]
+    return [path]
+
+
+def _one_recording(path: Path, reader: Any) -> None:
+    """Refuse bag files of a folder that are no parts of one recording: far from each other in time."""
+    parts = sorted((part for part in reader.readers if part.message_count), key=lambda part: int(part.start_time))
+    for before, after in pairwise(parts):
+        apart = (after.start_time - before.end_time) * 1e-9
+        if apart > FARTHEST_PART:
+            raise ValueError(
+                f"{path}: expected parts of one recording in the folder, found {after.path.name} {apart:.0f} s after the end of "
+                f"{before.path.name}: give one of them by its file's name"
+            )
 
 
 def inspect_bag(path: Path, progress: Callable[[float], None] = lambda share: None) -> list[Holding]:
@@ -91,17 +107,20 @@ def _topic(reader: Any, connections: Sequence[Any], file: str) -> Holding:
     clock = np.sort(np.array(stamps if stamped else arrivals))
     steps = np.diff(clock)
     rate = float(1.0 / np.median(steps)) if len(steps) and np.median(steps) > 0 else float("nan")
-    spreads = {key: _spread(np.array(values)) for key, values in samples.items()}
+    spreads = {key: Spread.of(np.array(values)) for key, values in samples.items()}
     start = float(clock[0]) if len(clock) else float("nan")
-    return Holding(first.topic, first.msgtype, file, count, rate, start, start + (count - 1) / rate,
+    stop = _last_arrival(reader, connections) - float(np.median(np.array(arrivals) - stamps)) * stamped if len(clock) else start
+    return Holding(first.topic, first.msgtype, file, count, rate, start, max(start, stop),
                    "header stamps" if stamped else "arrival", spreads, frame, tuple(transforms.values()))  # fmt: skip
 
 
-def _spread(values: np.ndarray) -> Spread:
-    good = values[np.isfinite(values)]
-    if not len(good):
-        return Spread(float("nan"), float("nan"), False)
-    return Spread(float(good.min()), float(good.max()), bool(np.ptp(good) > 0))
+def _last_arrival(reader: Any, connections: Sequence[Any]) -> float:
+    """Time (s) at which the last of the connections' messages came."""
+    for tail in (*(reader.end_time - int(seconds * 1e9) for seconds in TAILS), reader.start_time):
+        arrivals = [arrival for _, arrival, _ in reader.messages(connections=connections, start=max(tail, reader.start_time))]
+        if arrivals:
+            return float(arrivals[-1]) * 1e-9
+    return float("nan")
 
 
 def _message(reader: Any, connection: Any, raw: bytes) -> Any:
@@ -116,25 +135,28 @@ def _message(reader: Any, connection: Any, raw: bytes) -> Any:
         raise
 
 
+def topics_of(path: Path) -> list[str]:
+    """Names of a bag's topics."""
+    with opened(path) as reader:
+        return sorted({connection.topic for connection in reader.connections})
+
+
 def read_bag(
     path: Path, wanted: Mapping[str, Sequence[str]], progress: Callable[[float], None] = lambda share: None
 ) -> list[Series]:
     """The wanted fields of the wanted topics, streamed: memory holds the numbers asked for, never a message twice.
 
-    wanted: topic -> paths of fields; progress: called with the share of messages read. Raises ValueError for a topic that the bag
-    lacks, naming those there are.
+    wanted: topic -> paths of fields, those that the bag lacks are left out; progress: called with the share of messages read.
     """
     readers = {topic: {name: reader_of(name) for name in names} for topic, names in wanted.items()}
     clocks = {topic: (array("d"), array("d")) for topic in wanted}
     numbers = {topic: array("d") for topic in wanted}
     headed: set[str] = set()
     with opened(path) as reader:
-        there = {c.topic for c in reader.connections}
-        for topic in wanted:
-            if topic not in there:
-                raise ValueError(f"{path}: expected topics of {', '.join(sorted(there))}; found none called {topic!r}")
         chosen = [c for c in reader.connections if c.topic in wanted]
         total, done = max(sum(c.msgcount for c in chosen), 1), 0
+        if not chosen:
+            return []
         for connection, arrival, raw in reader.messages(connections=chosen):
             message = _message(reader, connection, raw)
             done += 1
@@ -148,7 +170,9 @@ def read_bag(
             if hasattr(message, "header"):
                 headed.add(connection.topic)
             numbers[connection.topic].extend([read(message) for read in readers[connection.topic].values()])
-    return [_series(topic, clocks[topic], numbers[topic], list(names), topic in headed) for topic, names in wanted.items()]
+    there = {connection.topic for connection in chosen}
+    return [_series(topic, clocks[topic], numbers[topic], list(names), topic in headed)
+            for topic, names in wanted.items() if topic in there]  # fmt: skip
 
 
 def _series(topic: str, clocks: tuple[array, array], numbers: array, names: list[str], headed: bool) -> Series:

@@ -14,9 +14,9 @@ from softsoil.checking.cross_check import check_channels
 from softsoil.checking.offsets import Offset, time_offsets
 from softsoil.checking.place import place_checks, without_misplaced
 from softsoil.checking.words import Check
-from softsoil.importing.bag import inspect_bag, read_bag
+from softsoil.importing.bag import inspect_bag, read_bag, topics_of
 from softsoil.importing.draft_map import geodetic
-from softsoil.importing.import_map import ImportMap
+from softsoil.importing.import_map import ImportMap, split_label
 from softsoil.importing.local_frame import east_north
 from softsoil.importing.loose_table import BY_NAME, TimeColumn, inspect_table, open_table, read_columns
 from softsoil.importing.merge import Merged, merge
@@ -66,7 +66,7 @@ class Import:
                 continue
             origin = self.merged.origins.get(name)
             source = origin.source if origin else ""
-            shift = self.shifts.get(source.split(":", 1)[0], 0.0) - (origin.late if origin else 0.0)
+            shift = (self.shifts.get(split_label(source)[0], 0.0) - origin.late) if origin else 0.0
             channels[name] = {
                 "state": self.drive.state_of(name),
                 "source": source, "rate_hz": origin.rate_hz if origin else None,
@@ -88,10 +88,15 @@ def inspect_sources(paths: Sequence[Path], progress: Progress = lambda share: No
         look = inspect_bag if is_bag(path) else inspect_table
         found += look(path, lambda share, i=i: progress((i + share) / len(paths)))  # type: ignore[misc]
     names = [holding.name for holding in found]
+    _refuse_twice(names)
+    return found
+
+
+def _refuse_twice(names: Sequence[str]) -> None:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise ValueError(f"sources: expected distinct topics and file names, found {twice!r} twice")
-    return found
+        parts = ": bag files in one folder are read as the parts of one recording" if twice.startswith("/") else ""
+        raise ValueError(f"sources: expected distinct topics and file names, found {twice!r} twice{parts}")
 
 
 def read_sources(paths: Sequence[Path], plan: ImportMap, progress: Progress = lambda share: None) -> dict[str, Series]:
@@ -100,28 +105,31 @@ def read_sources(paths: Sequence[Path], plan: ImportMap, progress: Progress = la
     Raises ValueError for a source that no path holds, or a field that a source lacks.
     """
     wanted = plan.wanted()
-    found: dict[str, Series] = {}
+    parts: list[Series] = []
     for i, path in enumerate(paths):
         check_source(path)
         if is_bag(path):
-            found |= _of_bag(path, wanted, lambda share, i=i: progress((i + share) / len(paths)))  # type: ignore[misc]
+            parts += _of_bag(path, wanted, lambda share, i=i: progress((i + share) / len(paths)))  # type: ignore[misc]
         elif path.name in wanted:
-            found[path.name] = _of_table(path, wanted[path.name], plan.times.get(path.name, BY_NAME))
+            parts.append(_of_table(path, wanted[path.name], plan.times.get(path.name, BY_NAME)))
         progress((i + 1) / len(paths))
+    _refuse_twice([one.name for one in parts])
+    found = {one.name: one for one in parts}
     missing = [source for source in wanted if source not in found]
     if missing:
-        raise ValueError(f"map: expected sources of {', '.join(map(str, paths))}; found none called {missing[0]!r}")
+        there = [topic for path in paths if is_bag(path) for topic in topics_of(path)] if missing[0].startswith("/") else []
+        of = ", ".join(there or map(str, paths))
+        raise ValueError(f"map: expected {'topics' if there else 'sources'} of {of}; found none called {missing[0]!r}")
     return found
 
 
-def _of_bag(path: Path, wanted: Mapping[str, Sequence[str]], progress: Progress) -> dict[str, Series]:
+def _of_bag(path: Path, wanted: Mapping[str, Sequence[str]], progress: Progress) -> list[Series]:
     topics = {s: list(fields) for s, fields in wanted.items() if s.startswith("/")}
     for fields in topics.values():
         if "east" in fields or "north" in fields:
             fields[:] = [f for f in fields if f not in ("east", "north")] + ["latitude", "longitude", "altitude"]
-    series = {s.name: s for s in read_bag(path, topics, progress)}
-    return {name: _local(one, ("latitude", "longitude", "altitude")) if "latitude" in one.values else one
-            for name, one in series.items()}  # fmt: skip
+    return [_local(one, ("latitude", "longitude", "altitude")) if "latitude" in one.values else one
+            for one in read_bag(path, topics, progress)]  # fmt: skip
 
 
 def _of_table(path: Path, fields: Sequence[str], time: TimeColumn) -> Series:
@@ -171,17 +179,18 @@ def bring_in(
     notes = tuple(f"{source}: clock shifted by {value:+.3f} s" for source, value in shifts.items() if value)
     recording = replace(merged.recording, notes=(*merged.recording.notes, *notes))
     checks = (*check_channels(recording, geometry, late_steering), *axle_checks(recording, geometry))
-    checks = (*(as_mapped(check, plan) for check in checks), *idle_mounts(plan))
+    checks = (*(as_mapped(check, plan) for check in checks), *idle_entries(plan))
     return Import(merged, completed(without_misplaced(recording, checks), geometry), shifts, offsets, checks, series)
 
 
-def idle_mounts(plan: ImportMap) -> tuple[Check, ...]:
-    """A doubt of each mount that places no channel, as of a source whose name is misspelt: its sensor stands elsewhere, then."""
+def idle_entries(plan: ImportMap) -> tuple[Check, ...]:
+    """A doubt of each mount and each time column that serves no channel, as of a source whose name is misspelt."""
     sources = ", ".join(dict.fromkeys(origin.source for origin in plan.channels.values()))
+    idle = [("mount", name) for name in plan.idle_mounts()] + [("sources", name) for name in plan.idle_times()]
     return tuple(
-        Check(f"mount_{name}", f"mount.{name}", False, "no channel that comes from it", f"a source of the map ({sources})",
+        Check(f"{table}_{name}", f"{table}.{name}", False, "no channel that comes from it", f"a source of the map ({sources})",
               "correct its name, or take it out")
-        for name in plan.idle_mounts()
+        for table, name in idle
     )  # fmt: skip
 
 

@@ -8,9 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from softsoil.importing.frames import VEHICLE, Place, places
+from softsoil.importing.hanging import hangs
 from softsoil.importing.import_map import CHANNELS
 from softsoil.importing.message_columns import message_field
 from softsoil.importing.sources import Holding, Spread
+from softsoil.importing.written_units import measures, without_unit, written_unit
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
 
 STANDARD: dict[str, tuple[tuple[str, str], ...]] = {
@@ -49,13 +51,14 @@ yaw rate before all others."""
 PREFERRED = {"omega_z": ("Imu",), "x": ("Odometry", "Pose"), "y": ("Odometry", "Pose"), "u": ("Odometry", "Velocity", "Twist"),
              "psi": ("Odometry", "Pose"), "steer": ("SteeringReport", "JointState")}  # fmt: skip
 _SPINS, _TURNS = "wheel|omega|ws|spin|rpm", "wheel|omega|ws|speed|rpm"
+_PLACE = r"\A(?!.*(gyr|acc|mag|omega|rate|vel|speed|force|torque|angular|roll|pitch|twist)).*"
 _CORNERS = {"omega_fl": "fl|front_?left|lf|left_?front", "omega_fr": "fr|front_?right|rf|right_?front",
             "omega_rl": "rl|rear_?left|lr|left_?rear", "omega_rr": "rr|rear_?right|right_?rear"}  # fmt: skip
 NAMES: tuple[tuple[str, str], ...] = (
     *((channel, rf"({_SPINS}).*({corner})|({corner}).*({_TURNS})") for channel, corner in _CORNERS.items()),
     ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])(swa\Z|delta(?!_?[tv]))|(road|hand)_?wheel(_?angle)?\Z|lenk(rad)?winkel"),
     ("omega_z", r"yaw_?rate|omega_?z|gyro_?z|angular_velocity\.z|heading_rate|(?<![a-z])wz(?![a-z])|gierrate"),
-    ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|long\w*|forwards?|fwd|ahead)(_?(imu|cg))?\Z|linear_acceleration\.x"),
+    ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|lon(g\w*)?|forwards?|fwd|ahead)(_?(imu|cg))?\Z|linear_acceleration\.x"),
     ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*|left)(_?(imu|cg))?\Z|linear_acceleration\.y"),
     ("psi", r"(?<!wheel_)(yaw|heading|hdg|psi|bearing|azimuth|gierwinkel)\Z"),
     ("v", r"(?<![a-z])(v(el\w*?)?_?(y|lat\w*|left)|lateral_?(vel\w*|speed)|speed_?lat\w*|v)\Z"),
@@ -65,7 +68,7 @@ NAMES: tuple[tuple[str, str], ...] = (
         r"geschwindigkeit|u)\Z",
     ),
     ("throttle", r"throttle|gas"), ("brake", r"brake"),
-    ("x", r"(?<![a-z])(x|pos\w*_?\.?x|east(ing)?)\Z"), ("y", r"(?<![a-z])(y|pos\w*_?\.?y|north(ing)?)\Z"),
+    ("x", rf"{_PLACE}(?<![a-z])(x|pos\w*_?\.?x|east(ing)?)\Z"), ("y", rf"{_PLACE}(?<![a-z])(y|pos\w*_?\.?y|north(ing)?)\Z"),
 )  # fmt: skip
 """Channel, pattern of a field's or column's name (its last part first, lower case, without a unit at its end)."""
 GENERAL = ("data", "value", "velocity", "speed", "rpm")
@@ -74,17 +77,11 @@ BEARING = re.compile(r"bearing|azimuth", re.I)
 """Names of a heading that is clockwise from north."""
 STEEPEST, FASTEST_TURN = 1.3, 6.0
 """rad, rad/s: largest road-wheel angle and yaw rate of a wheeled vehicle; beyond it degrees are guessed."""
-WRITTEN_UNITS = {"m/s": "m/s", "km/h": "km/h", "kmh": "km/h", "kph": "km/h", "mph": "mph", "deg": "deg", "°": "deg", "rad": "rad",
-                 "deg/s": "deg/s", "°/s": "deg/s", "rad/s": "rad/s", "rpm": "rpm", "1/min": "rpm", "g": "g", "m/s^2": "m/s^2",
-                 "m/s²": "m/s^2", "m/s2": "m/s^2", "m": "m", "cm": "cm", "mm": "mm", "km": "km", "%": "%"}  # fmt: skip
-
-ENDINGS = {"_kmh": "km/h", "_kph": "km/h", "_mph": "mph", "_mps": "m/s", "_rpm": "rpm", "_dps": "deg/s", "_deg_s": "deg/s",
-           "_degs": "deg/s", "_deg": "deg", "_rad": "rad", "_rads": "rad/s", "_m": "m", "_cm": "cm", "_mm": "mm",
-           "_mps2": "m/s^2", "_ms2": "m/s^2", "_g": "g"}  # fmt: skip
-"""End of a field's name -> unit."""
-RPM = re.compile(r"(?<![a-z])rpm(?![a-z])", re.I)
-"""In the name of a wheel's field, wherever it stands: rpm_fl, wheel_rpm_rear_left."""
 STEERING = re.compile(r"steer", re.I)
+COMMANDED = re.compile(r"(?<![a-z])(cmd|command|commanded|target|set_?point|desired|demand|request|requested)(?![a-z])", re.I)
+"""Names of what was asked for: a measured channel comes before it."""
+SIDEWAYS = r"(?!.*(?:\A|[./_ ])(?:a|acc\w*|v|vel\w*|speed)[./_ ]l(?:at|on|ng))"
+"""What no latitude and longitude begin with: lateral and longitudinal accelerations and speeds."""
 RECEIVER = re.compile(r"gps|gnss|fix|ublox|novatel|septentrio", re.I)
 """Topics of satellite receivers, whose velocities are to the east and north."""
 HEAD = (
@@ -100,12 +97,6 @@ PLACES = (
 NEEDED = "needed"
 DERIVED = {"x": "else dead reckoned, on no map", "y": "else dead reckoned, on no map", "v": "else from the positions, or unknown"}
 """Channels that logs often have under a name of their own, and what is done without them."""
-
-UPWARD = re.compile(r"(\A|[./])(linear_acceleration[./_]z|a(cc\w*)?_?z(_imu)?)\Z", re.I)
-"""Field of an accelerometer along its own third axis."""
-HANGING = (-13.0, -6.0)
-"""m/s^2: what an accelerometer reads along an axis that points down; along one that points up it is the opposite."""
-
 
 @dataclass(frozen=True)
 class Offer:
@@ -165,15 +156,21 @@ def _of_fields(holding: Holding) -> list[Offer]:
             named = "steer"
         if named in ("u", "v") and message_field(path) == named and RECEIVER.search(f"{holding.name} {path}"):
             continue  # a receiver's velocities are to the east and north
-        if named and spread.changes:
+        if named and spread.changes and _can_be(named, written_unit(path, spread)):
             unit = _unit(named, spread, path)
             bearing = named == "psi" and _is_bearing(path, spread, unit, holding)
-            found.append(Offer(named, holding.name, path, unit, "its name", 1.0 - 1e-3 * len(path), compass=bearing))
+            likely = (0.5 if COMMANDED.search(path) else 1.0) - 1e-3 * len(path)
+            found.append(Offer(named, holding.name, path, unit, "its name", likely, compass=bearing))
     if geodetic(list(holding.fields)) is not None:
         found += [
             Offer(c, holding.name, p, "", "latitude and longitude", 0.5) for c, p in (("x", "east"), ("y", "north"))
         ]
     return found
+
+
+def _can_be(channel: str, unit: str) -> bool:
+    """Whether a field in `unit` can be the channel: a wheel's speed may be that of its rim."""
+    return measures(unit, CHANNEL_UNITS[channel]) or (channel in WHEEL_CHANNELS and measures(unit, "m/s"))
 
 
 def _of_joints(holding: Holding) -> list[Offer]:
@@ -219,8 +216,7 @@ def channel_named(path: str) -> str | None:
     parts = re.split(r"[./]", full)
     if len(parts) > 1 and parts[-1] in GENERAL:
         parts[-1] = parts[-2] if parts[-1] in ("data", "value") else f"{parts[-2]}_{parts[-1]}"
-    plain = next((parts[-1].removesuffix(end) for end in sorted(ENDINGS, key=len, reverse=True) if parts[-1].endswith(end)), "")
-    for text in filter(None, (plain, parts[-1], full)):
+    for text in filter(None, (without_unit(parts[-1]), parts[-1], full)):
         for channel, pattern in NAMES:
             if re.search(pattern, text):
                 return channel
@@ -231,8 +227,8 @@ def geodetic(names: Sequence[str]) -> tuple[str, str, str] | None:
     """Names of latitude, longitude and altitude (may be empty) among `names`; None where there is no pair."""
     found = []
     for pattern in (
-        r"(?:.*[./_ ])?lat(itude)?(_deg)?\Z",
-        r"(?:.*[./_ ])?(lon|lng|longitude)(_deg)?\Z",
+        rf"{SIDEWAYS}(?:.*[./_ ])?lat(itude)?(_deg)?\Z",
+        rf"{SIDEWAYS}(?:.*[./_ ])?(lon|lng|longitude)(_deg)?\Z",
         r"(?:.*[./_ ])?(alt|altitude|height)(_m)?\Z",
     ):
         found.append(next((name for name in names if re.match(pattern, name, re.I)), ""))
@@ -243,8 +239,7 @@ def _unit(channel: str, spread: Spread | None, path: str = "") -> str:
     """Unit by what the file says, by the end of the name, or by the size of the values; empty for SI."""
     if spread is None:
         return ""
-    ending = next((unit for end, unit in ENDINGS.items() if path.lower().endswith(end)), "rpm" if RPM.search(path) else "")
-    said = WRITTEN_UNITS.get(spread.unit.strip(), ending)
+    said = written_unit(path, spread)
     if said:
         return "" if said == CHANNEL_UNITS[channel] else said
     largest = max(abs(spread.least), abs(spread.largest))
@@ -272,6 +267,9 @@ def draft(holdings: Sequence[Holding]) -> str:
     for channel, without in (("u", NEEDED), ("omega_z", NEEDED), ("steer", NEEDED), *DERIVED.items()):
         if channel not in best:
             lines.append(f'# {channel} = "source:field"  # {without}: nothing like it was recognised')
+    asked = next((o for o in (best.get("steer"), *others.get("steer", ())) if o is not None and COMMANDED.search(o.path)), None)
+    if asked is not None:
+        lines.append(f"# steer_command = {_entry(asked)}  # beside steer it fits [steering], by which it alone becomes steer")
     if any(o.channel == "steer" and o.unit == "deg" for o in best.values()):
         lines.append(
             "# steer: if this is the angle of the steering wheel, add ratio = (steering wheel over road wheel)."
@@ -304,14 +302,6 @@ def _mount(holding: Holding, place: Place | None) -> list[str]:
         why = "its accelerometer reads gravity as that of a sensor with z down does" if hanging else "its frame's z points down"
         lines.append(f'{mark}frame = "z-down"  # {why}')
     return lines
-
-
-def hangs(holding: Holding) -> bool:
-    """Whether a sensor's third axis points down, by the gravity that its accelerometer reads along it."""
-    sizes = {"": 1.0, "m/s^2": 1.0, "g": 9.81}
-    along = [s for path, s in holding.fields.items() if UPWARD.search(path)]
-    read = [sizes.get(WRITTEN_UNITS.get(s.unit.strip(), ""), 0.0) * (s.least + s.largest) / 2 for s in along]
-    return any(HANGING[0] < value < HANGING[1] for value in read)
 
 
 def _is_odometry(holding: Holding) -> bool:

@@ -12,6 +12,7 @@ x = -1.2
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,7 +23,7 @@ import numpy as np
 from softsoil.files.toml_file import read_toml
 from softsoil.importing.counters import unwrapped
 from softsoil.importing.loose_table import SECONDS, TimeColumn
-from softsoil.importing.sources import Series
+from softsoil.importing.sources import TABLE_SUFFIXES, Series
 from softsoil.recording.columns import UNITS
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS, Array
 
@@ -32,6 +33,10 @@ ALL_WHEELS = "omega_all"
 CHANNEL_KEYS = ("source", "unit", "factor", "sign", "offset", "ratio", "table", "compass", "rate", "late")
 LATEST = 10.0
 """s: a channel is taken to be late or early by no more."""
+TABLE_END = 1e-6
+"""Beyond an end of a table by less is rounding."""
+TABLE_FILE = re.compile(rf"(.*?(?:{'|'.join(map(re.escape, sorted(TABLE_SUFFIXES, key=len, reverse=True)))})):(.*)", re.I | re.S)
+"""A table's field: a colon may stand in the file's name."""
 COUNTED = {"rad/s": "rad", "m/s": "m"}
 """Unit of a channel -> unit of what it is the rate of: angles of encoders, ways of odometers, a heading."""
 PARTS = {
@@ -54,7 +59,7 @@ class Mapped:
     source; fields: one, or several of which the channel is the mean; scale: to SI, with sign; offset (SI): added last, in the
     vehicle's frame; table: (input, road-wheel angle) pairs or None; over_radius: m/s, divided by the wheel's radius; compass:
     heading clockwise from north; rate: whether the channel is the fields' rate of change; late: seconds by which its samples'
-    times are late (negative: early).
+    times are late (negative: early); heading: whether a whole turn of it is nothing.
     """
 
     source: str
@@ -66,6 +71,7 @@ class Mapped:
     compass: bool = False
     rate: bool = False
     late: float = 0.0
+    heading: bool = False
 
     @property
     def label(self) -> str:
@@ -73,10 +79,21 @@ class Mapped:
         return f"{self.source}:{' and '.join(self.fields)}{' (rate)' if self.rate else ''}"
 
     def samples(self, series: Series) -> Array:
-        """(N,) values of its fields in its source's series: their mean, NaN where one is missing, or the rate of that."""
-        parts = [series.values[name] for name in self.fields]
-        values: Array = np.mean([unwrapped(part)[0] for part in parts] if self.rate else parts, axis=0)
-        return _rate(series.t, values, 2 * math.pi / abs(self.scale)) if self.rate else values
+        """(N,) values of its fields in its source's series, or rates of change: their mean, NaN where one is missing."""
+        parts, turn = [series.values[name] for name in self.fields], 2 * math.pi / abs(self.scale)
+        if self.rate:
+            parts = [_rate(series.t, unwrapped(part)[0], turn) for part in parts]
+        elif self.heading:
+            parts = [part - turn * np.round((part - parts[0]) / turn) for part in parts]
+        values: Array = np.mean(parts, axis=0)
+        return values
+
+    def beyond(self, values: Array) -> int:
+        """How many of the values (N,) of `samples` lie beyond the ends of its table, where that is constant."""
+        if self.table is None:
+            return 0
+        ends = np.array(self.table)[[0, -1], 0]
+        return int(((values * self.scale < ends[0] - TABLE_END) | (values * self.scale > ends[1] + TABLE_END)).sum())
 
     def wraps(self, series: Series) -> int:
         """How often counts, of which the channel is the rate, started anew in its source's series."""
@@ -156,6 +173,11 @@ class ImportMap:
         used = set(PARTS) | {origin.source for origin in self.channels.values()} | {""}
         return [name for name in self.mounts if name not in used]
 
+    def idle_times(self) -> list[str]:
+        """Sources of time columns that no mapped channel comes from."""
+        used = {origin.source for origin in self.channels.values()}
+        return [name for name in self.times if name not in used]
+
 
 def load_map(path: Path) -> ImportMap:
     """The map in a TOML file; ValueError naming file, key, expected and found."""
@@ -227,7 +249,7 @@ def _channel(entry: Any, name: str, where: str) -> Mapped:
     for key in table:
         if key not in CHANNEL_KEYS:
             raise ValueError(f"{at}: expected keys of {', '.join(CHANNEL_KEYS)}; found {key!r}")
-    rate = bool(table.get("rate", False))
+    rate, compass = (_flag(table.get(key, False), f"{at}.{key}") for key in ("rate", "compass"))
     plain = CHANNEL_UNITS.get(name, "" if name == STEER_COMMAND else "rad/s")
     if rate and plain not in COUNTED:
         raise ValueError(f"{at}: expected rate for a channel in {' or '.join(COUNTED)}, found one in {plain or '-'}")
@@ -245,11 +267,11 @@ def _channel(entry: Any, name: str, where: str) -> Mapped:
     scale = factor * numbers["factor"] * numbers["sign"] / numbers["ratio"]
     pairs = table.get("table")
     bent = None if pairs is None else _pairs(pairs, f"{at}.table")
-    offset, compass = _number(table.get("offset", 0.0), f"{at}.offset"), bool(table.get("compass", False))
+    offset = _number(table.get("offset", 0.0), f"{at}.offset")
     late = _number(table.get("late", 0.0), f"{at}.late")
     if abs(late) > LATEST:
         raise ValueError(f"{at}.late: expected at most {LATEST:g} s, found {late:g}")
-    return Mapped(source, fields, scale, offset, bent, over_radius, compass, rate, late)
+    return Mapped(source, fields, scale, offset, bent, over_radius, compass, rate, late, name == "psi")
 
 
 def _source(value: Any, at: str) -> tuple[str, tuple[str, ...]]:
@@ -257,10 +279,17 @@ def _source(value: Any, at: str) -> tuple[str, tuple[str, ...]]:
     entries = value if isinstance(value, list) else [value]
     if not entries or not all(isinstance(one, str) and ":" in one for one in entries):
         raise ValueError(f'{at}: expected "source:field", a list of such, or {{source = "source:field", ...}}, found {value!r}')
-    parts = [[part.strip() for part in one.split(":", 1)] for one in entries]
+    parts = [split_label(one) for one in entries]
     if len({source for source, _ in parts}) > 1:
         raise ValueError(f"{at}: expected fields of one source, whose mean it then is; found {value!r}")
     return parts[0][0], tuple(field for _, field in parts)
+
+
+def split_label(label: str) -> tuple[str, str]:
+    """Source and field of "source:field"."""
+    table = TABLE_FILE.fullmatch(label)
+    source, field_of = table.groups() if table else label.split(":", 1)
+    return source.strip(), field_of.strip()
 
 
 def _pairs(value: Any, where: str) -> tuple[tuple[float, float], ...]:
@@ -293,6 +322,12 @@ def _mount(table: Mapping[str, Any], where: str) -> Mount:
         else:
             values[key] = _number(value, f"{where}.{key}")
     return Mount(**values)
+
+
+def _flag(value: Any, where: str) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"{where}: expected true or false, found {value!r}")
+    return value
 
 
 def _number(value: Any, where: str) -> float:

@@ -13,8 +13,9 @@ import pandas as pd
 
 from softsoil.importing.message_columns import with_headings
 from softsoil.importing.sources import Holding, Series, Spread, ordered
+from softsoil.recording.columns import UNITS
 from softsoil.recording.drive import Array
-from softsoil.recording.table import read_table
+from softsoil.recording.table import cells, read_table
 
 COMMENTS = ("#", "%", "//")
 EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))
@@ -25,7 +26,7 @@ TIME = re.compile(
     r"_*(t|time|timestamp|stamp|time_?stamp|zeit|sec|secs|seconds|utc|rosbagtimestamp|(field\.)?header\.?_?stamp)"
     r"(_(s|sec|ms|us|ns))?\Z", re.I
 )  # fmt: skip
-UNIT_IN_NAME = re.compile(r"\s*[\[(]([^\])]+)[\])]\s*\Z")
+UNIT_IN_NAME = re.compile(r"\s*[\[(]([^\])_]+)[\])]\s*\Z")
 FEWEST_NUMBERS = 0.5
 """Share of what stands in a column that must be numbers for it to count as one; a slow sensor's cells are empty in most rows."""
 
@@ -58,14 +59,8 @@ def open_table(path: Path, time: TimeColumn = BY_NAME) -> LooseTable:
     Raises ValueError naming the file for a table that cannot be read or has no time.
     """
     frame = read_table(path) if path.name.endswith(".parquet") else _text(path)
-    units: dict[str, str] = {}
-    names = {}
-    for column in map(str, frame.columns):
-        found = UNIT_IN_NAME.search(column)
-        names[column] = UNIT_IN_NAME.sub("", column).strip() if found else column.strip()
-        if found:
-            units[names[column]] = found.group(1).strip()
-    frame = frame.rename(columns=names)
+    names, units = _without_units(list(map(str, frame.columns)))
+    frame = frame.set_axis(names, axis=1)
     if len(frame) and _is_units_row(frame):
         units |= {str(c): str(v).strip("[]() ") for c, v in frame.iloc[0].items() if isinstance(v, str)}
         frame = frame.iloc[1:].reset_index(drop=True)
@@ -74,6 +69,17 @@ def open_table(path: Path, time: TimeColumn = BY_NAME) -> LooseTable:
         raise ValueError(f"{path}: expected a time column, found {', '.join(map(str, frame.columns))}: name it in the map: "
                          f'[sources."{path.name}"] time = "column"')  # fmt: skip
     return LooseTable(path.name, with_headings(frame), units, TimeColumn(chosen, time.unit))
+
+
+def _without_units(columns: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Names of the columns without a unit in brackets at their end, and the units by name; brackets that tell columns from each
+    other (velocity[front_left], velocity[front_right]; speed (m/s), speed (km/h)) stay."""
+    found = [UNIT_IN_NAME.search(column) for column in columns]
+    plain = [UNIT_IN_NAME.sub("", column).strip() for column in columns]
+    kept = [bool(one) and plain.count(name) == 1 for one, name in zip(found, plain, strict=True)]
+    names = [name if short else column.strip() for column, name, short in zip(columns, plain, kept, strict=True)]
+    said = [(name, one.group(1).strip(), short) for name, one, short in zip(names, found, kept, strict=True) if one]
+    return names, {name: unit for name, unit, short in said if short or unit in UNITS}
 
 
 def _text(path: Path) -> pd.DataFrame:
@@ -97,7 +103,7 @@ def _text(path: Path) -> pd.DataFrame:
         )
     decimal = "," if separator != "," and re.search(r"\d,\d", body[-1]) and not re.search(r"\d\.\d", body[-1]) else "."
     try:
-        return pd.read_csv(
+        return cells(
             path, sep=separator, skiprows=skipped, decimal=decimal, low_memory=False, encoding=encoding, names=names,
             header="infer" if names is None else None,
         )  # fmt: skip
@@ -190,8 +196,7 @@ def inspect_table(path: Path, progress: Callable[[float], None] = lambda share: 
         good = values[np.isfinite(values)]
         filled = int(table.frame[name].notna().sum())
         if name != table.time.name and len(good) >= max(FEWEST_NUMBERS * filled, 1):
-            unit = table.units.get(str(name), "")
-            spreads[str(name)] = Spread(float(good.min()), float(good.max()), bool(np.ptp(good) > 0), unit)
+            spreads[str(name)] = Spread.of(values, table.units.get(str(name), ""))
     steps = np.diff(t[np.isfinite(t)])
     rate = float(1.0 / np.median(steps)) if len(steps) and np.median(steps) > 0 else float("nan")
     progress(1.0)

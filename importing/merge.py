@@ -7,7 +7,7 @@ a straight line between samples, and empty in gaps.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,7 +65,7 @@ def merge(
     """
     _ask_least(plan)
     moved = {key: s.t + (shifts or {}).get(key, 0.0) for key, s in series.items()}
-    clock = _clock(plan, moved)
+    clock = _clock(plan, series, moved)
     dt = float(clock[1] - clock[0])
     channels: dict[str, Array] = {"t": clock - clock[0]}
     origins: dict[str, Origin] = {}
@@ -73,12 +73,15 @@ def merge(
     notes = tuple(note for s in series.values() for note in s.notes)
     for channel, origin in plan.channels.items():
         one = series[origin.source]
-        values = origin.si(origin.samples(one), geometry.radius)
+        samples_of = origin.samples(one)
+        values, beyond = origin.si(samples_of, geometry.radius), origin.beyond(samples_of)
         good = np.isfinite(values)
         if good.sum() < 2:
             raise ValueError(
                 f"{origin.label}: expected numbers for {channel}, found {int(good.sum())}"
             )
+        if beyond:
+            notes += (f"{channel}: {origin.label}: {beyond} of {len(values)} samples lie beyond its table, taken as its ends",)
         t, values = moved[origin.source][good] - origin.late, values[good]
         if channel == "psi":
             values = np.unwrap(values)
@@ -92,17 +95,11 @@ def merge(
     if wrong:
         notes += (left_out(wrong),)
     state: dict[str, ChannelState] = {}
-    repeated = [n for n in WHEEL_CHANNELS if n in plan.channels]
-    if len(repeated) > 1 and len({(plan.channels[n].source, plan.channels[n].fields) for n in repeated}) == 1:
-        # One speed for all: it is the wheels' mean, and each wheel is derived from that.
-        mean = channels[repeated[0]]
-        for n in repeated:
-            channels.pop(n)
-        channels |= _all_from(mean, channels, geometry)
-        for n in WHEEL_CHANNELS:
-            state[n] = "derived"
-            first = origins[repeated[0]]
-            origins[n] = replace(first, state="derived")
+    for repeated, wheels in _one_for_many(plan):
+        mean, first = channels[repeated[0]], replace(origins[repeated[0]], state="derived")
+        channels |= _wheels_from(mean, wheels, channels, geometry)
+        state |= dict.fromkeys(wheels, "derived")
+        origins |= dict.fromkeys(wheels, first)
     channels, more = mounted(channels, plan, geometry)
     notes += more
     for channel, origin in plan.channels.items():
@@ -127,7 +124,7 @@ def _origin(plan: ImportMap, series: Mapping[str, Series]) -> tuple[float, float
 def wanted_span(plan: ImportMap, series: Mapping[str, Series]) -> tuple[float, float]:
     """Times (s) between which the map wants the recording, as its sources stamp them; ValueError as `merge`."""
     _ask_least(plan)
-    begin = max(t[0] for t in _times(plan, {key: one.t for key, one in series.items()}).values())
+    begin = max(t[0] for t in _times(plan, series, {key: one.t for key, one in series.items()}).values())
     return begin + plan.start, begin + plan.end
 
 
@@ -137,14 +134,21 @@ def _ask_least(plan: ImportMap) -> None:
             raise ValueError(f"map: expected at least channels u, omega_z and steer; found no {channel}")
 
 
-def _times(plan: ImportMap, moved: Mapping[str, Array]) -> dict[str, Array]:
-    """Times of the channels that a drive has to have."""
-    return {channel: moved[plan.channels[channel].source] - plan.channels[channel].late for channel in LEAST}
+def _times(plan: ImportMap, series: Mapping[str, Series], moved: Mapping[str, Array]) -> dict[str, Array]:
+    """Times at which the channels that a drive has to have stand: their source may have rows without them."""
+    found = {}
+    for channel in LEAST:
+        origin = plan.channels[channel]
+        there = np.isfinite(origin.samples(series[origin.source]))
+        found[channel] = moved[origin.source][there] - origin.late
+        if not there.any():
+            raise ValueError(f"{origin.label}: expected numbers for {channel}, found 0")
+    return found
 
 
-def _clock(plan: ImportMap, moved: Mapping[str, Array]) -> Array:
+def _clock(plan: ImportMap, series: Mapping[str, Series], moved: Mapping[str, Array]) -> Array:
     """Equal steps over what speed, yaw rate and steering have in common, at the yaw rate's own rate, cut as the map says."""
-    times = _times(plan, moved)
+    times = _times(plan, series, moved)
     turning = times["omega_z"]
     step = float(np.median(np.diff(turning))) if len(turning) > 1 else float("nan")
     if not step > 0:
@@ -197,9 +201,18 @@ def _placed(channel: str, clock: Array, t: Array, values: Array, dt: float) -> A
     return np.where(inside, np.interp(clock, t, values), np.nan)
 
 
-def _all_from(mean: Array, channels: Mapping[str, Array], geometry: Geometry) -> dict[str, Array]:
-    """Each wheel's speed from the mean of all: faster or slower by its side's turning."""
+def _one_for_many(plan: ImportMap) -> list[tuple[list[str], list[str]]]:
+    """Wheels that the map gives one speed, and those that it stands for: these, or all where no other wheel has one."""
+    mapped = [name for name in WHEEL_CHANNELS if name in plan.channels]
+    alike: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    for name in mapped:
+        alike.setdefault((plan.channels[name].source, plan.channels[name].fields), []).append(name)
+    return [(names, list(WHEEL_CHANNELS) if names == mapped else names) for names in alike.values() if len(names) > 1]
+
+
+def _wheels_from(mean: Array, wheels: Sequence[str], channels: Mapping[str, Array], geometry: Geometry) -> dict[str, Array]:
+    """Speeds of the wheels from the mean of them: faster or slower by their side's turning."""
     turning = interpolated(channels["omega_z"], len(mean)) / geometry.radius
     sides = {"l": -1.0, "r": 1.0}
     half = {"f": geometry.track / 2, "r": geometry.rear_track / 2}
-    return {name: mean + sides[name[-1]] * half[name[-2]] * turning for name in WHEEL_CHANNELS}
+    return {name: mean + sides[name[-1]] * half[name[-2]] * turning for name in wheels}

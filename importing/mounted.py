@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from softsoil.importing.import_map import ImportMap, Mount
 from softsoil.importing.sources import TABLE_SUFFIXES
+from softsoil.recording.derive import REAR_COMPLIANCE
 from softsoil.recording.evidence import interpolated
 from softsoil.recording.geometry import Geometry
+from softsoil.recording.laid_heading import laid_heading
 
 Array = NDArray[np.float64]
 ACCELERATIONS = ("a_x_imu", "a_y_imu")
@@ -45,7 +47,7 @@ def mounted(channels: Mapping[str, Array], plan: ImportMap, geometry: Geometry) 
     notes = _accelerations(out, plan, omega)
     for name in offset.keys() & set(ACCELERATIONS):  # what they read beside the motion, as the checks say it
         out[name] = out[name] + offset[name]
-    return out, notes + _positions(out, plan, geometry)
+    return out, notes + _positions(out, plan, geometry, omega)
 
 
 def _of_the_earth(name: str, plan: ImportMap) -> bool:
@@ -99,7 +101,7 @@ def _accelerations(out: dict[str, Array], plan: ImportMap, omega: Array) -> tupl
     return notes
 
 
-def _positions(out: dict[str, Array], plan: ImportMap, geometry: Geometry) -> tuple[str, ...]:
+def _positions(out: dict[str, Array], plan: ImportMap, geometry: Geometry, omega: Array) -> tuple[str, ...]:
     """x, y of the front axle, or a note that they stay those of the sensor."""
     if not {"x", "y"} <= set(out):
         return ()
@@ -107,14 +109,29 @@ def _positions(out: dict[str, Array], plan: ImportMap, geometry: Geometry) -> tu
     if place is None:
         return ()
     ahead, left = geometry.l_f - place[0], -place[1]
-    if "psi" not in out:
-        away = float(np.hypot(ahead, left))
-        note = f"x, y: of a point {away:.3g} m from the front axle: without a heading they are not moved there"
-        return (note,) if away > NEAR else ()
-    psi = interpolated(out["psi"], len(out["t"]))
-    out["x"] = out["x"] + ahead * np.cos(psi) - left * np.sin(psi)
-    out["y"] = out["y"] + ahead * np.sin(psi) + left * np.cos(psi)
-    return ()
+    away = float(np.hypot(ahead, left))
+    notes: tuple[str, ...] = ()
+    psi = interpolated(out["psi"], len(out["t"])) if "psi" in out else None
+    if psi is None and away > NEAR:
+        psi, of = _laid(out, place, geometry, omega), f"x, y: of a point {away:.3g} m from the front axle"
+        if psi is None:
+            return (f"{of}: without a heading they are not moved there",)
+        notes = (f"{of}: moved there by the integral of the yaw rate, aligned with them, since no heading is mapped",)
+    if psi is not None:
+        out["x"] = out["x"] + ahead * np.cos(psi) - left * np.sin(psi)
+        out["y"] = out["y"] + ahead * np.sin(psi) + left * np.cos(psi)
+    return notes
+
+
+def _laid(out: Mapping[str, Array], place: tuple[float, float], geometry: Geometry, omega: Array) -> Array | None:
+    """Heading (N,), rad, that lays the motion of the positions' own place on them; None where they say none."""
+    u = interpolated(out["u"], len(omega))
+    rear = geometry.l_r * omega - REAR_COMPLIANCE * u * np.abs(u) * omega
+    v = interpolated(out["v"], len(omega)) if "v" in out else rear
+    dt = float(out["t"][1] - out["t"][0])
+    ahead, aside, turning = (np.nan_to_num(one) for one in (u - place[1] * omega, v + place[0] * omega, omega))
+    found = laid_heading(out["x"], out["y"], ahead, aside, turning, dt)
+    return None if found is None or found.scattered else found.psi
 
 
 def _place(source: str, mount: Mount | None, geometry: Geometry) -> tuple[float, float] | None:

@@ -19,12 +19,27 @@ GAP = 2.5
 
 @dataclass(frozen=True)
 class Spread:
-    """Values of a field as sampled: least, largest, whether they change; unit: as the file says it, empty where it does not."""
+    """Values of a field as sampled: least, largest, whether they change; unit: as the file says it, empty where it does not;
+    median: NaN where it is not known."""
 
     least: float
     largest: float
     changes: bool
     unit: str = ""
+    median: float = float("nan")
+
+    @classmethod
+    def of(cls, values: Array, unit: str = "") -> Spread:
+        """That of the numbers among values (N,)."""
+        good = values[np.isfinite(values)]
+        if not len(good):
+            return cls(float("nan"), float("nan"), False, unit)
+        return cls(float(good.min()), float(good.max()), bool(np.ptp(good) > 0), unit, float(np.median(good)))
+
+    @property
+    def middle(self) -> float:
+        """Its median, or half way between least and largest."""
+        return self.median if np.isfinite(self.median) else 0.5 * (self.least + self.largest)
 
 
 @dataclass(frozen=True)

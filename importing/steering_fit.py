@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 from scipy.signal import lfilter
 
 from softsoil.files.steering_map import SteeringMap
@@ -40,6 +41,10 @@ REFINED = 3
 """Times that lags are tried between the neighbours of the best one."""
 
 
+FINE, NEAREST = 0.01, 0.003
+"""s: longest step of the clock on which a command lags; resolution of a delay: a lag stands in for what is left of it."""
+
+
 @dataclass(frozen=True)
 class SteeringFit:
     """map; degree: of the polynomial behind it; std: largest standard error of its angles (rad), by stretches of the log left
@@ -71,9 +76,10 @@ def fit_steering_map(t: Array, command: Array, angle: Array, rules: SteeringRule
             f"found {len(t)} over {swing:.3g} rad"
         )
     middle, half = 0.5 * (command.max() + command.min()), 0.5 * float(np.ptp(command))
-    delay, lag = _followed(t, (command - middle) / half, angle, rules)
+    clock, asked = _on_fine_clock(t, (command - middle) / half)
+    delay, lag = _followed(t, clock, asked, angle, rules)
     settled = _settled(t, rules)
-    scaled = np.interp(t - delay, t, _lagged(t, (command - middle) / half, lag))[settled]
+    scaled = np.interp(t - delay, clock, _lagged(clock, asked, lag))[settled]
     t, angle = t[settled], angle[settled]
     stretch = np.minimum((np.arange(len(t)) * rules.stretches) // len(t), rules.stretches - 1)
     best, cost = rules.degrees[0], np.inf
@@ -135,9 +141,20 @@ def _held_out(scaled: Array, angle: Array, stretch: NDArray[np.int_], degree: in
     return total / len(angle), curves
 
 
-def _followed(t: Array, scaled: Array, angle: Array, rules: SteeringRules) -> tuple[float, float]:
-    """Delay and lag (s) of the command with which a cubic leaves least, no lag where it takes away less than `shown` of it."""
-    found = {lag: _delay(t, _lagged(t, scaled, lag), angle, rules) for lag in (0.0, *rules.lags)}
+def _on_fine_clock(t: Array, values: Array) -> tuple[Array, Array]:
+    """Times (K,) at even steps of at most FINE, and values (N,) of t (N,) there, on curves that do not overshoot a step: on lines
+    between slow samples a lag would seem a delay."""
+    step = min(float(np.median(np.diff(t))), FINE)
+    clock = t[0] + step * np.arange(int(np.ptp(t) / step) + 1)
+    return clock, np.asarray(PchipInterpolator(t, values)(clock))
+
+
+def _followed(t: Array, clock: Array, scaled: Array, angle: Array, rules: SteeringRules) -> tuple[float, float]:
+    """Delay and lag (s) of the command with which a cubic leaves least, no lag where it takes away less than `shown` of it.
+
+    scaled (K,): the command at even times clock (K,); angle (N,): at times t (N,).
+    """
+    found = {lag: _delay(t, clock, _lagged(clock, scaled, lag), angle, rules) for lag in (0.0, *rules.lags)}
 
     def left(lag: float) -> float:
         return found[lag][1]
@@ -146,7 +163,7 @@ def _followed(t: Array, scaled: Array, angle: Array, rules: SteeringRules) -> tu
         tried = sorted(found)
         at = tried.index(min(found, key=left))
         between = np.linspace(tried[max(at - 1, 0)], tried[min(at + 1, len(tried) - 1)], 6)[1:-1]
-        found |= {lag: _delay(t, _lagged(t, scaled, lag), angle, rules) for lag in map(float, between)}
+        found |= {lag: _delay(t, clock, _lagged(clock, scaled, lag), angle, rules) for lag in map(float, between)}
     best = min(found, key=left)
     lag = best if left(best) < (1.0 - rules.shown) * left(0.0) else 0.0
     return found[lag][0], lag
@@ -157,26 +174,28 @@ def _settled(t: Array, rules: SteeringRules) -> NDArray[np.bool_]:
     return t > t[0] + min(rules.settle, 0.2 * float(np.ptp(t)))
 
 
-def _lagged(t: Array, values: Array, lag: float) -> Array:
-    """(N,) values (N,) behind a lag of the first order (s)."""
+def _lagged(clock: Array, values: Array, lag: float) -> Array:
+    """(K,) values (K,) at even times clock (K,) behind a lag of the first order (s)."""
     if lag <= 0.0:
         return values
-    step = float(np.median(np.diff(t)))
-    even = np.arange(t[0], t[-1] + step, step)
+    step = float(clock[1] - clock[0])
     kept = np.exp(-step / lag)
-    start = [kept * values[0]]
-    return np.interp(t, even, lfilter([1.0 - kept], [1.0, -kept], np.interp(even, t, values), zi=start)[0])
+    mean = lag / step * (1.0 - kept)  # of the lag's response over a step: straight lines between samples go through it exactly
+    before, now = mean - kept, 1.0 - mean
+    start = [(1.0 - now) * values[0]]
+    return np.asarray(lfilter([now, before], [1.0, -kept], values, zi=start)[0])
 
 
-def _delay(t: Array, scaled: Array, angle: Array, rules: SteeringRules) -> tuple[float, float]:
-    """Delay (s) at which a cubic of the delayed command leaves least, to a fifth of a sample, and the squares that it leaves."""
+def _delay(t: Array, clock: Array, scaled: Array, angle: Array, rules: SteeringRules) -> tuple[float, float]:
+    """Delay (s) at which a cubic of the delayed command leaves least, to NEAREST, and the squares that it leaves."""
     step, settled = float(np.median(np.diff(t))), np.flatnonzero(_settled(t, rules))
     settled = settled[:: max(len(settled) // rules.most, 1)]
 
     def left(delay: float) -> float:
-        late, wheels = np.interp(t[settled] - delay, t, scaled), angle[settled]
+        late, wheels = np.interp(t[settled] - delay, clock, scaled), angle[settled]
         return float(((np.polyval(np.polyfit(late, wheels, 3), late) - wheels) ** 2).sum())
 
-    coarse = min(np.arange(0.0, rules.latest, step), key=left)
-    best = float(max(min(coarse + step * np.linspace(-1.0, 1.0, 11), key=left), 0.0))
+    best = float(min(np.arange(0.0, rules.latest, step), key=left))
+    while step > NEAREST:
+        best, step = float(min(np.maximum(best + step * np.linspace(-1.0, 1.0, 11), 0.0), key=left)), step / 5
     return best, left(best)

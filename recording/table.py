@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import re
+import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,7 +31,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
     if path.stat().st_size == 0:
         raise ValueError(f"{path}: expected a table, found an empty file")
     try:
-        table = pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
+        table = pd.read_parquet(path) if path.suffix == ".parquet" else cells(path)
     except (ValueError, OSError, EOFError, UnicodeDecodeError, pd.errors.ParserError) as error:
         reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
         raise ValueError(f"{path}: expected a table, found a file that cannot be read: {reason}") from None
@@ -37,6 +39,17 @@ def read_table(path: str | Path) -> pd.DataFrame:
         raise ValueError(f"{path}: expected rows of data, found {'a header only' if len(table.columns) else 'nothing'}")
     table.columns = [str(column).strip() for column in table.columns]
     return table
+
+
+def cells(path: Path, **how: Any) -> pd.DataFrame:
+    """The table of a text file as `pandas.read_csv` reads it, each cell under its own name: a separator at the end of rows shifts
+    none. ValueError for rows with more cells than names."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            return pd.read_csv(path, index_col=False, **how)
+    except pd.errors.ParserWarning:
+        raise ValueError("rows have more cells than there are names of columns") from None
 
 
 def numbers(table: pd.DataFrame, column: str, path: str | Path) -> np.ndarray:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from softsoil.files.steering_map import SteeringMap, steering_from_table
-from softsoil.files.toml_file import finite, number_table, read_toml
-from softsoil.symbolic.vehicle import DRIVELINE, NUMBERS, SIMULATOR, Vehicle
+from softsoil.files.toml_file import finite, number_table, read_toml, table_inside
+from softsoil.symbolic.vehicle import DRIVELINE, NUMBERS, SIMULATOR
+from softsoil.symbolic.vehicle import KEYS as OF_VEHICLE
 
 NEEDED = ("mass", "l_f", "l_r", "track", "radius", "width")
 """What a scale and a tape give: without them nothing can be said of the rest."""
 LOADS = ("load_front", "load_rear", "wheelbase")
 """In the place of l_f and l_r."""
+KEYS = OF_VEHICLE | set(LOADS)
 UNITS: Mapping[str, float] = MappingProxyType({"kg": 1.0, "N": 9.81, "kN": 9.81e-3, "lb": 2.2046})
 """In which axles are weighed: unit -> what a kg weighs in it."""
 WEIGHED = 0.03
@@ -103,7 +105,7 @@ def load_known(path: str | Path) -> Known:
     """
     path = Path(path)
     table = read_toml(path, "vehicle")
-    return known_from_table(table.get("vehicle", table), str(path), path.stem)
+    return known_from_table(table_inside(table, "vehicle", KEYS, str(path)), str(path), path.stem)
 
 
 def as_known(known: Known | Mapping[str, Any] | str | Path) -> Known:
@@ -115,10 +117,9 @@ def as_known(known: Known | Mapping[str, Any] | str | Path) -> Known:
 
 def known_from_table(table: dict[str, Any], where: str, name: str) -> Known:
     """Known numbers from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
-    keys = ({f.name for f in fields(Vehicle)} - {"source"}) | set(LOADS)
     for key in table:
-        if key not in keys:
-            raise ValueError(f"{where}: expected keys {', '.join(sorted(keys))}; found {key!r}")
+        if key not in KEYS:
+            raise ValueError(f"{where}: expected keys {', '.join(sorted(KEYS))}; found {key!r}")
     numbers = {
         key: finite(value, f"{where}: key {key!r}") for key, value in table.items() if key in BOUNDS or key in LOADS
     }

@@ -8,7 +8,7 @@ from typing import Any
 
 from softsoil.files.identify_verdict import verdict_from_table
 from softsoil.files.joint_error import joint_error_from_table
-from softsoil.files.toml_file import finite, number_table, read_toml
+from softsoil.files.toml_file import finite, number_table, read_toml, table_inside
 from softsoil.symbolic.signals import Layout, Signal
 
 Scalar = Any
@@ -87,6 +87,10 @@ SOILS = {soil.name: soil for soil in (CLAY, SANDY_LOAM, SAND)}
 """Built-in classes: clay and sandy loam of the paper's Table 6, sand of its Table 2."""
 
 
+KEYS = frozenset(field.name for field in fields(Soil))
+"""Of a soil's file."""
+
+
 def load_soil(source: str | Path) -> Soil:
     """A built-in class by name, or a TOML file with the parameters of SOIL_SIGNALS (K and R optional).
 
@@ -98,16 +102,15 @@ def load_soil(source: str | Path) -> Soil:
     path = Path(source)
     if path.suffix != ".toml" or not path.is_file():
         raise ValueError(f"soil: expected one of {', '.join(SOILS)} or a TOML file, found {str(source)!r}")
-    table = read_toml(path, "soil")
-    return soil_from_table(table.get("soil", table), str(path), path.stem)
+    table = table_inside(read_toml(path, "soil"), "soil", KEYS, str(path))
+    return soil_from_table(table, str(path), path.stem)
 
 
 def soil_from_table(table: dict[str, Any], where: str, name: str) -> Soil:
     """Soil from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
-    known = {field.name for field in fields(Soil)}
     for key in table:
-        if key not in known:
-            raise ValueError(f"{where}: expected keys {', '.join(sorted(known))}; found {key!r}")
+        if key not in KEYS:
+            raise ValueError(f"{where}: expected keys {', '.join(sorted(KEYS))}; found {key!r}")
     missing = [s for s in SOIL_SIGNALS if s.name not in table and s.name not in ("K", "R")]
     if missing:
         keys = "; ".join(f"{s.name!r} ({s.doc}, {s.unit})" for s in missing)

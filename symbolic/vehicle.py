@@ -10,7 +10,7 @@ from softsoil.files.identify_verdict import verdict_from_table
 from softsoil.files.joint_error import JointError, joint_error_from_table
 from softsoil.files.package_data import vehicle_file
 from softsoil.files.steering_map import SteeringMap, steering_from_table
-from softsoil.files.toml_file import finite, number_table, read_toml
+from softsoil.files.toml_file import finite, number_table, read_toml, table_inside
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.wheel import Wheel
 
@@ -153,6 +153,10 @@ JUDGED = ("v", "omega_z")
 """Channels that n moves and by which a model is judged."""
 
 
+KEYS = frozenset(f.name for f in fields(Vehicle)) - {"source"}
+"""Of a vehicle's file."""
+
+
 def load_vehicle(source: str | Path) -> Vehicle:
     """A vehicle: a built-in one by name (reference, paper, plant, heavy), or a TOML file (keys and tables: the class).
 
@@ -161,19 +165,18 @@ def load_vehicle(source: str | Path) -> Vehicle:
     """
     path = vehicle_file(source)
     table = read_toml(path, "vehicle")
-    return vehicle_from_table(table.get("vehicle", table), str(path), path.stem)
+    return vehicle_from_table(table_inside(table, "vehicle", KEYS, str(path)), str(path), path.stem)
 
 
 def vehicle_from_table(table: dict[str, Any], where: str, name: str) -> Vehicle:
     """Vehicle from a parsed TOML table; ValueError naming `where`, the key, what was expected and what was found."""
-    known = {f.name for f in fields(Vehicle)} - {"source"}
     missing = [f"{n.name} ({n.unit}: {n.doc})" for n in NUMBERS if n.default is None and n.name not in table]
     if missing:
         found = f"none of {'these' if missing[1:] else 'that name'}; softsoil identify makes a vehicle of what tape and scale say"
         raise ValueError(f"{where}: expected keys {'; '.join(missing)}; found {found}")
     for key in table:
-        if key not in known:
-            raise ValueError(f"{where}: expected keys {', '.join(sorted(known))}; found {key!r}")
+        if key not in KEYS:
+            raise ValueError(f"{where}: expected keys {', '.join(sorted(KEYS))}; found {key!r}")
     values: dict[str, Any] = {n.name: finite(table[n.name], f"{where}: key {n.name!r}") for n in NUMBERS if n.name in table}
     for part, options in (("simulator", SIMULATOR), ("driveline", DRIVELINE)):
         values[part] = number_table(table, part, where, {s.name: (s.lower, s.upper) for s in options})

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from drives import MULTI_LOG, reference_vehicle
-from softsoil.importing.bring_in import idle_mounts, read_sources
+from softsoil.importing.bring_in import idle_entries, read_sources
 from softsoil.importing.draft_map import draft
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.merge import merge
@@ -74,7 +74,7 @@ def test_parts_of_one_source_have_places_of_their_own(clean):
 
 def test_a_mount_that_no_channel_has_is_doubted():
     def doubts(**mount):
-        return idle_mounts(map_from_table({"channels": CHANNELS, "mount": mount}, "map"))
+        return idle_entries(map_from_table({"channels": CHANNELS, "mount": mount}, "map"))
 
     (check,) = doubts(**{"lgo.csv": {"x": 1.0}})
     assert check.sentence().startswith("mount.lgo.csv: expected a source of the map (log.csv); found no channel that")

@@ -90,3 +90,15 @@ def test_a_log_that_hardly_steers_and_angles_that_follow_no_command_are_refused(
         fit_steering_map(T, 0.01 * COMMAND, 0.01 * measured(noise=0.0))
     with pytest.raises(ValueError, match="angles that follow the command"):
         fit_steering_map(T, COMMAND, 0.3 * np.sin(5.1 * T + 1.0))
+
+
+@pytest.mark.parametrize("step", [0.01, 0.05, 0.1, 0.2])
+def test_delay_and_lag_do_not_depend_on_the_rate_of_the_log(step):
+    """Wheels that follow at once with a lag of 0.15 s, recorded fast or slowly."""
+    fine = np.arange(0.0, 120.0, 0.002)
+    command = 0.8 * np.sin(0.9 * fine) * np.sin(0.13 * fine) + 0.1 * np.sin(2.3 * fine)
+    kept = np.exp(-0.002 / 0.15)
+    angle = 0.5 * lfilter([1.0 - kept], [1.0, -kept], command)
+    every = round(step / 0.002)
+    fit = fit_steering_map(fine[::every], command[::every], angle[::every])
+    assert fit.lag == pytest.approx(0.15, abs=0.012) and fit.delay == pytest.approx(0.0, abs=0.012)

@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 from drives import MULTI_LOG, reference_vehicle
 from softsoil.checking.offsets import time_offsets
 from softsoil.commands.cli import app
-from softsoil.importing.draft_map import draft, hangs, offers
+from softsoil.importing.draft_map import draft, offers
+from softsoil.importing.hanging import hangs
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.loose_table import inspect_table, read_columns
 from softsoil.importing.merge import merge
