@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from softsoil.codegen.c_library.kernels import number
 from softsoil.codegen.c_library.library import fill, template
+from softsoil.codegen.c_library.vehicle import vehicle_words
 from softsoil.codegen.sampling import STEP
 from softsoil.control.c_controller import HESSIANS, controller_files, controller_values
 from softsoil.control.c_driver import driver_files
@@ -42,8 +43,10 @@ def controller_texts(
     values |= {"soil_indices": soil, "example_obstacles": obstacles, "example_n": number(declared.soil.n)}
     unit = driver_fmi_files(declared.soil.n, values, driver.tick) if fmi else {}
     own = {"example_drive.c": "example_drive.c.in", "CONTROLLER.md": "CONTROLLER.md.in"}
+    library = c_library_texts(declared, dt, fmi)
+    values |= vehicle_words("include/softsoil_vehicle.h" in library, "")
     return {
-        **c_library_texts(declared, dt, fmi),
+        **library,
         **controller_files(ocp, hessian),
         **driver_files(ocp, model, values, driver),
         **unit,

@@ -468,6 +468,9 @@ def test_the_example_closes_the_loop(tmp_path):
     assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-1000:]
     rms, gap = re.search(r"off the path (\S+) m rms.*least gap (\S+) m", done.stdout).groups()
     assert float(rms) < 0.4 and float(gap) > 0.1
+    n, std = map(float, re.search(r"n by the horizon (\S+) \+- (\S+), driven on", done.stdout).groups())
+    true = float(re.search(r"of (\S+); off the path", done.stdout).group(1))
+    assert abs(n - true) < 2.0 * std
     assert "previous plan goes on" not in done.stdout, "no solve failed"
 
 
