@@ -5,8 +5,8 @@ from __future__ import annotations
 from softsoil.estimator.strain import VehicleChange
 
 CHANGED = (
-    "something of the vehicle has changed, as by a load, or the soil's class is another one than declared, or none of those that "
-    "the vehicle was identified on"
+    "something of the vehicle has changed, as by a load or the scale of its steering, or the soil's class is another one than "
+    "declared, or none of those that the vehicle was identified on"
 )
 """What strained numbers of an identified vehicle may come from."""
 LIGHTEST, HEAVIEST = -0.4, 1.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,11 @@ import numpy as np
 
 from softsoil.checking.usable import usable
 from softsoil.declaration.late_steering import late_steering
-from softsoil.identification.asks import Excitation, asks, excitation
+from softsoil.identification.asks import asks, excitation
 from softsoil.identification.axle_places import AxlePlaces, axle_places
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
+from softsoil.identification.fit_verdict import FitState, Values, fit_verdict
 from softsoil.identification.judge import judge
 from softsoil.identification.late_channels import recorded_late, with_late_channels
 from softsoil.identification.n_errors import model_error, n_error, n_stds, unmeasured
@@ -23,7 +24,6 @@ from softsoil.identification.result import Contradiction, Found, Identification
 from softsoil.identification.rules import RULES, Rules
 from softsoil.identification.steering_ratio import steering_ratio
 from softsoil.identification.unexplained import doubt, more_than_right, own_logs, own_unexplained
-from softsoil.identification.words import NO_BETTER
 from softsoil.recording.copies import refuse_copies
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
@@ -36,7 +36,6 @@ from softsoil.windows.absent_wheels import absent_wheels
 from softsoil.windows.parameters import Free
 from softsoil.windows.window_fit import WindowFit
 
-Values = dict[str, float]
 ROLLING_ERROR = 0.0015
 """What the force law's longitudinal error makes of the radius, as a share (`python -m benchmarks.identify_plant` prints it)."""
 
@@ -107,18 +106,20 @@ def identify(
     more = more_than_right(left)  # what moves n beside its sampling error grows with what the numbers leave
     wide = {one.log: one.class_std for one in left}
     n = {log: (value, float(np.hypot(more * std, wide[log] * value))) for log, (value, std) in n.items()}
+    judgement = replace(judgement, n_after=n[judgement.log])
     vehicle = vehicle.with_(n_error=min(more * n_error(state.n, state.n_std), 1.0), unexplained=own_unexplained(left))
     contradicted = [c.name for c in state.contradictions]
     vague = vehicle.n_error if vehicle.n_error > rules.n_error else 0.0
     doubted = doubt(bench.recordings, bench.soils, vehicle_of(known, {}), left, contradicted, start, vague) if had.steers else ""
-    verdict, reason = ("contradicts_given", doubted) if doubted else _verdict(state, numbers, fitted, had, rules)
+    verdict, reason = ("contradicts_given", doubted) if doubted else fit_verdict(state, numbers, fitted, had, rules)
+    bent = verdict == "contradicts_given" and not (state.contradictions and not doubted)
     return Identification(
         verdict=verdict,
         reason=reason,
         numbers=numbers,
         n=n,
         judged=judgement,
-        asks=() if doubted else asks(vehicle, numbers, had, rules.load_share),  # no manoeuvre mends a channel
+        asks=() if bent else asks(vehicle, numbers, had, rules.load_share),  # no manoeuvre mends a channel or a law
         contradictions=state.contradictions,
         unexplained=left,
         vehicle=vehicle.with_(verdict=verdict),
@@ -128,24 +129,6 @@ def identify(
             places.note, state.rolls, *late, *recorded_late(numbers), *steering_ratio(numbers, vehicle), *_own_notes(recordings),
         ),
     )
-
-
-@dataclass(frozen=True)
-class _State:
-    """Result of the fits: values, standard errors and states of all numbers, n of each drive, what numbers that nobody measured
-    make of it (a share), costs of all numbers, contradictions, errors with every number free, and a note of the radius by
-    rolling."""
-
-    values: Values
-    std: Values
-    states: dict[str, str]
-    n: tuple[float, ...]
-    n_std: tuple[float, ...]
-    unmeasured: float
-    costs: Values
-    contradictions: tuple[Contradiction, ...]
-    errors: Errors
-    rolls: str
 
 
 def _without_wheels(recordings: Sequence[Recording]) -> str:
@@ -173,7 +156,7 @@ def _with_steering(known: Known, recordings: Sequence[Recording]) -> Known:
     return known.with_numbers(max_steer=float(np.clip(round(1.02 * largest, 3), 0.05, 1.5)))
 
 
-def _fit(bench: Bench, places: AxlePlaces, rules: Rules, progress: Callable[[float], None]) -> _State:
+def _fit(bench: Bench, places: AxlePlaces, rules: Rules, progress: Callable[[float], None]) -> FitState:
     """All numbers free, given ones within their error of measuring; those that the logs contradict freed; those that they do not
     see fixed as expected, and the rest fitted once more. The fits that judge what is given leave the radius free: a wrong one
     would move n and the numbers, and they the evidence against it. Wheels without a measured speed say nothing of it."""
@@ -229,7 +212,7 @@ def _fit(bench: Bench, places: AxlePlaces, rules: Rules, progress: Callable[[flo
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}
     costs = {**n_costs(every, stds), **{name: 100.0 * float(max(by, key=abs)) for name, by in moved.items()}}
     share = float(np.sqrt(sum(np.mean(by**2) for by in moved.values())))
-    return _State(all_values, stds, states, tuple(n), n_std, share, costs, tuple(contradictions), errors, rolls)
+    return FitState(all_values, stds, states, tuple(n), n_std, share, costs, tuple(contradictions), errors, rolls)
 
 
 def _state(known: Known, name: str, kept: Sequence[str]) -> str:
@@ -287,7 +270,7 @@ def _settled(c: Contradiction, values: Mapping[str, float], errors: Errors, rule
     return Contradiction(c.name, c.given, values[c.name], std, c.sigmas, c.evidence)
 
 
-def _numbers(bench: Bench, state: _State) -> dict[str, Found]:
+def _numbers(bench: Bench, state: FitState) -> dict[str, Found]:
     before, numbers = expected(bench.known), by_name()
     return {
         name: Found(
@@ -296,43 +279,3 @@ def _numbers(bench: Bench, state: _State) -> dict[str, Found]:
         )
         for name in before
     }  # fmt: skip
-
-
-def _verdict(state: _State, numbers: Mapping[str, Found], bench: Bench, had: Excitation, rules: Rules) -> tuple[str, str]:
-    if not had.steers:
-        return "needs_data", (
-            "The logs are driven straight on: without lateral motion they show neither n nor the vehicle's numbers."
-        )
-    if state.contradictions:
-        words = "; ".join(
-            f"{c.name} is given as {c.given:.5g} {numbers[c.name].unit}, but by {c.evidence} it is {c.value:.5g} ± {c.std:.2g} "
-            f"({c.sigmas:.0f} standard deviations)"
-            for c in state.contradictions
-        )
-        stands = ", ".join(f"{c.name} = {abs(c.value - c.given):.2g}" for c in state.contradictions)
-        return "contradicts_given", (
-            f"{words}: measure it again before this file is used. Where the measurement stands, since force law or slip are "
-            f"other ones there, [uncertainty] {stands} in the known numbers leaves it to the logs."
-        )
-    if not had.many_waves:
-        return "needs_data", (
-            "Every log repeats one steering wave: n and the vehicle's numbers change its one amplitude and phase alike, whatever "
-            "the fit's own standard errors say."
-        )
-    for log, n, std in zip(bench.names, state.n, state.n_std, strict=True):
-        if std > rules.n_std * n:
-            return "needs_data", f"With the vehicle's numbers free, n of {log} stays uncertain: {n:.2f} ± {std:.2f}."
-    inertia = numbers["yaw_inertia"]
-    if inertia.state != "given" and inertia.std > rules.inertia_std * inertia.value:
-        return "needs_data", f"The yaw inertia stays uncertain: {inertia.value:.0f} ± {inertia.std:.0f} kg m^2."
-    if inertia.state != "given":
-        for i, log in enumerate(bench.names):
-            tied = state.errors.correlation(f"n_{i}", "yaw_inertia")
-            if abs(tied) > rules.correlation:
-                return "needs_data", f"{log} cannot tell n from the yaw inertia: their errors are correlated by {tied:+.2f}."
-    seen = sum(f.state == "identified" and not f.no_better for f in numbers.values())
-    vague = sum(f.no_better for f in numbers.values())
-    others = f", {vague} are fitted and {NO_BETTER}" if vague else ""
-    open_ = [name for name, f in numbers.items() if f.state == "not_identifiable"]
-    rest = f"; as expected of any vehicle stays what they do not show: {', '.join(open_)}" if open_ else ""
-    return "identified", f"{seen} numbers are identified from {len(bench.names)} logs{others}{rest}."

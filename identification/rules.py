@@ -23,7 +23,10 @@ class Rules:
     contradicted numbers that are freed one after another; model_error: standard deviations of numbers over their sampling
     errors, since what the force law misses moves them too: on the second reference vehicle, whose geometry is known, they were
     1 to 8 times those off; model_error_joint: the same for the joint error of all numbers, by the yaw inertia of vehicles of
-    the plant (`python -m benchmarks.identify_plant --only-numbers`); model_error_n: the same of n, as a share; unseen_error_n:
+    the plant (`python -m benchmarks.identify_plant --only-numbers`); odd: standard deviations from what is expected of any
+    vehicle beyond which a number is none of a vehicle, and most_odd: so many of them together show another law, as where the
+    soil's stresses lie otherwise; believable: share of a given number that it may be off by where ground resists the wheels,
+    or a tape was misread; model_error_n: as model_error, of n, as a share; unseen_error_n:
     share of n by which it is off beside that where a log does not measure the lateral velocity, and where not all logs have the
     speed of every wheel (the same command with --absent v, and with --absent omega_fl,omega_fr,omega_rl,omega_rr).
     """
@@ -44,6 +47,9 @@ class Rules:
     model_error_joint: float = 2.0
     model_error_n: float = 0.025
     unseen_error_n: float = 0.05
+    odd: float = 5.0
+    most_odd: int = 2
+    believable: float = 0.05
 
 
 RULES = Rules()

@@ -18,11 +18,14 @@ from softsoil.estimator.late_clocks import LateClock, clocks_of
 from softsoil.estimator.modes import run_guess, standing
 from softsoil.estimator.moving_horizon import HorizonRules, drive_windows
 from softsoil.estimator.verdict import Verdict, initial_guesses, judge
+from softsoil.estimator.verdict_rules import VerdictRules
 from softsoil.recording.drive import Recording
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.trace import Bench
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import Soil
+
+LIMITS = VerdictRules()
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,7 @@ class FittedDrives:
             verdict = judge(recording, model, guess, (n,) if self.joint else None, tied=True, start=self.start)
             if verdict.evidence is not None and self.joint:
                 std = float(np.hypot(std, verdict.evidence.soil.more * n))
+                verdict = _as_sure(verdict, std / n)
             elif verdict.evidence is not None:
                 n, std = float(verdict.evidence.n[0]), float(verdict.evidence.std[0])
             found.append(DriveN(n, std, verdict))
@@ -90,6 +94,18 @@ class FittedDrives:
         vehicle, law = self.declaration.vehicle, self.declaration.law
         pairs = zip(self.recordings, self.soils, strict=True) if self.bench.sinks else ()
         return [(recording, Declaration(vehicle, soil, law).build(), float(soil.n)) for recording, soil in pairs]
+
+
+def _as_sure(verdict: Verdict, share: float) -> Verdict:
+    """The verdict, not identified where n's standard deviation by the joint fit, as a share of n, is more than two estimates may
+    differ by."""
+    if not verdict.usable or share <= LIMITS.same:
+        return verdict
+    reason = (
+        f"the drives determine n to ± {100 * share:.0f} % only (limit {100 * LIMITS.same:.0f} %), since numbers of the vehicle "
+        "or effects that are free beside it are as uncertain"
+    )
+    return replace(verdict, word="not_excited", reason=reason)
 
 
 def not_to_be_used(found: Sequence[DriveN], reason: str) -> tuple[DriveN, ...]:

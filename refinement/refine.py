@@ -38,6 +38,7 @@ from softsoil.refinement.selection import Selection, hidden_by_noise, select
 from softsoil.refinement.structure import Structure, structure
 from softsoil.refinement.trace import Bench, fit_base, make_bench, open_effects, settled
 from softsoil.refinement.windowing import Windowing
+from softsoil.refinement.words import either
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import Soil
@@ -123,7 +124,7 @@ def refine(
         # What is named leaves the drives inconsistent, and a clock that is off does not.
         names = ", ".join(candidate.name for candidate in selection.accepted)
         unnamed = (f"not named, since a clock explains the drives and this does not: {names}",)
-        selection, look = replace(selection, accepted=(), bench=bench), look.without_effects()
+        selection, look = replace(selection, accepted=(), bench=bench, groups=()), look.without_effects()
         final, last = bench, fit_base(bench)
         left = _left(recordings, declared[0], as_declared, start)
         out = handed_on(of_declared, declaration, selection, look, effects_tried, (bench, loose), last)
@@ -163,8 +164,11 @@ def refine(
         f"{100 * c.whole:.0f} % of the whole: something is missing, less noise or more drives would show what"
         for c in hidden[:1]
     )
+    if selection.undecided and not any(clocks):
+        missing = f"something is missing, {either(selection.undecided)}: these data cannot separate them"
+        after = not_to_be_used(after, missing)
     lines += tuple(f"{r.name}: {one.sentence}" for r, found in zip(recordings, clocks, strict=False) for one in found) + unnamed
-    lacks = bool(selection.unnamable or hidden or any(clocks)) or _lacks(bench, left, look, after)
+    lacks = bool(selection.unnamable or selection.undecided or hidden or any(clocks)) or _lacks(bench, left, look, after)
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
     return Refinement(
         verdict=verdict,

@@ -100,7 +100,8 @@ def look_twice(
     look = _sized_again(fit_of, bench, selection, effects, alone) if selection.accepted else Look(selection)
     if look.selection.accepted:
         return look
-    again = _look_again(fit_of, look.selection, effects if more else {}, alone)
+    gone = {candidate.name for candidate in selection.accepted}  # what free starts do not show is not named by them
+    again = _look_again(fit_of, look.selection, {k: v for k, v in effects.items() if more and k not in gone}, alone)
     return replace(again, notes=(*look.notes, *again.notes))
 
 

@@ -40,6 +40,12 @@ class Selection:
         open_groups = [group for group in self.groups if group[0] not in accepted]
         return tuple(dict.fromkeys(name for group in open_groups for name in group if name in self.rivals))
 
+    @property
+    def undecided(self) -> tuple[str, ...]:
+        """Effects of which each explains what is left well enough to be named, and these data cannot tell which."""
+        accepted = {candidate.name for candidate in self.accepted}
+        return next((group for group in self.groups if len(group) > 1 and not accepted & {*group}), ())
+
 
 def select(
     bench: Bench,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from softsoil.estimator.verdict import IDENTIFIED
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
@@ -43,6 +44,11 @@ def verdict_sentence(found: Refinement) -> str:
             f"Unexplained: what is left looks like {names}, which rests on channels that these data do not measure, so that "
             "nothing is named; the declared model stands."
         )
+    if found.selection.undecided:
+        return (
+            f"Unexplained: {either(found.selection.undecided)} explains what is left on data that it was not fitted to; these "
+            "data cannot tell which, so that nothing is named, and the declared model stands."
+        )
     left = "more is left in the axle forces than a good model leaves"
     if found.strain is not None or any(one.word == "inconsistent" for one in found.judged):
         left = "the drives contradict the vehicle's file or their own channels, as the verdicts on n say"
@@ -52,6 +58,12 @@ def verdict_sentence(found: Refinement) -> str:
         f"Unexplained: {left}, but no entry of the catalogue explains it on data that it was not fitted to; the declared "
         "model stands."
     )
+
+
+def either(names: Sequence[str]) -> str:
+    """Effects by their names, one of which it is."""
+    *first, last = map(effect_name, names)
+    return f"{', '.join(first)} or {last}" if first else last
 
 
 def _numbers(found: Refinement) -> str:

@@ -1,12 +1,14 @@
 """n of each drive by windows with free initial states, where noise at recorded starts biases it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from drives import reference_vehicle
 from softsoil.declaration.model_file import Declaration
+from softsoil.estimator.verdict import Verdict
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
@@ -87,3 +89,15 @@ def test_a_reason_in_the_vehicle_replaces_identified_alone(noisy):
     assert (strained.verdict.word, strained.verdict.reason, strained.n) == ("inconsistent", "it carries a load", found.n)
     other = replace(found, verdict=replace(found.verdict, word="not_excited", reason="straight"))
     assert not_to_be_used([other], "it carries a load") == (other,)
+
+
+@pytest.mark.parametrize(("share", "word"), [(0.06, "identified"), (0.2, "not_excited")])
+def test_n_that_the_joint_fit_leaves_uncertain_is_not_identified(noisy, share, word, monkeypatch):
+    """As with a payload free beside it, of which nothing else is known."""
+    bench, last = fitted(noisy[:1])
+    judged = Verdict("identified", "the drive determines n to ± 2 %", SimpleNamespace(soil=SimpleNamespace(more=0.0)))
+    monkeypatch.setattr("softsoil.refinement.drive_n.judge", lambda *args, **options: judged)
+    wider = replace(DECLARED, vehicle=DECLARED.vehicle.with_(n_error=share))
+    (found,) = FittedDrives(noisy[:1], wider, [CLAY], START, bench, last, joint=True).judged()
+    assert found.verdict.word == word
+    assert ("determine n to ± 2" in found.verdict.reason and "limit 10 %" in found.verdict.reason) is (word == "not_excited")

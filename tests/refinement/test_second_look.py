@@ -131,6 +131,15 @@ def test_what_free_starts_do_not_show_is_not_named(clean, monkeypatch):
     look = look_twice(clean.recordings, declared, clean.bench, named, known)
     assert look.selection.accepted == () == look.selection.groups and look.fits is None
     assert any("do not show it" in note and "standard errors from absence" in note for note in look.notes)
+    tried = []
+
+    def again(fit_of, selection, effects, alone):
+        tried.append(effects)
+        return look
+
+    monkeypatch.setattr("softsoil.refinement.second_look._look_again", again)
+    look_twice(clean.recordings, declared, clean.bench, named, {**known, "payload": catalogue(vehicle())["payload"]})
+    assert [set(effects) for effects in tried] == [{"payload"}], "what they do not show, they do not name"
 
 
 @pytest.mark.slow
