@@ -108,8 +108,9 @@ def _name(sources: Sequence[Path]) -> str:
     first, folders = sources[0], {source.resolve().parent for source in sources}
     if first.is_dir():
         return first.resolve().name
-    if len(sources) > 1 and len(folders) == 1 and folders != {Path.cwd()}:
-        return folders.pop().name
+    folder = folders.pop().name if len(sources) > 1 and len(folders) == 1 and folders != {Path.cwd()} else ""
+    if folder:
+        return folder
     return Path(first.name.removesuffix(".gz")).stem
 
 

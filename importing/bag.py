@@ -21,6 +21,8 @@ ANOTHER_CLOCK = 5.0
 """s: header stamps farther than this from the arrival times are of another clock, and are moved by the median difference."""
 FARTHEST_PART = 60.0
 """s between the bag files of a folder, of which each goes on where the one before ended."""
+LONGEST_OVERLAP = 1.0
+"""s by which they may overlap."""
 TAILS = (2.0, 20.0, 200.0)
 """s before a bag's end in which a topic's last message is looked for, before all of it is read."""
 TELL_EVERY = 2000
@@ -61,14 +63,16 @@ def _files(path: Path) -> list[Path]:
 
 
 def _one_recording(path: Path, reader: Any) -> None:
-    """Refuse bag files of a folder that are no parts of one recording: far from each other in time."""
+    """Refuse bag files of a folder that are no parts of one recording: far from each other in time, or one topic's at one time."""
     parts = sorted((part for part in reader.readers if part.message_count), key=lambda part: int(part.start_time))
     for before, after in pairwise(parts):
-        apart = (after.start_time - before.end_time) * 1e-9
-        if apart > FARTHEST_PART:
+        gap = (after.start_time - before.end_time) * 1e-9
+        shared = {c.topic for c in before.connections if c.msgcount} & {c.topic for c in after.connections if c.msgcount}
+        if gap > FARTHEST_PART or (shared and gap < -LONGEST_OVERLAP):
+            where = f"{gap:.0f} s after the end of" if gap > 0.0 else f"with {min(shared)} at the same time as"
             raise ValueError(
-                f"{path}: expected parts of one recording in the folder, found {after.path.name} {apart:.0f} s after the end of "
-                f"{before.path.name}: give one of them by its file's name"
+                f"{path}: expected parts of one recording in the folder, found {after.path.name} {where} {before.path.name}: "
+                "give one of them by its file's name"
             )
 
 
@@ -109,7 +113,8 @@ def _topic(reader: Any, connections: Sequence[Any], file: str) -> Holding:
     rate = float(1.0 / np.median(steps)) if len(steps) and np.median(steps) > 0 else float("nan")
     spreads = {key: Spread.of(np.array(values)) for key, values in samples.items()}
     start = float(clock[0]) if len(clock) else float("nan")
-    stop = _last_arrival(reader, connections) - float(np.median(np.array(arrivals) - stamps)) * stamped if len(clock) else start
+    late = float(np.median(np.array(arrivals) - stamps)) if stamped else 0.0
+    stop = _last_arrival(reader, connections) - late if len(clock) else start
     return Holding(first.topic, first.msgtype, file, count, rate, start, max(start, stop),
                    "header stamps" if stamped else "arrival", spreads, frame, tuple(transforms.values()))  # fmt: skip
 
@@ -170,7 +175,7 @@ def read_bag(
             if hasattr(message, "header"):
                 headed.add(connection.topic)
             numbers[connection.topic].extend([read(message) for read in readers[connection.topic].values()])
-    there = {connection.topic for connection in chosen}
+    there = {connection.topic for connection in chosen if connection.msgcount}
     return [_series(topic, clocks[topic], numbers[topic], list(names), topic in headed)
             for topic, names in wanted.items() if topic in there]  # fmt: skip
 

@@ -119,7 +119,8 @@ def read_sources(paths: Sequence[Path], plan: ImportMap, progress: Progress = la
     if missing:
         there = [topic for path in paths if is_bag(path) for topic in topics_of(path)] if missing[0].startswith("/") else []
         of = ", ".join(there or map(str, paths))
-        raise ValueError(f"map: expected {'topics' if there else 'sources'} of {of}; found none called {missing[0]!r}")
+        none = f"no message of {missing[0]!r}" if missing[0] in there else f"none called {missing[0]!r}"
+        raise ValueError(f"map: expected {'topics' if there else 'sources'} of {of}; found {none}")
     return found
 
 

@@ -51,7 +51,7 @@ yaw rate before all others."""
 PREFERRED = {"omega_z": ("Imu",), "x": ("Odometry", "Pose"), "y": ("Odometry", "Pose"), "u": ("Odometry", "Velocity", "Twist"),
              "psi": ("Odometry", "Pose"), "steer": ("SteeringReport", "JointState")}  # fmt: skip
 _SPINS, _TURNS = "wheel|omega|ws|spin|rpm", "wheel|omega|ws|speed|rpm"
-_PLACE = r"\A(?!.*(gyr|acc|mag|omega|rate|vel|speed|force|torque|angular|roll|pitch|twist)).*"
+_PLACE = r"\A(?!.*(?<![a-z])(gyro?s?|acc\w*|mag|omega|rate|vel|velocity|speed|force|torque|angular|roll|pitch|twist)(?![a-z])).*"
 _CORNERS = {"omega_fl": "fl|front_?left|lf|left_?front", "omega_fr": "fr|front_?right|rf|right_?front",
             "omega_rl": "rl|rear_?left|lr|left_?rear", "omega_rr": "rr|rear_?right|right_?rear"}  # fmt: skip
 NAMES: tuple[tuple[str, str], ...] = (
@@ -170,7 +170,9 @@ def _of_fields(holding: Holding) -> list[Offer]:
 
 def _can_be(channel: str, unit: str) -> bool:
     """Whether a field in `unit` can be the channel: a wheel's speed may be that of its rim."""
-    return measures(unit, CHANNEL_UNITS[channel]) or (channel in WHEEL_CHANNELS and measures(unit, "m/s"))
+    si = CHANNEL_UNITS[channel]
+    others = ("m/s",) if channel in WHEEL_CHANNELS else ("rad",) if si == "rad/s" else ()  # yaw_rate_deg is in deg/s
+    return any(measures(unit, one) for one in (si, *others))
 
 
 def _of_joints(holding: Holding) -> list[Offer]:
@@ -240,6 +242,8 @@ def _unit(channel: str, spread: Spread | None, path: str = "") -> str:
     if spread is None:
         return ""
     said = written_unit(path, spread)
+    if CHANNEL_UNITS[channel] == "rad/s" and said in ("deg", "rad"):
+        said += "/s"
     if said:
         return "" if said == CHANNEL_UNITS[channel] else said
     largest = max(abs(spread.least), abs(spread.largest))

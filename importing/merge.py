@@ -81,7 +81,8 @@ def merge(
                 f"{origin.label}: expected numbers for {channel}, found {int(good.sum())}"
             )
         if beyond:
-            notes += (f"{channel}: {origin.label}: {beyond} of {len(values)} samples lie beyond its table, taken as its ends",)
+            of = f"{beyond} of {int(good.sum())} samples"
+            notes += (f"{channel}: {origin.label}: {of} lie beyond its table, taken as its ends",)
         t, values = moved[origin.source][good] - origin.late, values[good]
         if channel == "psi":
             values = np.unwrap(values)

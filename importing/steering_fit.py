@@ -41,6 +41,8 @@ REFINED = 3
 """Times that lags are tried between the neighbours of the best one."""
 
 
+ROUNDING = 1e-9
+"""Share of the commands' half range within which two knots are one."""
 FINE, NEAREST = 0.01, 0.003
 """s: longest step of the clock on which a command lags; resolution of a delay: a lag stands in for what is left of it."""
 
@@ -112,7 +114,8 @@ def _knots(polynomial: Array, scaled: Array, rules: SteeringRules) -> Array:
     inner = np.linspace(scaled.min(), scaled.max(), rules.knots)
     rises = np.polyval(polynomial, inner[-1]) > np.polyval(polynomial, inner[0])
     low, high = (np.polyval(np.polyder(polynomial), inner[[0, -1]]) > 0.0) == rises
-    return np.array([*([-1.0] if low and inner[0] > -1.0 else []), *inner, *([1.0] if high and inner[-1] < 1.0 else [])])
+    ends = low and inner[0] > -1.0 + ROUNDING, high and inner[-1] < 1.0 - ROUNDING
+    return np.array([*([-1.0] if ends[0] else []), *inner, *([1.0] if ends[1] else [])])
 
 
 def _straight_on(polynomial: Array, at: Array, scaled: Array) -> Array:

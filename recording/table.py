@@ -49,7 +49,7 @@ def cells(path: Path, **how: Any) -> pd.DataFrame:
             warnings.simplefilter("error", pd.errors.ParserWarning)
             return pd.read_csv(path, index_col=False, **how)
     except pd.errors.ParserWarning:
-        raise ValueError("rows have more cells than there are names of columns") from None
+        raise ValueError("rows have more cells than there are names of columns: name each, also one of row numbers") from None
 
 
 def numbers(table: pd.DataFrame, column: str, path: str | Path) -> np.ndarray:

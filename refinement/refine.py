@@ -124,7 +124,7 @@ def refine(
         # What is named leaves the drives inconsistent, and a clock that is off does not.
         names = ", ".join(candidate.name for candidate in selection.accepted)
         unnamed = (f"not named, since a clock explains the drives and this does not: {names}",)
-        selection, look = replace(selection, accepted=(), bench=bench, groups=()), look.without_effects()
+        selection, look = replace(selection, accepted=(), bench=bench, groups=(), undecided=()), look.without_effects()
         final, last = bench, fit_base(bench)
         left = _left(recordings, declared[0], as_declared, start)
         out = handed_on(of_declared, declaration, selection, look, effects_tried, (bench, loose), last)
@@ -164,7 +164,7 @@ def refine(
         f"{100 * c.whole:.0f} % of the whole: something is missing, less noise or more drives would show what"
         for c in hidden[:1]
     )
-    if selection.undecided and not any(clocks):
+    if selection.undecided and not (selection.accepted or effects or contradicted or any(clocks)):
         missing = f"something is missing, {either(selection.undecided)}: these data cannot separate them"
         after = not_to_be_used(after, missing)
     lines += tuple(f"{r.name}: {one.sentence}" for r, found in zip(recordings, clocks, strict=False) for one in found) + unnamed

@@ -23,7 +23,8 @@ class Selection:
     accepted: effects in order; bench: with them in the model; ranking: of the first round; groups: per accepted effect, the
     effects that explain the held-out data as well (itself first), and last a group of which none could be named; tried: effects
     and numbers of the vehicle that were tried, by name; rivals: of those, the effects that the drives cannot name, with the
-    channels that they rest on and the drives lack.
+    channels that they rest on and the drives lack; undecided: effects of which each explains what is left well enough to be named
+    first, where these data cannot tell which.
     """
 
     accepted: tuple[Candidate, ...]
@@ -32,6 +33,7 @@ class Selection:
     groups: tuple[tuple[str, ...], ...]
     tried: Mapping[str, Effect] = field(default_factory=dict)
     rivals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    undecided: tuple[str, ...] = ()
 
     @property
     def unnamable(self) -> tuple[str, ...]:
@@ -39,12 +41,6 @@ class Selection:
         accepted = {candidate.name for candidate in self.accepted}
         open_groups = [group for group in self.groups if group[0] not in accepted]
         return tuple(dict.fromkeys(name for group in open_groups for name in group if name in self.rivals))
-
-    @property
-    def undecided(self) -> tuple[str, ...]:
-        """Effects of which each explains what is left well enough to be named, and these data cannot tell which."""
-        accepted = {candidate.name for candidate in self.accepted}
-        return next((group for group in self.groups if len(group) > 1 and not accepted & {*group}), ())
 
 
 def select(
@@ -70,6 +66,7 @@ def select(
     accepted: dict[str, Candidate] = {}
     groups: dict[str, tuple[str, ...]] = {}
     seen: set[frozenset[str]] = set()
+    undecided: tuple[str, ...] = ()
     while len(accepted) < RULES.most_effects:
         least = RULES.one_wave_gain if one_wave else RULES.later_gain if accepted else RULES.least_gain
         judged, others = contended(bench, ranking, workers, one_wave)
@@ -85,7 +82,10 @@ def select(
         alike = like(named[0], ranking, bench)
         best = next((c for c in named if c.name in numbers and (c is named[0] or c.name in alike)), named[0])
         groups[best.name] = (best.name, *like(best, ranking, bench))
-        if {*rivals} & {*groups[best.name]} or len(groups[best.name]) > (1 if one_wave else RULES.most_alike):
+        if {*rivals} & {*groups[best.name]}:
+            break
+        if len(groups[best.name]) > (1 if one_wave else RULES.most_alike):
+            undecided = () if accepted else groups[best.name]
             break
         accepted[best.name] = best
         bench, dropped = accept(bench, best, {name: tried[name] for name in accepted})
@@ -96,7 +96,7 @@ def select(
         seen.add(frozenset(accepted))
         again = [c.name for c in first if c.name not in accepted and c.name not in dropped][:RULES.second_look]
         ranking = rank(bench, {name: tried[name] for name in again}, workers, lambda share: None)
-    return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()), tried, rivals)
+    return Selection(tuple(accepted.values()), bench, tuple(first), tuple(groups.values()), tried, rivals, undecided)
 
 
 def contended(

@@ -79,6 +79,10 @@ def test_samples_beyond_a_table_are_counted(clean):
     assert f"steer: log.csv:steer: {beyond} of {len(clean)} samples lie beyond its table, taken as its ends" in recording(
         clean, channels
     ).notes
+    blank = np.where(np.arange(len(clean)) % 10 == 0, clean["steer"], np.nan)
+    rare = {"steer": {**channels["steer"], "source": "log.csv:rare"}}
+    told = f" of {int(np.isfinite(blank).sum())} samples lie beyond its table"
+    assert any(told in note for note in recording(clean, rare, rare=blank).notes)
     whole = {"steer": {"source": "log.csv:steer", "table": [[-3 * half, -1.0], [3 * half, 1.0]]}}
     assert not any("beyond its table" in note for note in recording(clean, whole).notes)
 

@@ -13,18 +13,22 @@ STORE = get_typestore(Stores.ROS1_NOETIC)
 RATE, BEGIN = 100.0, 100.0
 
 
-def bag(path, topic, numbers=range(300)):
+def bag(path, topic, numbers=range(300), silent="", stamped=True):
     """Messages of 100 Hz, whose forward speed is their number."""
     names = ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist", "geometry_msgs/msg/Vector3", "std_msgs/msg/Header")
-    stamped, twist, vector, header = (STORE.types[name] for name in names)
+    with_header, twist, vector, header = (STORE.types[name] for name in names)
     path.parent.mkdir(exist_ok=True)
     with Writer(path) as out:
-        connection = out.add_connection(topic, stamped.__msgtype__, typestore=STORE)
+        kind = with_header if stamped else twist
+        connection = out.add_connection(topic, kind.__msgtype__, typestore=STORE)
+        if silent:
+            out.add_connection(silent, kind.__msgtype__, typestore=STORE)
         for k in numbers:
             ns = int(1e9 * (BEGIN + k / RATE))
             stamp = STORE.types["builtin_interfaces/msg/Time"](ns // 10**9, ns % 10**9)
-            message = stamped(header(k, stamp, "base"), twist(vector(float(k), 0.0, 0.0), vector(0.0, 0.0, 0.1)))
-            out.write(connection, ns, STORE.serialize_ros1(message, stamped.__msgtype__))
+            moving = twist(vector(float(k), 0.0, 0.0), vector(0.0, 0.0, 0.1))
+            message = with_header(header(k, stamp, "base"), moving) if stamped else moving
+            out.write(connection, ns, STORE.serialize_ros1(message, kind.__msgtype__))
     return path
 
 
@@ -58,6 +62,24 @@ def test_two_recordings_in_a_folder_are_not_joined(tmp_path):
         read_sources([tmp_path / "days"], plan(u="/a"))
 
 
+def test_two_recordings_at_one_time_are_not_mixed(tmp_path):
+    for name in ("drive", "drive.orig"):
+        bag(tmp_path / "cars" / f"{name}.bag", "/a")
+    with pytest.raises(ValueError, match=r"found drive.*\.bag with /a at the same time as drive.*\.bag: give one of them"):
+        inspect_sources([tmp_path / "cars"])
+    bag(tmp_path / "devices" / "imu.bag", "/imu")
+    bag(tmp_path / "devices" / "gps.bag", "/gps")
+    assert {holding.name for holding in inspect_sources([tmp_path / "devices"])} == {"/imu", "/gps"}
+
+
+def test_a_topic_without_a_message_is_none_of_a_bag(tmp_path):
+    """Recorders list every topic that they listened to."""
+    paths = [bag(tmp_path / "p0.bag", "/a", silent="/b"), bag(tmp_path / "p1.bag", "/b", silent="/a")]
+    assert {name: len(one.t) for name, one in read_sources(paths, plan(u="/a", v="/b")).items()} == {"/a": 300, "/b": 300}
+    with pytest.raises(ValueError, match=r"expected topics of /a, /b; found no message of '/b'"):
+        read_sources(paths[:1], plan(u="/a", v="/b"))
+
+
 def test_a_topic_or_a_file_given_twice_is_refused_and_none_of_them_dropped(tmp_path):
     parts = [bag(tmp_path / "p0.bag", "/a", range(170)), bag(tmp_path / "p1.bag", "/a", range(170, 300))]
     with pytest.raises(ValueError, match=r"found '/a' twice: bag files in one folder are read as the parts of one recording"):
@@ -70,8 +92,9 @@ def test_a_topic_or_a_file_given_twice_is_refused_and_none_of_them_dropped(tmp_p
         read_sources([tmp_path / "a" / "log.csv", tmp_path / "b" / "log.csv"], one)
 
 
-def test_the_end_of_a_topic_is_that_of_its_last_message(tmp_path):
+@pytest.mark.parametrize("stamped", [True, False])
+def test_the_end_of_a_topic_is_that_of_its_last_message(tmp_path, stamped):
     """A topic that pauses: its first messages say nothing of the last."""
-    path = bag(tmp_path / "pause.bag", "/a", [*range(300), 35900, 35950])
+    path = bag(tmp_path / "pause.bag", "/a", [*range(300), 35900, 35950], stamped=stamped)
     (holding,) = inspect_sources([path])
     assert holding.stop_s - holding.start_s == pytest.approx(359.5, abs=0.01)

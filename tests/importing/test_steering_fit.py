@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from softsoil.commands.import_steering import fitted_map
 from softsoil.importing.import_map import map_from_table
 from softsoil.importing.sources import Series
-from softsoil.importing.steering_fit import fit_steering_map
+from softsoil.importing.steering_fit import RULES, _knots, fit_steering_map
 
 T = np.arange(0.0, 60.0, 0.02)
 COMMAND = 0.8 * np.sin(0.9 * T) * np.sin(0.13 * T) + 0.15 * np.sin(2.3 * T)
@@ -102,3 +102,9 @@ def test_delay_and_lag_do_not_depend_on_the_rate_of_the_log(step):
     every = round(step / 0.002)
     fit = fit_steering_map(fine[::every], command[::every], angle[::every])
     assert fit.lag == pytest.approx(0.15, abs=0.012) and fit.delay == pytest.approx(0.0, abs=0.012)
+
+
+def test_rounding_makes_no_second_knot():
+    scaled = np.array([-1.0 + 2e-16, 0.0, 1.0 - 2e-16])
+    knots = _knots(np.array([0.02, 0.5, 0.0]), scaled, RULES)
+    assert np.all(np.diff(knots) > 1e-3)

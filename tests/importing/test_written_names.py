@@ -88,3 +88,12 @@ def test_gravity_is_found_under_any_name_and_beside_a_jolt(name, side):
     values = size * side * np.r_[np.full(400, 1.0), -9.0, np.full(99, 1.02)]
     found = Holding("imu.csv", "table", "imu.csv", 500, 50.0, 0.0, 10.0, "t", {name: Spread.of(values)})
     assert hangs(found) == (side < 0)
+
+
+@pytest.mark.parametrize("name", ["integrated_x", "calibrated_pos_x", "controller_x", "travel_x"])
+def test_words_inside_others_say_nothing(name):
+    assert drafted(**{name: (0.0, 90.0)}) == {"x": f"log.csv:{name}"}
+
+
+def test_a_rate_in_degrees_is_one_per_second():
+    assert drafted(yaw_rate_deg=(-40.0, 40.0))["omega_z"] == {"source": "log.csv:yaw_rate_deg", "unit": "deg/s"}
