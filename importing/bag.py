@@ -63,7 +63,7 @@ def _files(path: Path) -> list[Path]:
 
 
 def _one_recording(path: Path, reader: Any) -> None:
-    """Refuse bag files of a folder that are no parts of one recording: far from each other in time, or one topic's at one time."""
+    """Refuse bag files of a folder that are no parts of one recording: far from each other in time, or one topic at one time."""
     parts = sorted((part for part in reader.readers if part.message_count), key=lambda part: int(part.start_time))
     for before, after in pairwise(parts):
         gap = (after.start_time - before.end_time) * 1e-9
