@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ WIDTH_IN_A_FILE = 1000
 """Columns where there is no terminal: tables are as wide as their content, never cut off."""
 console = Console(width=None if sys.stdout.isatty() else WIDTH_IN_A_FILE, markup=False)
 """Where tables and progress go; brackets are text, as in the keys of maps and vehicle files."""
+SILENT = 30.0
+"""s after which a command without a terminal says on stderr how far it is."""
 
 
 @dataclass(frozen=True)
@@ -97,12 +100,29 @@ def say_written(paths: Sequence[Path]) -> None:
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar that disappears when done (one line where there is no terminal); yields its setter, shares 0 to 1."""
+    """A progress bar that disappears when done; yields its setter, shares 0 to 1.
+
+    Where there is no terminal, one line, and another on stderr where 30 s were silent: the log of a cluster shows how far it is.
+    """
     if not console.is_terminal:
         console.print(f"{label} ...", highlight=False)
-        yield lambda share: None
+        yield _on_stderr(label)
         return
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(label, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+def _on_stderr(label: str) -> Callable[[float], None]:
+    """Setter of shares that writes a line on stderr where it was silent for `SILENT` seconds."""
+    began = said = time.monotonic()
+
+    def tell(share: float) -> None:
+        nonlocal said
+        now = time.monotonic()
+        if now - said >= SILENT:
+            said = now
+            print(f"{label}: {share:.0%} after {now - began:.0f} s", file=sys.stderr, flush=True)
+
+    return tell

@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drives import MULTI_LOG
+from softsoil.commands import output
 from softsoil.commands.bench import _value
 from softsoil.commands.cli import app
 from softsoil.commands.drive import _controllers, _courses
@@ -110,3 +111,14 @@ def test_courses_and_controllers_that_are_asked_for_twice_drive_once():
 
 def test_a_ratio_has_no_unit():
     assert [_value(4.35, "1"), _value(57.1, ""), _value(2.0, "us")] == ["4.35", "57.1", "2 µs"]
+
+
+def test_a_long_command_says_on_stderr_how_far_it_is(capsys, monkeypatch):
+    now = iter((0.0, 10.0, 31.0, 40.0, 62.0))
+    monkeypatch.setattr(output.time, "monotonic", lambda: next(now))
+    with output.progress("four drives") as tell:
+        for share in (0.1, 0.3, 0.4, 0.9):
+            tell(share)
+    shown = capsys.readouterr()
+    assert shown.err.splitlines() == ["four drives: 30% after 31 s", "four drives: 90% after 62 s"]
+    assert shown.out.splitlines() == ["four drives ..."]
