@@ -12,6 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from softsoil.files.cache import cache_folder, scratch_folder
+from softsoil.files.own_modules import own_code
 
 WRITERS = (
     ("files", "*"), ("recording", "*"), ("checking", "*"), ("symbolic", "**/*"), ("declaration", "*"), ("codegen", "**/*"),
@@ -64,7 +65,7 @@ def _place(asked: bytes) -> Path:
 
 
 def _key(asked: bytes) -> str:
-    return hashlib.sha256(asked + code_digest(WRITERS)).hexdigest()[:24]
+    return hashlib.sha256(asked + own_code() + code_digest(WRITERS)).hexdigest()[:24]
 
 
 @lru_cache(maxsize=4)

@@ -1,9 +1,9 @@
 """The effect catalogue by name, found in the package of effects, and models from a declared vehicle."""
 
-import pkgutil
 from collections.abc import Mapping
 from importlib import import_module
 
+from softsoil.files.own_modules import EFFECTS, module_names
 from softsoil.symbolic import effects as package
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.effect import Effect, add_effect
@@ -17,21 +17,24 @@ from softsoil.symbolic.wheel import ForceLaw
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
     """Every known effect by name, sized for the vehicle: `effect(vehicle)` of each module of `softsoil.symbolic.effects`.
 
-    Raises ValueError for a module whose effect has another name than its file.
+    Raises ValueError for a module that has no `effect`, or whose effect has another name than its file.
     Example: "payload_mass" in softsoil.catalogue(softsoil.load_vehicle("paper"))["payload"].parameters.names
     """
     known = {}
     for name in effect_names():
-        effect = import_module(f"{package.__name__}.{name}").effect(vehicle)
+        module = import_module(f"{package.__name__}.{name}")
+        if not hasattr(module, "effect"):
+            raise ValueError(f"{module.__file__}: expected a function effect(vehicle), found none")
+        effect = module.effect(vehicle)
         if effect.name != name:
-            raise ValueError(f"symbolic/effects/{name}.py: expected an effect called {name!r}, found {effect.name!r}")
+            raise ValueError(f"{module.__file__}: expected an effect called {name!r}, found {effect.name!r}")
         known[name] = effect
     return known
 
 
 def effect_names() -> tuple[str, ...]:
-    """Names of the modules of effects, alphabetically; those with a leading underscore are none."""
-    return tuple(sorted(m.name for m in pkgutil.iter_modules(package.__path__) if not m.name.startswith("_")))
+    """Names of the modules of effects, alphabetically, the user's own among them; those with a leading underscore are none."""
+    return module_names(package.__path__, EFFECTS)
 
 
 def bicycle(
@@ -66,7 +69,8 @@ def _check_effects(effects: Mapping[str, Mapping[str, float]], known: Mapping[st
     """Raise ValueError naming `where` and the key for an effect that is not known, or a parameter that it lacks or forbids."""
     for name, values in effects.items():
         if name not in known:
-            raise ValueError(f"{where}: effects: expected names of {', '.join(known)}; found {name!r}")
+            own = f"; one of your own has its file in a folder that {EFFECTS} names"
+            raise ValueError(f"{where}: effects: expected names of {', '.join(known)}; found {name!r}{own}")
         layout = known[name].parameters
         for key, value in values.items():
             if key not in layout:

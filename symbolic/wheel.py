@@ -6,12 +6,12 @@ alpha = steering angle - course angle. Forces act on the wheel, in the wheel fra
 Longitudinal slip (paper): s = 1 - v_x/(r omega) when driving, s = r omega/v_x - 1 when braking.
 """
 
-import pkgutil
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
 from typing import Any, Protocol
 
+from softsoil.files.own_modules import LAWS, module_names
 from softsoil.symbolic import laws
 from softsoil.symbolic.soil import Soil
 
@@ -102,8 +102,8 @@ class ForceLaw(Protocol):
 
 
 def law_names() -> tuple[str, ...]:
-    """Names of the modules of `softsoil.symbolic.laws`: those that `force_law` knows, alphabetically."""
-    return tuple(sorted(m.name for m in pkgutil.iter_modules(laws.__path__) if not m.name.startswith("_")))
+    """Names of the modules of `softsoil.symbolic.laws` and the user's own: those that `force_law` knows, alphabetically."""
+    return module_names(laws.__path__, LAWS)
 
 
 def force_law(name: str, **options: Any) -> ForceLaw:

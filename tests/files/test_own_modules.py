@@ -1,0 +1,86 @@
+"""Effects and force laws in a user's own folder."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from drives import PROJECT
+from softsoil.codegen.text_cache import _key
+from softsoil.files.own_modules import EFFECTS, LAWS, module_names
+from softsoil.files.package_data import VEHICLES
+
+PAGE = PROJECT / "docs" / "tutorials" / "add-an-effect.md"
+LAW = '''"""Half of the forces of turn_slip."""
+
+from dataclasses import dataclass, replace
+
+from softsoil.symbolic.wheel import force_law
+
+
+@dataclass(frozen=True)
+class HalfForce:
+    name = "half_force"
+
+    def __call__(self, soil, wheel, contact):
+        whole = force_law("turn_slip")(soil, wheel, contact)
+        return replace(whole, f_x=whole.f_x / 2, f_y=whole.f_y / 2)
+'''
+ASKED = """
+import softsoil
+from softsoil.symbolic.wheel import force_law
+vehicle = softsoil.load_vehicle("reference")
+model = softsoil.bicycle(vehicle, softsoil.load_soil("clay"), LAW, effects={"air_drag": {"drag": 5.0}})
+print("drag" in model.p.names, force_law(LAW).name)
+"""
+
+
+@pytest.fixture
+def own(tmp_path):
+    """The tutorial's effect and a law, in folders of a user."""
+    code = re.search(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)[1]
+    for name, text in (("effects/air_drag.py", code), ("laws/half_force.py", LAW)):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return {EFFECTS: str(tmp_path / "effects"), LAWS: str(tmp_path / "laws")}
+
+
+def run(*words, **own):
+    return subprocess.run([sys.executable, *words], env={**os.environ, **own}, capture_output=True, text=True, check=False)
+
+
+def test_effects_and_laws_of_a_users_folders_are_known(own):
+    done = run("-c", ASKED.replace("LAW", "'half_force'"), **own)
+    assert done.stdout.split() == ["True", "half_force"], done.stderr
+    without = run("-c", ASKED.replace("LAW", "'bekker'"))
+    assert f"found 'air_drag'; one of your own has its file in a folder that {EFFECTS} names" in without.stderr
+
+
+def test_commands_take_an_effect_of_a_users_folder(own, tmp_path):
+    vehicle = (VEHICLES / "paper.toml").read_text(encoding="utf-8") + "\n[effects.air_drag]\ndrag = 5.0\n"
+    (tmp_path / "mine.toml").write_text(vehicle, encoding="utf-8")
+    declared = ("--vehicle", str(tmp_path / "mine.toml"), "--soil", "clay", "--law", "hard_ground")
+    done = run("-m", "softsoil", "generate", str(tmp_path / "out"), *declared, **own)
+    assert done.returncode == 0, done.stderr
+    assert "SOFTSOIL_P_drag" in (tmp_path / "out" / "include" / "softsoil.h").read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setenv(EFFECTS, str(tmp_path / "none"))
+    with pytest.raises(ValueError, match=f"{EFFECTS}: expected a folder, found none at .*none"):
+        module_names([], EFFECTS)
+    (tmp_path / "payload.py").touch()
+    (tmp_path / "_helper.py").touch()
+    monkeypatch.setenv(EFFECTS, str(tmp_path))
+    assert module_names([], EFFECTS) == ("payload",)
+    with pytest.raises(ValueError, match=r"expected names that no other file has, found payload\.py"):
+        module_names([str(PROJECT / "symbolic" / "effects")], EFFECTS)
+
+
+def test_texts_that_are_kept_are_those_of_the_users_code(tmp_path, monkeypatch):
+    monkeypatch.setenv(LAWS, str(tmp_path))
+    before = _key(b"")
+    (tmp_path / "half_force.py").write_text(LAW, encoding="utf-8")
+    assert _key(b"") != before
