@@ -58,10 +58,10 @@ drive."""
 
 @dataclass(frozen=True)
 class DriftRules:
-    """after: s from the start in which nothing is said, the estimate being on its way; gap: s after inputs were unknown in which
-    nothing is said, the first corrections making up for that time; turning: m/s^2, lateral acceleration from which a vehicle
-    turns; steering: rad/s, rate from which its steering moves; most: limits that a sum may reach, so that it comes back when the
-    cause has gone; settles: s after an alarm in which its channel is decided; channels.
+    """after: s of driving from the start in which nothing is said, the estimate being on its way; gap: s after unknown inputs
+    in which nothing is said, the first corrections making up for that time; turning: m/s^2, lateral acceleration from which a
+    vehicle turns; steering: rad/s, rate from which its steering moves; most: limits that a sum may reach, so that it comes back
+    when the cause has gone; settles: s after an alarm in which its channel is decided; channels.
     """
 
     after: float = 6.0
@@ -110,6 +110,11 @@ class DriftMonitor:
     def wait(self, t: float) -> None:
         """Say nothing for `gap` s from t (s) on, when inputs are unknown."""
         self._from = max(self._from, t + self.rules.gap)
+
+    def stand(self, t: float, dt: float) -> None:
+        """A vehicle stands from t (s) on for dt (s): a time in which nothing is said does not pass meanwhile."""
+        if self._from > t:
+            self._from += dt
 
     def see(
         self, t: float, moved: Sequence[float] | Array, n: float, motion: tuple[float, float, float], steer_rate: float

@@ -22,7 +22,7 @@ from softsoil.estimator.tuning import Tuning
 from softsoil.estimator.ukf import Counts
 from softsoil.estimator.verdict import Verdict, judge
 from softsoil.estimator.verdict_rules import VerdictRules
-from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.states import known_states
 from softsoil.symbolic.model import Model
 from softsoil.windows.absent_wheels import absent_wheels
@@ -180,7 +180,7 @@ def run_method(
     front, rear = found.n[:, 0], found.n[:, -1]
     return TerrainEstimate(
         t=found.t, n_front=front, n_rear=rear, n_front_std=found.std[:, 0], n_rear_std=found.std[:, -1],
-        states=np.array(found.summary.states)[:, : len(STATE_CHANNELS)], nis=np.zeros(0), dof=np.zeros(0, dtype=int),
+        states=found.states, nis=np.zeros(0), dof=np.zeros(0, dtype=int),
         counts=Counts(), step_us=found.step_us, parameters={"n_f": float(front[-1]), "n_r": float(rear[-1])},
         changes=found.changes, begun=found.begun, n0=n0,
     )  # fmt: skip

@@ -28,6 +28,7 @@ from softsoil.recording.evidence import filled, interpolated
 from softsoil.recording.forward import MISSED, driven, usable_rows
 from softsoil.recording.states import known_states, measured_states
 from softsoil.symbolic.model import Model
+from softsoil.symbolic.soil import check_n
 from softsoil.windows.absent_wheels import with_log_wheels
 from softsoil.windows.inputs import measured_inputs
 from softsoil.windows.sensor_states import along, outputs_of, senses, settle
@@ -69,9 +70,10 @@ class Windows:
 
     @property
     def mse(self) -> dict[str, float]:
-        """Mean squared error of each state over all windows, in squared units; NaN where there is no window."""
-        squares = self.error[:, 1:] ** 2
-        known = np.isfinite(squares)
+        """Mean squared error of each state over all windows, in squared units; NaN where the log holds nothing to compare with,
+        infinite where a prediction has no finite value."""
+        squares, known = self.error[:, 1:] ** 2, np.isfinite(self.recorded[:, 1:])
+        squares = np.where(np.isfinite(self.predicted[:, 1:]), squares, np.inf)
         count = known.sum(axis=(0, 1))
         total = np.where(known, squares, 0.0).sum(axis=(0, 1))
         return {name: float(total[i] / count[i]) if count[i] else float("nan") for i, name in enumerate(STATE_CHANNELS)}
@@ -89,7 +91,7 @@ def predict(
 
     log: a drive or its file; model: with its declared effects; n: sinkage exponent, or (front, rear), default the soil's;
     horizon (s); start: seconds left out at the beginning. `mse` of the result has the mean squared error of each state.
-    Raises ValueError for inputs that the log cannot give, TypeError for what is no model.
+    Raises ValueError for an n outside its bounds, and for inputs that the log cannot give, TypeError for what is no model.
 
     Example:
         >>> import softsoil
@@ -103,6 +105,8 @@ def predict(
     p = model.p.nominal
     if n is not None:
         n_f, n_r = n if isinstance(n, tuple) else (n, n)
+        check_n("n", n_f)
+        check_n("n", n_r)
         p = model.p.pack(n_f=n_f, n_r=n_r)
     return Replay(usable(log, model.geometry, late_steering(model.geometry)), model, start).windows(p, horizon)
 

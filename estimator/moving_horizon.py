@@ -21,7 +21,7 @@ from softsoil.declaration.driveline import with_driveline
 from softsoil.estimator.late_change import later_soil
 from softsoil.estimator.summary import LEAST_CURVATURE, Summary
 from softsoil.estimator.tuning import common_error
-from softsoil.recording.drive import Recording
+from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.states import sensor_std
 from softsoil.symbolic.model import Model
 from softsoil.symbolic.soil import SOIL_SIGNALS
@@ -82,13 +82,15 @@ class HorizonRules:
 class HorizonEstimate:
     """The estimate along a drive.
 
-    begun: start of the first window (s); t (K,): times of the updates (s), the ends of windows; n (K, A), std (K, A): per axle
-    or one column for both; cost (K,): mean robust squared residual of each window in standard deviations; changes: times at
-    which the soil was taken to have changed (s); step_us (K,): time of each update; windows (W, ...) remain in `summary`.
+    begun: start of the first window (s); t (K,): times of the updates (s), the ends of windows; states (K, 6): then, by all that
+    the horizon knew at last; n (K, A), std (K, A): per axle or one column for both; cost (K,): mean robust squared residual of
+    each window in standard deviations; changes: times at which the soil was taken to have changed (s); step_us (K,): time of
+    each update; windows (W, ...) remain in `summary`.
     """
 
     begun: float
     t: Array
+    states: Array
     n: Array
     std: Array
     cost: Array
@@ -130,9 +132,10 @@ def estimate_horizon(
     horizon.settle()
     kept[-1] = horizon.n.copy(), horizon.std(len(rows) - 1)
     n, std = (np.array(column) for column in zip(*kept, strict=True))
+    ends = rows + windows.steps
     return HorizonEstimate(
-        begun=float(windows.drive.t[rows[0]]), t=windows.drive.t[rows + windows.steps], n=n, std=std,
-        cost=np.array(horizon.summary.cost),
+        begun=float(windows.drive.t[rows[0]]), t=windows.drive.t[ends], states=windows.along(ends)[:, : len(STATE_CHANNELS)], n=n,
+        std=std, cost=np.array(horizon.summary.cost),
         changes=tuple(float(windows.drive.t[row]) for row in horizon.changes), step_us=np.array(step_us), summary=horizon.summary,
     )  # fmt: skip
 

@@ -47,6 +47,11 @@ class SoilChange:
         """Leave all sums behind; the first of the new ones begin at `begins` (s)."""
         self._kept, self._next, self._due = 0, 0, begins
 
+    def stand(self, t: float, dt: float) -> None:
+        """A vehicle stands from t (s) on for dt (s): what is not due yet is so much later."""
+        if self._due > t:
+            self._due += dt
+
     def see(self, t: float, score: Array, information: Array) -> Array:
         """(A,) jump of each n, 0 where there is none, after an update at t (s) with score, information (A,) from `evidence`."""
         if t > self._due - CLOCK_SLACK:

@@ -137,6 +137,8 @@ class TerrainFilter:
                 self._stand(self.ukf.held_inputs)
             self._stay_below_ceilings()
             u = self.ukf.held_inputs
+        if standing:
+            self._wait()
         self.t += self.dt
         if self._unknown:
             self.drift.wait(self.t)
@@ -218,6 +220,13 @@ class TerrainFilter:
         q[self._soil] = 0.0
         self.ukf.P = share @ self.ukf.P @ share.T + np.diag(q)
         self.ukf.x = x
+
+    def _wait(self) -> None:
+        """Times in which nothing is said, or histories are wrong, are of driving: they do not pass for a vehicle that stands."""
+        if self._run_in_to > self.t:
+            self._run_in_to += self.dt
+        self._change.stand(self.t, self.dt)
+        self.drift.stand(self.t, self.dt)
 
     def _stay_below_ceilings(self) -> None:
         """Standard deviations beyond their ceilings are scaled down, which keeps correlations: for long dropouts."""

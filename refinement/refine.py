@@ -43,6 +43,7 @@ from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import neutral
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import Vehicle
+from softsoil.symbolic.wheel import force_law
 
 Array = NDArray[np.float64]
 
@@ -82,6 +83,10 @@ def refine(
     soils = tuple(soils or [declaration.soil] * len(logs))
     if len(soils) != len(logs):
         raise ValueError(f"soils: expected one per drive ({len(logs)}), found {len(soils)}")
+    classes = sorted({soil.name for soil in soils})
+    if classes[1:] and getattr(force_law(declaration.law), "by_class", False):
+        words = f"{declaration.law}, whose numbers go by the soil's name; found {', '.join(classes)}: one call for each"
+        raise ValueError(f"soils: expected drives on one class with the force law {words}")
     declaration = Declaration(declaration.vehicle, soils[0], declaration.law)
     recordings = distinct([usable(log, declaration.vehicle, late_steering(declaration.vehicle)) for log in logs])
     refuse_copies(recordings)

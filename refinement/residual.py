@@ -25,7 +25,7 @@ from softsoil.estimator.consistency import whiteness_p
 from softsoil.estimator.horizons import HORIZONS, START_UP, Replay
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.symbolic.model import Model
-from softsoil.symbolic.soil import SOIL_SIGNALS
+from softsoil.symbolic.soil import check_n
 from softsoil.symbolic.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -89,9 +89,8 @@ def residual(
         True
     """
     check_declaration("residual", declaration)
-    signal = SOIL_SIGNALS["n"]
-    if n is not None and not signal.lower <= n <= signal.upper:
-        raise ValueError(f"n: expected a sinkage exponent in [{signal.lower:g}, {signal.upper:g}], found {n:g}")
+    if n is not None:
+        check_n("n", n)
     model = declaration.build()
     p = model.p.pack() if n is None else model.p.pack(n_f=n, n_r=n)
     vehicle = declaration.vehicle

@@ -87,6 +87,13 @@ SOILS = {soil.name: soil for soil in (CLAY, SANDY_LOAM, SAND)}
 """Built-in classes: clay and sandy loam of the paper's Table 6, sand of its Table 2."""
 
 
+def check_n(what: str, n: Any) -> None:
+    """Raise ValueError naming `what` for a sinkage exponent that is no number within its bounds."""
+    signal = SOIL_SIGNALS["n"]
+    if not signal.lower <= n <= signal.upper:
+        raise ValueError(f"{what}: expected a sinkage exponent in [{signal.lower:g}, {signal.upper:g}], found {n:g}")
+
+
 KEYS = frozenset(field.name for field in fields(Soil))
 """Of a soil's file."""
 

@@ -446,7 +446,10 @@ int softsoil_predict(softsoil_t *s, const double u[SOFTSOIL_N_U], double dt) {
     stay_finite(s);
     settle(s);
   }
-  if (s->standstill) s->flags |= SOFTSOIL_FLAG_STANDING;
+  if (s->standstill) {
+    s->flags |= SOFTSOIL_FLAG_STANDING;
+    wait_standing(s, dt);
+  }
   s->x[SOFTSOIL_X_psi] = wrapped(s->x[SOFTSOIL_X_psi]);
   s->t += dt;
   if (s->missing > held_inputs + CLOCK_SLACK) wait_for_drift(s);

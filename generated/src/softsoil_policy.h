@@ -192,4 +192,11 @@ static void wait_for_drift(softsoil_t *s) {
   if (s->drift_from < t) s->drift_from = t;
 }
 
+/* Times in which nothing is said, or histories are wrong, are times of driving: they do not pass for a vehicle that stands. */
+static void wait_standing(softsoil_t *s, double dt) {
+  if (s->run_in_to > s->t) s->run_in_to += dt;
+  if (s->keep_at > s->t) s->keep_at += dt;
+  if (s->drift_from > s->t) s->drift_from += dt;
+}
+
 #endif

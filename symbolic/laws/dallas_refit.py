@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from softsoil.files.toml_file import read_toml
 from softsoil.symbolic.laws.bekker import Bekker
@@ -22,11 +22,13 @@ N_RANGE = (0.4, 1.3)
 class DallasRefit:
     """The paper's surrogate, refitted per soil class and slip range; valid for the wheel and soils of the fit only.
 
-    tables: soil class -> slip ranges (the packaged ones by default); base: the Bekker law corrected.
+    tables: soil class -> slip ranges (the packaged ones by default); base: the Bekker law corrected. by_class: its numbers go by
+    the soil's name, so that a model built on one class is none of another.
     """
 
     tables: Mapping[str, Sequence[SlipRange]] | None = None
     base: Bekker = field(default_factory=Bekker)
+    by_class: ClassVar[bool] = True
 
     @property
     def name(self) -> str:

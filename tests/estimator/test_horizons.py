@@ -7,7 +7,8 @@ import pytest
 
 from drives import clay_bicycle, clay_drive, reference_vehicle
 from softsoil.codegen.predictor import Predictor
-from softsoil.estimator.horizons import HORIZONS, Replay
+from softsoil.estimator.horizons import HORIZONS, Replay, predict
+from softsoil.estimator.moving_horizon import estimate_horizon
 from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.recording.derive import mark
 from softsoil.recording.drive import STATE_CHANNELS
@@ -63,6 +64,25 @@ def test_missing_states_start_no_window_and_do_not_count():
     assert 0 < len(whole.rows) - len(holed.rows) <= 4
     assert not set(holed.rows) & set(range(600, 700))
     assert np.isfinite(list(holed.mse.values())).all()
+
+
+def test_a_prediction_without_a_finite_value_is_no_good_one(replay):
+    found = replay.windows(clay_bicycle().p.nominal, 0.5)
+    found.predicted[0, 5:, 4] = np.nan
+    assert found.mse["v"] == np.inf and np.isfinite(found.mse["u"])
+
+
+@pytest.mark.parametrize("n", [float("nan"), 5.0, (0.5, -1.0)])
+def test_no_n_that_no_soil_has_predicts(n):
+    with pytest.raises(ValueError, match=r"n: expected a sinkage exponent in \[0\.2, 1\.6\], found"):
+        predict(clay_drive(), clay_bicycle(), n)
+
+
+def test_states_of_the_horizon_are_those_at_its_times():
+    log = clay_drive()
+    found = estimate_horizon(log, clay_bicycle(), 0.6, tied=True, start=2.0)
+    at = np.searchsorted(log.t, found.t - 1e-6)
+    assert np.abs(found.states[:, 0] - log["x"][at]).max() < 0.05 and np.abs(found.states[:, 3] - log["u"][at]).max() < 0.05
 
 
 def test_horizon_shorter_than_a_step_is_named(replay):

@@ -64,10 +64,10 @@ def both(name: str, path: Path, seed: int, flags=SCALAR):
     return together(model, library(name, flags), *spoiled(path, model, seed))[:2]
 
 
-def together(model, lib, dt, u, y, motion, std):
+def together(model, lib, dt, u, y, motion, std, n0=0.62):
     """n by Python and by C (K, A) after each update, what Python's statuses said and the flags of C, and the filter of each."""
     tuning = Tuning()
-    x0, std0 = first_state(model, motion, 0.62), tuning.std0(model.x, std)
+    x0, std0 = first_state(model, motion, n0), tuning.std0(model.x, std)
     python = TerrainFilter(model, dt, std, tuning)
     python.start(x0, std0)
     options = lib.defaults()
@@ -143,6 +143,24 @@ def test_a_false_jump_is_revoked_and_a_true_one_stands():
     calm = (at > false + 5.0) & (at < border)  # what was known before counts again
     assert np.abs(n[calm] - n[at < false - log.dt][-1]).max() < 0.04 and n_std[calm].max() < 0.04  # 5 % of it the vehicle's
     assert n[-1] == pytest.approx(0.75, rel=0.1)
+
+
+@pytest.mark.compiler
+def test_a_vehicle_that_stood_at_first_has_no_change_of_soil():
+    """The first seconds of driving are convergence from the guess, however long it stood before them."""
+    own = Declaration(load_vehicle(PLANT_VEHICLE), CLAY)
+    model = c_parts(own).model
+    log = add_noise(synthetic_drive(model, own.vehicle.radius, seconds=12.0, speed=5.0), "good", 1)
+    inputs, moves, motion = measured_inputs(log, model.external)[0], measured_states(log), known_states(log)[0]
+    std = sensor_std(log, np.array(Tuning().sensor_floor))
+    before = round(14.0 / log.dt)
+    rest = np.array([*motion[:3], 0.0, 0.0, 0.0])
+    y = np.vstack([np.tile(rest, (before, 1)), moves])
+    u = np.vstack([np.zeros((before, inputs.shape[1])), inputs])
+    found, said, python, c = together(model, library_of(own), log.dt, u, y, rest, std, n0=1.1)
+    assert not python.changes and not python.revoked and python.drift.alarm is None and "SOIL_CHANGED" not in c.counts
+    assert agree(found, said) & STANDING
+    assert found[-1, 0, 0] == pytest.approx(0.5, abs=0.05)
 
 
 def moving() -> TerrainFilter:

@@ -43,7 +43,7 @@ from softsoil.refinement.structure import Structure
 from softsoil.refinement.trace import Candidate, everything, fit_base, gain_of, make_bench
 from softsoil.refinement.wheel_speeds import all_open, differential_shares, locked_axles
 from softsoil.symbolic.catalogue import bicycle, catalogue
-from softsoil.symbolic.soil import CLAY
+from softsoil.symbolic.soil import CLAY, SAND
 from softsoil.windows.shooting import Shooting
 
 runner = CliRunner()
@@ -186,6 +186,12 @@ def test_files_of_a_refinement(found, offset_drive, declared, tmp_path):
     assert not re.search(r"(src|href)=\"(?!data:)", html), "the report is to stand alone"
     assert "softsoil 0.1: softsoil refine a.csv" in html and "vehicle car, car.toml" in html
     assert "steering offset" in html and "which that fit has not seen" in html
+
+
+def test_a_law_whose_numbers_go_by_the_soils_name_takes_one_class(offset_drive, declared):
+    drives, by_name = [offset_drive, offset_drive], replace(declared, law="dallas_refit")
+    with pytest.raises(ValueError, match=r"one class with the force law dallas_refit, .* found clay, sand: one call for each"):
+        refine(drives, by_name, soils=[CLAY, SAND])
 
 
 def test_unknown_candidate_is_named(offset_drive, declared):
