@@ -198,6 +198,8 @@ def idle_entries(plan: ImportMap) -> tuple[Check, ...]:
 def as_mapped(check: Check, plan: ImportMap) -> Check:
     """The check with the cure that the map asks for: a sign that the map turns already is to be taken out of it."""
     origin, asked = plan.channels.get(check.channel), f"sign = -1 for {check.channel}"
+    if origin is not None and origin.earth and asked in check.cure:
+        return replace(check, cure=check.cure.replace(asked, "compare psi with velocity_east and velocity_north, which it turns"))
     if origin is None or asked not in check.cure or origin.scale > 0.0:
         return check
     there = f"no sign, ratio or factor below 0 for {check.channel}, as the map has it now"

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from softsoil.importing.earth_velocity import EARTH
 from softsoil.importing.frames import VEHICLE, Place, places
 from softsoil.importing.hanging import hangs
-from softsoil.importing.import_map import CHANNELS
+from softsoil.importing.import_map import CHANNELS, UNITS_BESIDE
 from softsoil.importing.message_columns import message_field
+from softsoil.importing.messages import SPEED
 from softsoil.importing.sources import Holding, Spread
 from softsoil.importing.written_units import measures, without_unit, written_unit
 from softsoil.recording.drive import CHANNEL_UNITS, WHEEL_CHANNELS
@@ -60,8 +62,10 @@ NAMES: tuple[tuple[str, str], ...] = (
     ("omega_z", r"yaw_?rate|omega_?z|gyro_?z|angular_velocity\.z|heading_rate|(?<![a-z])wz(?![a-z])|gierrate"),
     ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|lon(g\w*)?|forwards?|fwd|ahead)(_?(imu|cg))?\Z|linear_acceleration\.x"),
     ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*|left)(_?(imu|cg))?\Z|linear_acceleration\.y"),
+    ("velocity_east", r"(?<![a-z])(v(el\w*?)?_?\.?e(ast)?|(vel\w*|speed)_?east|e(ast)?(ward)?_(v(el\w*)?|speed))\Z"),
+    ("velocity_north", r"(?<![a-z])(v(el\w*?)?_?\.?n(orth)?|(vel\w*|speed)_?north|n(orth)?(ward)?_(v(el\w*)?|speed))\Z"),
     ("psi", r"(?<!wheel_)(yaw|heading|hdg|psi|bearing|azimuth|gierwinkel)\Z"),
-    ("v", r"(?<![a-z])(v(el\w*?)?_?(y|lat\w*|left)|lateral_?(vel\w*|speed)|speed_?lat\w*|v)\Z"),
+    ("v", r"(?<![a-z])(?!velocity\Z)(v(el\w*?)?_?(y|lat\w*|left)|lateral_?(vel\w*|speed)|speed_?lat\w*|v)\Z"),
     (
         "u",
         r"(?<![a-z])(v(el\w*?)?_?(x|long\w*|forwards?|fwd|ahead)|longitudinal_?(vel\w*|speed)|speed(?!_?(left|right|lat|side))(_?[a-z]*)?|velocity|"
@@ -73,8 +77,8 @@ NAMES: tuple[tuple[str, str], ...] = (
 """Channel, pattern of a field's or column's name (its last part first, lower case, without a unit at its end)."""
 GENERAL = ("data", "value", "velocity", "speed", "rpm")
 """Last parts of a path that say what is measured, and not of what."""
-BEARING = re.compile(r"bearing|azimuth", re.I)
-"""Names of a heading that is clockwise from north."""
+BEARING, EASTING = re.compile(r"bearing|azimuth", re.I), re.compile(r"easting", re.I)
+"""Names of a heading that is clockwise from north, and of a position in a grid of the earth."""
 STEEPEST, FASTEST_TURN = 1.3, 6.0
 """rad, rad/s: largest road-wheel angle and yaw rate of a wheeled vehicle; beyond it degrees are guessed."""
 STEERING = re.compile(r"steer", re.I)
@@ -84,6 +88,8 @@ SIDEWAYS = r"(?!.*(?:\A|[./_ ])(?:a|acc\w*|v|vel\w*|speed)[./_ ]l(?:at|on|ng))"
 """What no latitude and longitude begin with: lateral and longitudinal accelerations and speeds."""
 RECEIVER = re.compile(r"gps|gnss|fix|ublox|novatel|septentrio", re.I)
 """Topics of satellite receivers, whose velocities are to the east and north."""
+UNITS = {**CHANNEL_UNITS, **UNITS_BESIDE}
+BOTH = "; both, turned by psi, are u and v"
 HEAD = (
     "# Draft map. Check each line: source, unit, sign (ISO 8855: x ahead, y left, heading and yaw rate to the left).",
     "# Keys: source, unit, factor, sign, offset, ratio (steering wheel over road wheel), table, compass, rate, late (s).",
@@ -135,7 +141,8 @@ def _of_fields(holding: Holding) -> list[Offer]:
     found = []
     if standard is not None:
         if "Twist" in holding.kind and RECEIVER.search(holding.name):
-            standard = tuple(("u", path.rsplit(".", 1)[0] + ".speed") for channel, path in standard if channel == "u")
+            velocity = next(path for channel, path in standard if channel == "u").rsplit(".", 1)[0]
+            standard = tuple(zip(("u", *EARTH), (f"{velocity}.{part}" for part in (SPEED, "x", "y")), strict=True))
         for channel, path in standard:
             spread = holding.fields.get(path)
             if path not in ("east", "north") and (spread is None or not spread.changes):
@@ -170,7 +177,7 @@ def _of_fields(holding: Holding) -> list[Offer]:
 
 def _can_be(channel: str, unit: str) -> bool:
     """Whether a field in `unit` can be the channel: a wheel's speed may be that of its rim."""
-    si = CHANNEL_UNITS[channel]
+    si = UNITS[channel]
     others = ("m/s",) if channel in WHEEL_CHANNELS else ("rad",) if si == "rad/s" else ()  # yaw_rate_deg is in deg/s
     return any(measures(unit, one) for one in (si, *others))
 
@@ -242,10 +249,10 @@ def _unit(channel: str, spread: Spread | None, path: str = "") -> str:
     if spread is None:
         return ""
     said = written_unit(path, spread)
-    if CHANNEL_UNITS[channel] == "rad/s" and said in ("deg", "rad"):
+    if UNITS[channel] == "rad/s" and said in ("deg", "rad"):
         said += "/s"
     if said:
-        return "" if said == CHANNEL_UNITS[channel] else said
+        return "" if said == UNITS[channel] else said
     largest = max(abs(spread.least), abs(spread.largest))
     if (channel == "steer" and largest > STEEPEST) or (channel == "psi" and largest > 8.0):
         return "deg"
@@ -262,14 +269,16 @@ def draft(holdings: Sequence[Holding]) -> str:
         else:
             best[offer.channel] = offer
     lines = [*HEAD, "", "[channels]"]
-    for channel in CHANNELS:
+    turned = _turned_velocities(best)
+    for channel in (*CHANNELS, *EARTH):
         if channel not in best:
             continue
-        offer = best[channel]
-        lines.append(f"{channel} = {_entry(offer)}  # {CHANNEL_UNITS[channel] or '-'}, by {offer.why}")
+        offer, more = best[channel], BOTH if channel in EARTH else ""
+        off = "# " if channel in (EARTH.values() if turned else EARTH) else ""
+        lines.append(f"{off}{channel} = {_entry(offer)}  # {UNITS[channel] or '-'}, by {offer.why}{more}")
         lines += [f"# {channel} = {_entry(other)}" for other in others.get(channel, [])[:3]]
     for channel, without in (("u", NEEDED), ("omega_z", NEEDED), ("steer", NEEDED), *DERIVED.items()):
-        if channel not in best:
+        if channel not in best and not (turned and channel in EARTH.values()):
             lines.append(f'# {channel} = "source:field"  # {without}: nothing like it was recognised')
     asked = next((o for o in (best.get("steer"), *others.get("steer", ())) if o is not None and COMMANDED.search(o.path)), None)
     if asked is not None:
@@ -285,6 +294,13 @@ def draft(holdings: Sequence[Holding]) -> str:
     lines += ["", "# [clock]", "# rate_hz = 50  # default: that of the yaw rate, 100 at most"]
     lines += ["# start = 0.0  # s; with end, the part of the recording that is wanted"]
     return "\n".join(lines) + "\n"
+
+
+def _turned_velocities(best: Mapping[str, Offer]) -> bool:
+    """Whether u and v are best made of velocities to the east and north: where no sensor says them in the vehicle's frame."""
+    pair = [best[name] for name in EARTH if name in best]
+    own = [best[name].path.endswith(f".{SPEED}") for name in EARTH.values() if name in best]
+    return len(pair) == len(EARTH) and pair[0].source == pair[1].source and (not own or (own == [True] and "psi" in best))
 
 
 def _mount(holding: Holding, place: Place | None) -> list[str]:
@@ -321,8 +337,8 @@ def _has_place(holding: Holding) -> bool:
 
 def _is_bearing(path: str, spread: Spread, unit: str, holding: Holding) -> bool:
     """Whether a heading is clockwise from north: by its name, or as receivers give it beside their fixes, 0 to 360 deg."""
-    of_receiver = unit == "deg" and spread.least >= 0.0 and geodetic(list(holding.fields)) is not None
-    return bool(BEARING.search(path)) or of_receiver
+    beside = geodetic(list(holding.fields)) is not None or any(EASTING.search(name) for name in holding.fields)
+    return bool(BEARING.search(path)) or (unit == "deg" and spread.least >= 0.0 and beside)
 
 
 def _entry(offer: Offer) -> str:

@@ -22,6 +22,7 @@ import numpy as np
 
 from softsoil.files.toml_file import read_toml
 from softsoil.importing.counters import unwrapped
+from softsoil.importing.earth_velocity import EARTH, in_their_place
 from softsoil.importing.loose_table import SECONDS, TimeColumn
 from softsoil.importing.sources import TABLE_SUFFIXES, Series
 from softsoil.recording.columns import UNITS
@@ -47,6 +48,8 @@ PARTS = {
 MOUNT_KEYS = ("x", "y", "yaw", "pitch", "roll", "frame", "point")
 STEER_COMMAND = "steer_command"
 """What the steering was commanded, or its wheel's angle: becomes `steer` by the vehicle's steering map, or is fitted to it."""
+UNITS_BESIDE = {ALL_WHEELS: "rad/s", STEER_COMMAND: "", **dict.fromkeys(EARTH, "m/s")}
+"""Entries of [channels] that are no channels of a drive -> their unit."""
 CLOCK_KEYS = ("rate_hz", "start", "end")
 POINTS = ("here", "front_axle", "centre_of_gravity")
 FRAMES = ("z-up", "z-down")
@@ -59,7 +62,7 @@ class Mapped:
     source; fields: one, or several of which the channel is the mean; scale: to SI, with sign; offset (SI): added last, in the
     vehicle's frame; table: (input, road-wheel angle) pairs or None; over_radius: m/s, divided by the wheel's radius; compass:
     heading clockwise from north; rate: whether the channel is the fields' rate of change; late: seconds by which its samples'
-    times are late (negative: early); heading: whether a whole turn of it is nothing.
+    times are late (negative: early); heading: whether a whole turn of it is nothing; earth: whether it is of EARTH.
     """
 
     source: str
@@ -72,11 +75,13 @@ class Mapped:
     rate: bool = False
     late: float = 0.0
     heading: bool = False
+    earth: bool = False
 
     @property
     def label(self) -> str:
         """source:field, as a person reads it."""
-        return f"{self.source}:{' and '.join(self.fields)}{' (rate)' if self.rate else ''}"
+        more = " (rate)" if self.rate else " (turned by psi)" if self.earth else ""
+        return f"{self.source}:{' and '.join(self.fields)}{more}"
 
     def samples(self, series: Series) -> Array:
         """(N,) values of its fields in its source's series, or rates of change: their mean, NaN where one is missing."""
@@ -194,9 +199,10 @@ def map_from_table(table: Mapping[str, Any], where: str) -> ImportMap:
         raise ValueError(f"{where}: expected a table [channels] with an entry per channel, found none")
     channels: dict[str, Mapped] = {}
     for name, entry in entries.items():
-        if name not in (ALL_WHEELS, STEER_COMMAND, *CHANNELS):
-            raise ValueError(f"{where}: expected channels of {', '.join((*CHANNELS, STEER_COMMAND, ALL_WHEELS))}; found {name!r}")
+        if name not in (*CHANNELS, *UNITS_BESIDE):
+            raise ValueError(f"{where}: expected channels of {', '.join((*CHANNELS, *UNITS_BESIDE))}; found {name!r}")
         channels[name] = _channel(entry, name, where)
+    channels = in_their_place(channels, where)
     if ALL_WHEELS in channels:
         one = channels.pop(ALL_WHEELS)
         channels |= {name: channels.get(name, one) for name in WHEEL_CHANNELS}
@@ -250,7 +256,7 @@ def _channel(entry: Any, name: str, where: str) -> Mapped:
         if key not in CHANNEL_KEYS:
             raise ValueError(f"{at}: expected keys of {', '.join(CHANNEL_KEYS)}; found {key!r}")
     rate, compass = (_flag(table.get(key, False), f"{at}.{key}") for key in ("rate", "compass"))
-    plain = CHANNEL_UNITS.get(name, "" if name == STEER_COMMAND else "rad/s")
+    plain = CHANNEL_UNITS.get(name, UNITS_BESIDE.get(name, ""))
     if rate and plain not in COUNTED:
         raise ValueError(f"{at}: expected rate for a channel in {' or '.join(COUNTED)}, found one in {plain or '-'}")
     plain, per_radius = (COUNTED[plain], "m") if rate else (plain, "m/s")

@@ -109,7 +109,7 @@ def merge(
         if count := origin.wraps(series[origin.source]):
             notes += (f"{channel}: {origin.label}: a counter that wrapped {count} times",)
     recording = Recording(name, channels, {}, notes, {}, state, _origin(plan, series))
-    return Merged(recording, origins, float(clock[0]))
+    return Merged(recording, {name: one for name, one in origins.items() if name in channels}, float(clock[0]))
 
 
 def _origin(plan: ImportMap, series: Mapping[str, Series]) -> tuple[float, float] | None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from softsoil.importing.earth_velocity import turned_by_heading
 from softsoil.importing.import_map import ImportMap, Mount
 from softsoil.importing.sources import TABLE_SUFFIXES
 from softsoil.recording.derive import REAR_COMPLIANCE
@@ -43,8 +44,8 @@ def mounted(channels: Mapping[str, Array], plan: ImportMap, geometry: Geometry) 
     omega = interpolated(out["omega_z"], len(out["t"]))
     if "psi" in plan.channels and (m := plan.mount_of("psi")):
         out["psi"] = out["psi"] - m.yaw
-    _velocities(out, plan, omega)
-    notes = _accelerations(out, plan, omega)
+    notes = _velocities(out, plan, omega)
+    notes += _accelerations(out, plan, omega)
     for name in offset.keys() & set(ACCELERATIONS):  # what they read beside the motion, as the checks say it
         out[name] = out[name] + offset[name]
     return out, notes + _positions(out, plan, geometry, omega)
@@ -52,7 +53,8 @@ def mounted(channels: Mapping[str, Array], plan: ImportMap, geometry: Geometry) 
 
 def _of_the_earth(name: str, plan: ImportMap) -> bool:
     """Whether a channel is of the earth's frame, however its sensor hangs: metres north of a fix, a heading by a compass."""
-    return plan.channels[name].compass or plan.channels[name].fields in (("north",), ("east",))
+    one = plan.channels[name]
+    return one.earth or one.compass or one.fields in (("north",), ("east",))
 
 
 def _turned(ahead: Array, aside: Array, yaw: float) -> tuple[Array, Array]:
@@ -63,19 +65,29 @@ def _turned(ahead: Array, aside: Array, yaw: float) -> tuple[Array, Array]:
     return ahead * np.cos(yaw) - aside * np.sin(yaw), ahead * np.sin(yaw) + aside * np.cos(yaw)
 
 
-def _velocities(out: dict[str, Array], plan: ImportMap, omega: Array) -> None:
-    """u and v at the centre of gravity: turned together where one sensor measures both, else each by the other, and moved."""
+def _velocities(out: dict[str, Array], plan: ImportMap, omega: Array) -> tuple[str, ...]:
+    """u and v at the centre of gravity: turned together where one sensor measures both, else each by the other, and moved; and
+    notes."""
     ahead, aside = plan.mount_of("u") or AT_CENTRE, (plan.mount_of("v") if "v" in plan.channels else None) or AT_CENTRE
     reach = len(omega)
+    if plan.channels["u"].earth:
+        psi, dt = out.get("psi"), float(out["t"][1] - out["t"][0])
+        along, across = turned_by_heading(out["u"], out.pop("v"), psi, dt)
+        out["u"] = along + ahead.y * omega
+        if psi is None:
+            return ("v: the velocities to the east and north give a speed alone, since no heading is mapped",)
+        out["v"] = across - ahead.x * omega
+        return ()
     if "v" in out and plan.channels["v"].source == plan.channels["u"].source and ahead == aside:
         out["u"], out["v"] = _turned(out["u"], out["v"], ahead.yaw)
         out["u"], out["v"] = out["u"] + ahead.y * omega, out["v"] - ahead.x * omega
-        return
-    across = interpolated(out["v"], reach) if "v" in out else 0.0
-    out["u"] = (out["u"] - (across + ahead.x * omega) * np.sin(ahead.yaw)) / np.cos(ahead.yaw) + ahead.y * omega
+        return ()
+    sideways = interpolated(out["v"], reach) if "v" in out else 0.0
+    out["u"] = (out["u"] - (sideways + ahead.x * omega) * np.sin(ahead.yaw)) / np.cos(ahead.yaw) + ahead.y * omega
     if "v" in out:
         along = interpolated(out["u"], reach) - aside.y * omega
         out["v"] = (out["v"] + along * np.sin(aside.yaw)) / np.cos(aside.yaw) - aside.x * omega
+    return ()
 
 
 def _accelerations(out: dict[str, Array], plan: ImportMap, omega: Array) -> tuple[str, ...]:
