@@ -18,8 +18,8 @@ Values = dict[str, float]
 @dataclass(frozen=True)
 class FitState:
     """Result of the fits: values, standard errors and states of all numbers, n of each drive, what numbers that nobody measured
-    make of it (a share), costs of all numbers, contradictions, errors with every number free, and a note of the radius by
-    rolling."""
+    make of it (a share), costs of all numbers, contradictions, errors with every number free, a note of the radius by
+    rolling, and the mean robust square of what is left."""
 
     values: Values
     std: Values
@@ -31,6 +31,12 @@ class FitState:
     contradictions: tuple[Contradiction, ...]
     errors: Errors
     rolls: str
+    cost: float
+
+
+def odd_numbers(numbers: Mapping[str, Found], rules: Rules) -> dict[str, Found]:
+    """The identified numbers, which nobody gave, that are none of a vehicle."""
+    return {name: f for name, f in numbers.items() if f.state == "identified" and f.given is None and f.departs > rules.odd}
 
 
 def fit_verdict(
@@ -64,7 +70,7 @@ def fit_verdict(
             "Every log repeats one steering wave: n and the vehicle's numbers change its one amplitude and phase alike, whatever "
             "the fit's own standard errors say."
         )
-    odd = {name: f for name, f in numbers.items() if f.state == "identified" and f.given is None and f.departs > rules.odd}
+    odd = odd_numbers(numbers, rules)
     if len(odd) >= rules.most_odd:
         words = ", ".join(f"{name} {f.value:.3g} {f.unit}".rstrip() + f" by {f.departs:.1f}" for name, f in odd.items())
         return "contradicts_given", (

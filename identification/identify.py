@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from softsoil.identification.asks import asks, excitation
 from softsoil.identification.axle_places import AxlePlaces, axle_places
 from softsoil.identification.bench import Bench, first_n, fit_numbers, free_numbers, make_bench
 from softsoil.identification.errors import Errors, departures, errors_of, joint_error, n_costs
-from softsoil.identification.fit_verdict import FitState, Values, fit_verdict
+from softsoil.identification.fit_verdict import FitState, Values, fit_verdict, odd_numbers
 from softsoil.identification.judge import judge
 from softsoil.identification.late_channels import recorded_late, with_late_channels
 from softsoil.identification.n_errors import model_error, n_error, n_stds, unmeasured
@@ -27,7 +27,7 @@ from softsoil.identification.unexplained import doubt, more_than_right, own_logs
 from softsoil.recording.copies import refuse_copies
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
-from softsoil.refinement.known_vehicle import Known, as_known
+from softsoil.refinement.known_vehicle import Known, as_known, shearing_anew
 from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, declared_vehicle, expected, vehicle_of
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
@@ -36,6 +36,7 @@ from softsoil.windows.absent_wheels import absent_wheels
 from softsoil.windows.parameters import Free
 from softsoil.windows.window_fit import WindowFit
 
+Progress = Callable[[float], None]
 ROLLING_ERROR = 0.0015
 """What the force law's longitudinal error makes of the radius, as a share (`python -m benchmarks.identify_plant` prints it)."""
 
@@ -86,15 +87,16 @@ def identify(
         raise ValueError(f"identify: expected one soil, or one for each of {len(logs)} logs; found {len(soils)}")
     refuse_copies(recordings)
     known, late = with_late_channels(_with_steering(known, recordings), recordings)
-    bench = make_bench(recordings, soils, known, start, lambda share: progress(0.15 * share))
     last = range(len(recordings))[judged]
-    fitted = bench.only([i for i in range(len(recordings)) if i != last])
-    places = axle_places(bench.recordings, bench.known, rules)
-    state = _fit(fitted, places, rules, progress)
-    had = excitation(fitted.recordings, start)
+
+    def attempt(known: Known, told: Progress) -> _Attempt:
+        return _attempt(make_bench(recordings, soils, known, start, told), last, rules, progress)
+
+    found, ground = _on_either_ground(attempt, known, rules, progress)
+    bench, fitted, places, state, numbers = found.bench, found.fitted, found.places, found.state, found.numbers
+    known, had = bench.known, excitation(fitted.recordings, start)
     beside = float(np.hypot(model_error(recordings[last], bool(bench.balances), rules), state.unmeasured))
     judgement = judge(bench.only([last]), state.values, beside)
-    numbers = _numbers(fitted, state)
     # Errors of identified numbers are correlated: independent ones of full size would allow what no log allows.
     alone = dict(zip(state.errors.names, map(float, state.errors.alone), strict=True))
     vehicle = vehicle_of(known, state.values, {name: found.std * alone.get(name, 1.0) for name, found in numbers.items()})
@@ -126,9 +128,50 @@ def identify(
         known=known,
         seconds=time.perf_counter() - began,
         notes=(
-            places.note, state.rolls, *late, *recorded_late(numbers), *steering_ratio(numbers, vehicle), *_own_notes(recordings),
+            *ground, places.note, state.rolls, *late, *recorded_late(numbers), *steering_ratio(numbers, vehicle),
+            *_own_notes(recordings),
         ),
     )
+
+
+@dataclass(frozen=True)
+class _Attempt:
+    """A bench of all logs, that of the fitted ones, where their axles are, and the fit with its numbers."""
+
+    bench: Bench
+    fitted: Bench
+    places: AxlePlaces
+    state: FitState
+    numbers: dict[str, Found]
+
+
+def _attempt(bench: Bench, last: int, rules: Rules, progress: Callable[[float], None]) -> _Attempt:
+    """Fit the logs of a bench but the one that judges, `last`."""
+    fitted = bench.only([i for i in range(len(bench.recordings)) if i != last])
+    places = axle_places(bench.recordings, bench.known, rules)
+    state = _fit(fitted, places, rules, progress)
+    return _Attempt(bench, fitted, places, state, _numbers(fitted, state))
+
+
+def _on_either_ground(
+    attempt: Callable[[Known, Progress], _Attempt], known: Known, rules: Rules, progress: Progress
+) -> tuple[_Attempt, tuple[str, ...]]:
+    """The fit on ground that stays sheared in ruts; where that asks for numbers that no vehicle has, the one on ground that
+    shears anew, if it leaves less with fewer such numbers and nobody has said which ground it is; and a note of that."""
+    found = attempt(known, lambda share: progress(0.15 * share))
+    odd = odd_numbers(found.numbers, rules)
+    if not odd or known.value("sheared") is not None:
+        return found, ()
+    anew = attempt(shearing_anew(known), lambda share: None)
+    better = anew.state.cost <= rules.other_ground * found.state.cost
+    if not better or len(odd_numbers(anew.numbers, rules)) >= len(odd):
+        return found, ()
+    note = (
+        "ground: it shears anew where the front wheels have sheared it ([effects.multipass] sheared = 0): that leaves "
+        f"{found.state.cost / anew.state.cost:.3g} times less than ground that stays sheared, where {' and '.join(odd)} would be "
+        "none of a vehicle"
+    )
+    return anew, (note,)
 
 
 def _without_wheels(recordings: Sequence[Recording]) -> str:
@@ -212,7 +255,7 @@ def _fit(bench: Bench, places: AxlePlaces, rules: Rules, progress: Callable[[flo
     all_values = {**{name: value for name, (value, _) in before.items()}, **values}
     costs = {**n_costs(every, stds), **{name: 100.0 * float(max(by, key=abs)) for name, by in moved.items()}}
     share = float(np.sqrt(sum(np.mean(by**2) for by in moved.values())))
-    return FitState(all_values, stds, states, tuple(n), n_std, share, costs, tuple(contradictions), errors, rolls)
+    return FitState(all_values, stds, states, tuple(n), n_std, share, costs, tuple(contradictions), errors, rolls, every.cost)
 
 
 def _state(known: Known, name: str, kept: Sequence[str]) -> str:

@@ -31,7 +31,7 @@ def vehicle_toml(found: Identification) -> str:
     for effect, values in vehicle.effects.items():
         lines += ["", f"[effects.{effect}]"]
         for key, value in values.items():
-            lines.append(_line(key, value, found.numbers.get(key), _unit(key), key in FIXED.get(effect, {})))
+            lines.append(_line(key, value, found.numbers.get(key), _unit(key), FIXED.get(effect, {}).get(key)))
     lines += _unexplained(found)
     alone = (
         f"# Standard deviations with all other numbers as they are, {RULES.model_error:g} times what noise alone makes since the "
@@ -54,7 +54,7 @@ def _unexplained(found: Identification) -> list[str]:
     return ["", about, "[unexplained]", *(f"{key} = {share:.4g}" for key, share in own.items())] if own else []
 
 
-def _line(name: str, value: float, number: Found | None, unit: str, fixed: bool = False, doc: str = "") -> str:
+def _line(name: str, value: float, number: Found | None, unit: str, fixed: float | None = None, doc: str = "") -> str:
     unit = "" if unit == "1" else unit
     words = f"{unit}: {doc}".strip(": ")
     if number is not None:
@@ -63,8 +63,8 @@ def _line(name: str, value: float, number: Found | None, unit: str, fixed: bool 
             words += f" (given {number.given:.6g})"
         words += f", {NO_BETTER}" if number.no_better else ""
         words += f" [{abs(number.n_percent_per_std):.1f} %]"
-    elif fixed:
-        words = f"{unit} by the soil contact model".strip()
+    elif fixed is not None:
+        words = f"{unit} {'' if value == fixed else 'other than '}by the soil contact model".strip()
     return f"{name} = {value:.6g}  # {words}".rstrip(" #")
 
 

@@ -97,6 +97,12 @@ class Known:
         return replace(self, numbers={**self.numbers, **values})
 
 
+def shearing_anew(known: Known) -> Known:
+    """The same on ground that shears anew in the front wheels' ruts (`symbolic/effects/multipass.py`)."""
+    table = {**known.effects.get("multipass", {}), "sheared": 0.0}
+    return replace(known, effects={**known.effects, "multipass": table})
+
+
 def load_known(path: str | Path) -> Known:
     """The known numbers of a vehicle from a TOML file: keys of a vehicle file, or wheelbase, load_front and load_rear (of the
     axles, in one unit) in the place of l_f and l_r.

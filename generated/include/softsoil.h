@@ -16,7 +16,7 @@ extern "C" {
 #define SOFTSOIL_MODEL "bicycle_turn_slip with load_transfer, multipass, pressure_offset, wheel_lean, yaw_moment"
 #define SOFTSOIL_N_X 7 /* states */
 #define SOFTSOIL_N_U 7 /* inputs */
-#define SOFTSOIL_N_P 18 /* parameters */
+#define SOFTSOIL_N_P 19 /* parameters */
 #define SOFTSOIL_N_Y 6 /* measurements */
 #define SOFTSOIL_N_M 143 /* memory cells: histories kept beside the states */
 #define SOFTSOIL_N_SOIL 1 /* states that are the sinkage exponent */
@@ -29,7 +29,7 @@ extern "C" {
 
 enum softsoil_state {SOFTSOIL_X_x, SOFTSOIL_X_y, SOFTSOIL_X_psi, SOFTSOIL_X_u, SOFTSOIL_X_v, SOFTSOIL_X_omega_z, SOFTSOIL_X_n};
 enum softsoil_input {SOFTSOIL_U_steer, SOFTSOIL_U_steer_rate, SOFTSOIL_U_a_x, SOFTSOIL_U_omega_fl, SOFTSOIL_U_omega_fr, SOFTSOIL_U_omega_rl, SOFTSOIL_U_omega_rr};
-enum softsoil_parameter {SOFTSOIL_P_k_phi, SOFTSOIL_P_k_c, SOFTSOIL_P_c, SOFTSOIL_P_phi, SOFTSOIL_P_k, SOFTSOIL_P_K, SOFTSOIL_P_R, SOFTSOIL_P_transfer_height, SOFTSOIL_P_roll_sweep, SOFTSOIL_P_roll_moment, SOFTSOIL_P_shaft_share, SOFTSOIL_P_kappa, SOFTSOIL_P_pressure_share, SOFTSOIL_P_lean_steer, SOFTSOIL_P_lean_roll, SOFTSOIL_P_lean_rear, SOFTSOIL_P_steer_rear, SOFTSOIL_P_yaw_moment};
+enum softsoil_parameter {SOFTSOIL_P_k_phi, SOFTSOIL_P_k_c, SOFTSOIL_P_c, SOFTSOIL_P_phi, SOFTSOIL_P_k, SOFTSOIL_P_K, SOFTSOIL_P_R, SOFTSOIL_P_transfer_height, SOFTSOIL_P_roll_sweep, SOFTSOIL_P_roll_moment, SOFTSOIL_P_shaft_share, SOFTSOIL_P_kappa, SOFTSOIL_P_sheared, SOFTSOIL_P_pressure_share, SOFTSOIL_P_lean_steer, SOFTSOIL_P_lean_roll, SOFTSOIL_P_lean_rear, SOFTSOIL_P_steer_rear, SOFTSOIL_P_yaw_moment};
 enum softsoil_measurement {SOFTSOIL_Y_x, SOFTSOIL_Y_y, SOFTSOIL_Y_psi, SOFTSOIL_Y_u, SOFTSOIL_Y_v, SOFTSOIL_Y_omega_z};
 
 /* What a call may return, the graver the larger; every one but SOFTSOIL_OK is counted in softsoil_t. Up to

@@ -14,7 +14,7 @@
 /* Rows of matrices end in zeros, so that whole vectors fit. */
 #define WIDE ((N + 7) / 8 * 8)
 #define WIDE_Y ((NY + 7) / 8 * 8)
-#define MAGIC 0xaa182427u
+#define MAGIC 0xd2830624u
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */
@@ -195,7 +195,7 @@ static double mean_of(const double *row) {
 
 int softsoil_defaults(softsoil_options_t *options) {
   static const softsoil_options_t declared = {
-      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 0.901, -0.145, 0.965, 0.953, 0.095, 23.0}, {0.02, 0.02, 0.002, 0.04, 0.015, 0.05, 0.003}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0},
+      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 1.0, 0.901, -0.145, 0.965, 0.953, 0.095, 23.0}, {0.02, 0.02, 0.002, 0.04, 0.015, 0.05, 0.003}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, 6.0, 0.5, {1000.0, 1000.0, 2.0, 20.0, 20.0, 5.0, 1.0},
       12, 2, {0.0, 0.0, 0.0, 0.0, 0.015, 0.024}, {0.0, 0.0, 0.0, 0.0, 2.0, 3.0, 0.0}, 1.5,
       0.6, 0.02, 5.0, 2.6, 0.2, 0.03};
   if (!options) return SOFTSOIL_NULL_POINTER;

@@ -155,7 +155,7 @@ static int invert(int n, const double *a, double *inverse) {
 
 int softsoil_horizon_defaults(softsoil_horizon_options_t *options) {
   static const softsoil_horizon_options_t declared = {
-      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 0.901, -0.145, 0.965, 0.953, 0.095, 23.0}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, {0.03, 0.03, 0.012, 0.02, 0.015, 0.024}, {0.5}, {0.3}, SOFTSOIL_STEP, 2.0, 1};
+      {692200.0, 13200.0, 4140.0, 0.2269, 0.01, 200000000.0, 30000.0, 0.7038, 0.528, 0.0, -0.2, 0.934, 1.0, 0.901, -0.145, 0.965, 0.953, 0.095, 23.0}, {0.05, 0.05, 0.003, 0.05, 0.05, 0.005}, {0.03, 0.03, 0.012, 0.02, 0.015, 0.024}, {0.5}, {0.3}, SOFTSOIL_STEP, 2.0, 1};
   if (!options) return SOFTSOIL_NULL_POINTER;
   *options = declared;
   return SOFTSOIL_OK;
@@ -1015,7 +1015,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
 
 int softsoil_horizon_correct(const softsoil_horizon_t *h, softsoil_t *s) {
   int moved = 0;
-  if (!h || !s || h->magic != MAGIC || s->magic != 0xaa182427u || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
+  if (!h || !s || h->magic != MAGIC || s->magic != 0xd2830624u || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
   for (int k = 0; k < K; ++k) {
     const int at = at_state[k];
     const double away = h->n[k] - s->x[at];

@@ -14,6 +14,8 @@ RUT_REACH = 1.125
 """Length of the rut that is remembered, over the wheelbase."""
 LEAST_KAPPA = 0.05
 """kappa from which on a wheel has its full share in the rut; below it comes in smoothly, none where the effect is absent."""
+STATED = 1e-3
+"""Spread of a number that no fit moves: it is one of two kinds of ground."""
 CRAWL = 0.5
 """m/s: below it the rut behind the front axle stays as it was: paths and drifts are divided by the speed, and what they leave
 there would grow from sample to sample, as no window runs there either."""
@@ -34,7 +36,9 @@ def effect(vehicle: Vehicle) -> Effect:
 
     The wheelbase sets how much of the rut is remembered. The rut is kept as samples behind the front axle (place, shear
     path, depth and edges of what each front wheel pressed), moved with the vehicle's motion; the share of the rear wheel's
-    width that runs in it stands on its floor. From the soil contact model: shear path and plastic sinkage stay in the soil.
+    width that runs in it stands on its floor. From the soil contact model: shear path and plastic sinkage stay in the soil. Of
+    natural soils Wong (Theory of Ground Vehicles, on repetitive shear loading) reports that a second shearing begins anew: there
+    `sheared` is 0, and the depth alone is met.
     """
     wheelbase = vehicle.wheelbase
     spacing = RUT_REACH * wheelbase / (RUT_CELLS - 2)
@@ -68,9 +72,10 @@ def effect(vehicle: Vehicle) -> Effect:
         kind="soil",
         reference="soil contact model: shear path is a property of the soil and is never reset",
         parameters=Layout.of(
-            Signal("kappa", "", "share of the front wheels' ruts, path and depth, that is met", 0.0, 0.0, 1.5, spread=1)
+            Signal("kappa", "", "share of the front wheels' ruts, path and depth, that is met", 0.0, 0.0, 1.5, spread=1),
+            Signal("sheared", "", "share of that path that stays: 0 on soil that shears anew", 1.0, 0.0, 1.0, spread=STATED),
         ),
-        typical={"kappa": 0.7},
+        typical={"kappa": 0.7, "sheared": 1.0},
         corrections={
             "contacts": Correction(
                 each_wheel(_in_rut),
@@ -123,7 +128,7 @@ def _in_rut(q: Quantities, corner: Corner) -> Corner:
         return corner
     width, edge = q["width"], q["rut_edge"]
     offset, path, depth = (_of_side(q, corner.side, name) for name in ("rut_offset", "rut_path", "rut_depth"))
-    path, depth = q["kappa"] * path, q["kappa"] * depth
+    path, depth = q["kappa"] * q["sheared"] * path, q["kappa"] * depth
     spent = path / corner.soil.k  # type: ignore[union-attr]
     wider = edge * spent / ca.sqrt(144.0 + 16.0 * spent * spent)
     apart = smooth_norm(offset - corner.y, 0.25 * edge, 0.01 * width)

@@ -19,7 +19,7 @@ from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
-from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.known_vehicle import Known, shearing_anew
 from softsoil.refinement.vehicle_numbers import vehicle_of
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, load_soil
@@ -45,8 +45,8 @@ def steering(kind, seconds):
     return 0.09 * (np.sin(0.9 * t) + np.sin(2.3 * t + 1.0) + 0.7 * np.sin(4.1 * t + 2.0))
 
 
-def drive_of(values, kind, n, seed=None, seconds=30.0, wheels=True):
-    model = bicycle(vehicle_of(KNOWN, values), CLAY.with_(n=n))
+def drive_of(values, kind, n, seed=None, seconds=30.0, wheels=True, known=KNOWN):
+    model = bicycle(vehicle_of(known, values), CLAY.with_(n=n))
     model = model if wheels else with_driveline(model, ("fl", "fr", "rl", "rr"))
     made = synthetic_drive(model, KNOWN["radius"], seconds=seconds, steer=steering(kind, seconds), substeps=1 if wheels else 4)
     made = made if seed is None else add_noise(made, "good", seed)
@@ -112,6 +112,19 @@ def test_a_log_that_repeats_one_wave_says_so_and_asks_for_more_waves():
     found = identify(drives, [CLAY, load_soil("sandy_loam")], KNOWN)
     assert found.verdict == "needs_data" and "one steering wave" in found.reason
     assert "several sines" in found.asks[0]
+
+
+@pytest.mark.study
+@pytest.mark.slow
+def test_ground_that_shears_anew_in_ruts_is_found():
+    """Drives of the model itself on such ground, wheels turned by the balance of forces."""
+    known, anew = replace(KNOWN, driveline={"centre_lock": 1.0, "front_drive": 0.5}), shearing_anew(KNOWN)
+    asked = (("lock", 0.5, 1), ("multi", 0.6, 2), ("multi", 0.7, 3))
+    drives = [drive_of({}, kind, n, seed, 40.0, False, anew) for kind, n, seed in asked]
+    found = identify(drives, [CLAY] * 3, known)
+    assert found.vehicle.effects["multipass"]["sheared"] == 0.0 and any("sheared = 0" in note for note in found.notes)
+    for (n, _), (_, true, _) in zip(found.n.values(), asked, strict=True):
+        assert n == pytest.approx(true, rel=0.08)
 
 
 def test_fewer_than_two_logs_are_refused():

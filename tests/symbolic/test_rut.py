@@ -95,6 +95,24 @@ def test_absent_it_does_nothing():
     assert found[1][2] == pytest.approx(found[0][2], abs=10.0)  # N m
 
 
+def test_ground_that_shears_anew_is_met_by_its_depth_alone():
+    """sheared 0: the path that the front wheels left changes no force, the depth does; so it is with no path on other ground."""
+    vehicle = load_vehicle(PLANT_VEHICLE)
+    spins = {"omega_fl": 15.6, "omega_fr": 16.0, "omega_rl": 15.6, "omega_rr": 16.0}
+
+    def rear(sheared, path, depth):
+        effects = {**vehicle.effects, "multipass": {"kappa": 1.0, "sheared": sheared}}
+        model = bicycle(vehicle, CLAY, effects=effects)
+        met = {"rut_offset_l": 0.6, "rut_offset_r": -0.6, "rut_edge": 0.02}
+        met |= {f"rut_{what}_{side}": value for what, value in (("depth", depth), ("path", path)) for side in "lr"}
+        x, u = model.x.pack(u=5.0, v=-0.1, omega_z=0.3), model.u.pack(steer=0.2, **spins, **met)
+        return float(model.probe("force_r")(x, u, model.p.nominal))
+
+    assert rear(0.0, 0.02, 0.03) == rear(0.0, 0.0, 0.03) == rear(1.0, 0.0, 0.03)
+    assert abs(rear(1.0, 0.02, 0.03)) > 1.2 * abs(rear(0.0, 0.02, 0.03))
+    assert abs(rear(0.0, 0.02, 0.0) - rear(0.0, 0.02, 0.03)) > 10.0
+
+
 @pytest.mark.parametrize("soil", [CLAY.with_(n=0.6), SANDY_LOAM.with_(n=0.7)], ids=lambda soil: soil.name)
 def test_the_rear_wheels_forces_are_the_plants(soil):
     """Nothing fitted, true n: the rear axle's lateral force within 14 % of its rms, its longitudinal one within 60 N in the mean;
