@@ -58,7 +58,8 @@ _CORNERS = {"omega_fl": "fl|front_?left|lf|left_?front", "omega_fr": "fr|front_?
             "omega_rl": "rl|rear_?left|lr|left_?rear", "omega_rr": "rr|rear_?right|right_?rear"}  # fmt: skip
 NAMES: tuple[tuple[str, str], ...] = (
     *((channel, rf"({_SPINS}).*({corner})|({corner}).*({_TURNS})") for channel, corner in _CORNERS.items()),
-    ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])(swa\Z|delta(?!_?[tv]))|(road|hand)_?wheel(_?angle)?\Z|lenk(rad)?winkel"),
+    ("steer", r"steer(?!.*(rate|torque|vel))|(?<![a-z])(swa\Z|delta(?!_?[tv]))|(road|hand)_?wheel(_?angle)?\Z"
+     r"|(?<![a-z])column(_?angle)?\Z|lenk(rad)?winkel"),
     ("omega_z", r"yaw_?rate|omega_?z|gyro_?z|angular_velocity\.z|heading_rate|(?<![a-z])wz(?![a-z])|gierrate"),
     ("a_x_imu", r"(accel\w*|acc|a)_?\.?(x|lon(g\w*)?|forwards?|fwd|ahead)(_?(imu|cg))?\Z|linear_acceleration\.x"),
     ("a_y_imu", r"(accel\w*|acc|a)_?\.?(y|lat\w*|left)(_?(imu|cg))?\Z|linear_acceleration\.y"),

@@ -121,6 +121,6 @@ def test_names_of_velocities_to_the_east_and_north_are_known():
         "vel_e": "velocity_east", "velE": "velocity_east", "ve": "velocity_east", "v_east": "velocity_east",
         "east_velocity": "velocity_east", "VN": "velocity_north", "velocity_north": "velocity_north",
         "vel_n_mps": "velocity_north", "speed_north": "velocity_north", "drive": None, "valve": None, "event": None,
-        "vel_d": None, "velocity": "u", "gps_velocity": "u", "velocity_y": "v",
+        "vel_d": None, "velocity": "u", "gps_velocity": "u", "velocity_y": "v", "column_deg": "steer", "column_torque": None,
     }  # fmt: skip
     assert {name: channel_named(name) for name in names} == names
