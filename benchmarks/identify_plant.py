@@ -2,7 +2,7 @@
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
     [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
-    [--absent v] [--judged-absent v] [--robots] [--lag 0.1] [--late 0.03]
+    [--absent v] [--judged-absent v] [--robots] [--lag 0.1] [--late 0.03] [--anew]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
 measured with its errors; with --robots one of 180 to 350 kg. Fitted: one lock and one multi-sine drive with the noise "good"
 or --fit-noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on
@@ -85,6 +85,7 @@ def main() -> None:
     parser.add_argument("--judged-absent", default="", help="channels that those lack on which n is judged")
     parser.add_argument("--lag", type=float, default=0.0, help="time constant (s) of a late steering, but in traced logs")
     parser.add_argument("--late", type=float, default=0.0, help="s by which the steering is recorded late, but in traced logs")
+    parser.add_argument("--anew", action="store_true", help="soil that shears anew in ruts, but in traced logs")
     parser.add_argument("--only-effects", action="store_true", help="trace only, with --again")
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
@@ -96,7 +97,7 @@ def main() -> None:
     for seed in range(asked.first, asked.first + asked.seeds):
         case, file = case_of(seed, ROBOTS if asked.robots else DRAW), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
-        steering = Steering(asked.lag, asked.late)
+        steering = Steering(asked.lag, asked.late, asked.anew)
         vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent, steering)
         true, bodies = inertia_of(case, fitted_logs(case, steering)), case.drawn.vehicle.yaw_inertia
         off = 100 * (vehicle.yaw_inertia / true - 1)
@@ -141,14 +142,16 @@ def _words(case: Case) -> str:
 
 @dataclass(frozen=True)
 class Steering:
-    """A steering that follows its angle with a first-order lag (s), and an angle that is recorded late (s)."""
+    """A steering that follows its angle with a first-order lag (s), and an angle that is recorded late (s); anew: on soil that
+    shears anew in ruts."""
 
     lag: float = 0.0
     late: float = 0.0
+    anew: bool = False
 
     def log_of(self, case: Case, kind: str, number: int) -> Log:
         """A clean log of a case."""
-        log = log_of(case, kind, number, {"steer_lag": self.lag} if self.lag else {})
+        log = log_of(case, kind, number, {"steer_lag": self.lag, "shears_anew": self.anew})
         drive = log.drive
         return replace(log, drive=drive.with_channels(steer=np.interp(drive.t - self.late, drive.t, drive["steer"])))
 
@@ -172,7 +175,7 @@ def identified(
     file.write_text(vehicle_toml(found), encoding="utf-8")
     errors = ", ".join(f"{100 * (found.n[log.drive.name][0] / log.n - 1):+.1f}" for log in logs)
     print(f"  {found.verdict}: {found.reason} ({time.perf_counter() - began:.0f} s); n of its own logs {errors} %", flush=True)
-    shown = ("l_f:", "radius:", "steering_lag:")
+    shown = ("l_f:", "radius:", "steering_lag:", "ground:")
     print(*(f"  {note}" for note in found.notes if note.startswith(shown)), sep="\n", flush=True)
     return found.vehicle
 

@@ -43,7 +43,7 @@ class SoilBed:
     ) -> None:
         self.field = SoilField.uniform(soil) if isinstance(soil, Soil) else soil
         self.grid = RutGrid(spacing)
-        self.rules = Rules(REACH, float(damping), float(creep), int(cast))
+        self.rules = Rules(REACH, float(damping), float(creep), int(cast), 0)
 
     def touch(
         self,

@@ -10,7 +10,8 @@ Per node under the wheel, each step, with h the sinkage against the undeformed s
 
 v_t is the horizontal velocity of the wheel body at the node, spin and yaw included, so lateral and longitudinal shear
 share one Mohr limit. 1/b = perimeter / (2 area) of the convex hull of all nodes within reach of the wheel. h_plastic,
-yield and j stay. h is the cylinder's own, or where the reference simulator's ray cast finds it (`plant.reference`).
+yield and j stay, or each wheel has a j of its own: soil that shears anew in a rut. h is the cylinder's own, or where the
+reference simulator's ray cast finds it (`plant.reference`).
 """
 
 from __future__ import annotations
@@ -168,14 +169,21 @@ def wheel_contact(ground, layer, side, rules, motion, radius, width, dt, force, 
             vz = velocity[2] + rate[0] * ry - rate[1] * rx
             speed = math.sqrt(vx * vx + vy * vy)
             node[SINKAGE] = h
-            node[SHEAR] += speed * dt
+            sheared = node
+            if rules.own > 0:
+                mine = tile_key(rules.own, row, column)
+                place = find_tile(keys, slots, mine)
+                if place < 0:
+                    place = add_tile(keys, slots, ground.count, mine)
+                sheared = nodes[place, (i - row * TILE) * TILE + j - column * TILE]
+            sheared[SHEAR] += speed * dt
             if sigma > node[YIELD]:
                 sigma = (soil[K_C] * over_b + soil[K_PHI]) * h ** soil[N]
                 node[YIELD] = sigma
                 node[PLASTIC] = h - sigma / soil[K_ELASTIC]
             if rules.damped:
                 sigma -= soil[DAMPING] * vz
-            tau = (soil[C] + sigma * soil[TAN_PHI]) * (1.0 - math.exp(-node[SHEAR] / soil[K_SHEAR]))
+            tau = (soil[C] + sigma * soil[TAN_PHI]) * (1.0 - math.exp(-sheared[SHEAR] / soil[K_SHEAR]))
             slide = math.sqrt(speed * speed + rules.creep * rules.creep)
             grip = -tau * cell / slide if slide > 0.0 else 0.0
             px, py, pz = grip * vx, grip * vy, sigma * cell

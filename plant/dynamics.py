@@ -225,7 +225,8 @@ def _wheel(w, state, command, machine, world, chassis, place, ground, dt, matrix
     radius = machine.radius[w] * world.radius_factor[w] + world.out_of_round[w] * math.cos(angle)
     force, moment = np.empty(3), np.empty(3)
     layer = 0 if world.multipass > 0.0 else 1 + w
-    rules, motion = Rules(REACH, world.damped, world.creep, world.cast), Motion(centre, world_axle, speed, rate)
+    own = 1 + w if world.anew > 0.0 and layer == 0 else 0
+    rules, motion = Rules(REACH, world.damped, world.creep, world.cast, own), Motion(centre, world_axle, speed, rate)
     width = machine.width[w] * world.width_factor[w]
     sinkage = wheel_contact(ground, layer, w % 2, rules, motion, radius, width, dt, force, moment)
     for i in range(3):

@@ -30,6 +30,7 @@ class World(NamedTuple):
     locked: Array  # centre, front, rear: 1 locked, 0 open
     damped: float
     multipass: float
+    anew: float
     creep: float
     cast: int  # 1: the reference's ray cast finds the wheel
     imbalance: Array  # per wheel, kg m
@@ -54,7 +55,7 @@ class Effects:
     side_force (N, along body y) at side_force_at, wind (N, along world x and y) at wind_at (m, vehicle's frame);
     yaw_moment (N m); drag (N) and drag_v2 (N s^2/m^2) against the motion;
     locked_centre, locked_front, locked_rear: differentials (the reference vehicle: centre only);
-    damping: of the soil; multipass: wheels meet each other's ruts.
+    damping: of the soil; multipass: wheels meet each other's ruts; shears_anew: where they do, soil shears as if it were fresh.
 
     Beyond the catalogue:
     imbalance (kg m per wheel: a force turning with the wheel), out_of_round (m per wheel: radius once per turn);
@@ -86,6 +87,7 @@ class Effects:
     locked_rear: bool = False
     damping: bool = True
     multipass: bool = True
+    shears_anew: bool = False
     creep: float = 0.005
     imbalance: Four = (0.0, 0.0, 0.0, 0.0)
     out_of_round: Four = (0.0, 0.0, 0.0, 0.0)
@@ -146,6 +148,7 @@ class Effects:
             locked=np.array([self.locked_centre, self.locked_front, self.locked_rear], dtype=float),
             damped=float(self.damping),
             multipass=float(self.multipass),
+            anew=float(self.shears_anew),
             creep=float(self.creep),
             cast=int(cast),
             imbalance=np.array(self.imbalance, dtype=float),

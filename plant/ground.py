@@ -28,13 +28,15 @@ class Rules(NamedTuple):
     """How the contact is computed.
 
     reach: how far above the soil the footprint is searched (m); damped: 1 or 0 for the damping R; creep: speed (m/s) below
-    which shear fades (0: none); cast: 1 for the reference's ray cast, 0 for the cylinder.
+    which shear fades (0: none); cast: 1 for the reference's ray cast, 0 for the cylinder; own: layer of the wheel's own shear
+    paths, 0 where all wheels share those of the ground.
     """
 
     reach: float
     damped: float
     creep: float
     cast: int
+    own: int
 
 
 class Motion(NamedTuple):

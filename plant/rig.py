@@ -139,7 +139,7 @@ def run_rig(
     mass = run.load / rig.gravity + rig.extra_mass
     machine = (rig.radius, rig.width, rig.arm, mass, rig.gravity, rig.step, rig.delay, rig.ramp, room)
     told = (run.speed, run.spin(rig.radius), run.amplitude, run.frequency)
-    rules = Rules(REACH, float(damping), float(creep), int(cast))
+    rules = Rules(REACH, float(damping), float(creep), int(cast), 0)
     step = 0
     while step <= steps:
         grid.reserve(2 * room)

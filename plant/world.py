@@ -86,7 +86,8 @@ class Plant:
         machine = self.vehicle.machine
         self._world = self.effects.world(step, machine.origin, cast)
         widest = float(np.max(machine.width * self._world.width_factor))
-        self._room = 4 * tiles_within_reach(float(np.max(machine.radius)) * 1.2, widest, spacing)
+        layers = 2 if self.effects.shears_anew else 1
+        self._room = 4 * layers * tiles_within_reach(float(np.max(machine.radius)) * 1.2, widest, spacing)
         self.state = start_state(start or Start(), self.vehicle, self.soil)
         self._command = np.zeros(3)
 

@@ -86,6 +86,16 @@ def test_passes_kept_apart_leave_fresh_soil_to_the_rear() -> None:
     assert np.mean(settled(apart, "u")) < np.mean(settled(together, "u"))
 
 
+def test_soil_that_shears_anew_holds_the_rear_less() -> None:
+    """In a turn the rear wheels need more side slip where the front wheels' shearing does not help them; they sink as before."""
+    turn = Manoeuvre("turn", Sine(0.2, 60.0), Speed(5.0))
+    kept, anew = (simulate(turn, CLAY, 6.0, effects=Effects(shears_anew=on)) for on in (False, True))
+    slips = [np.mean(np.abs((one["v"] - load_plant_vehicle().l_r * one["omega_z"]) / one["u"])[300:]) for one in (kept, anew)]
+    assert slips[1] > 1.15 * slips[0]
+    depth = [np.mean(settled(one, "true_sinkage_rl")) for one in (kept, anew)]
+    assert abs(depth[1] / depth[0] - 1.0) < 0.1
+
+
 def test_pure_pursuit_keeps_to_its_path() -> None:
     path = lane_change(80.0)
     drive = simulate(PathFollower(path), CLAY, 12.0)
