@@ -27,8 +27,16 @@ from softsoil.identification.unexplained import doubt, more_than_right, own_logs
 from softsoil.recording.copies import refuse_copies
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
-from softsoil.refinement.known_vehicle import Known, as_known, shearing_anew
-from softsoil.refinement.vehicle_numbers import NUMBERS, by_name, declared_vehicle, expected, vehicle_of
+from softsoil.refinement.known_vehicle import Known, as_known
+from softsoil.refinement.vehicle_numbers import (
+    NUMBERS,
+    OTHER_GROUND,
+    by_name,
+    declared_vehicle,
+    expected,
+    says_ground,
+    vehicle_of,
+)
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.soil import Soil
 from softsoil.symbolic.vehicle import SIMULATOR
@@ -160,14 +168,15 @@ def _on_either_ground(
     shears anew, if it leaves less with fewer such numbers and nobody has said which ground it is; and a note of that."""
     found = attempt(known, lambda share: progress(0.15 * share))
     odd = odd_numbers(found.numbers, rules)
-    if not odd or known.value("sheared") is not None:
+    if not odd or says_ground(known):
         return found, ()
-    anew = attempt(shearing_anew(known), lambda share: None)
+    anew = attempt(replace(known, other_ground=True), lambda share: None)
     better = anew.state.cost <= rules.other_ground * found.state.cost
     if not better or len(odd_numbers(anew.numbers, rules)) >= len(odd):
         return found, ()
+    said = ", ".join(f"[effects.{effect}] {name} = {value:g}" for effect, t in OTHER_GROUND.items() for name, value in t.items())
     note = (
-        "ground: it shears anew where the front wheels have sheared it ([effects.multipass] sheared = 0): that leaves "
+        f"ground: it shears anew where the front wheels have sheared it ({said}): that leaves "
         f"{found.state.cost / anew.state.cost:.3g} times less than ground that stays sheared, where {' and '.join(odd)} would be "
         "none of a vehicle"
     )

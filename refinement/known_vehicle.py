@@ -38,7 +38,7 @@ class Known:
     file states in its table [uncertainty]; file: where it comes from; simulator: as in a vehicle file, of a simulated soil;
     steering: map of the steering; search: how far below a wheel the simulated soil's contact search finds it (m): its wheels roll
     as if their radius were larger by as much; driveline: as in a vehicle file; early: group of channels -> by how much (s) it
-    seems early in every log.
+    seems early in every log; other_ground: whether the soil is taken for one that shears anew in ruts.
     """
 
     name: str
@@ -51,6 +51,7 @@ class Known:
     search: float = 0.0
     driveline: dict[str, float] = field(default_factory=dict)
     early: dict[str, float] = field(default_factory=dict)
+    other_ground: bool = False
 
     def __getitem__(self, name: str) -> float:
         """A number that every known vehicle has."""
@@ -95,12 +96,6 @@ class Known:
     def with_numbers(self, **values: float) -> Known:
         """The same with other numbers, by name."""
         return replace(self, numbers={**self.numbers, **values})
-
-
-def shearing_anew(known: Known) -> Known:
-    """The same on ground that shears anew in the front wheels' ruts (`symbolic/effects/multipass.py`)."""
-    table = {**known.effects.get("multipass", {}), "sheared": 0.0}
-    return replace(known, effects={**known.effects, "multipass": table})
 
 
 def load_known(path: str | Path) -> Known:

@@ -147,6 +147,8 @@ REAL_SOIL = 2e-4
 _TABLE = read_toml(Path(__file__).parent / "effect_priors.toml", "priors of effects")
 FIXED: Mapping[str, Mapping[str, float]] = MappingProxyType(_TABLE.pop("fixed"))
 """What every model of an identification has beside its numbers: the soil's aligning moments act on the vehicle in full."""
+OTHER_GROUND: Mapping[str, Mapping[str, float]] = MappingProxyType(_TABLE.pop("other_ground"))
+"""What takes their place on soil that shears anew in ruts."""
 NUMBERS: tuple[Number, ...] = (
     *OWN,
     *(_of(effect, name, entry) for effect, parameters in _TABLE.items() for name, entry in parameters.items()),
@@ -183,6 +185,8 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
     """
     merged = {**{name: value for name, (value, _) in expected(known).items()}, **values}
     effects = {name: dict(table) for name, table in FIXED.items()}
+    for name, table in OTHER_GROUND.items() if known.other_ground else ():
+        effects.setdefault(name, {}).update(table)
     for name, table in known.other_effects(set(by_name())).items():
         effects.setdefault(name, {}).update(table)
     for number in NUMBERS:
@@ -196,6 +200,11 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
     stated = {name: std for name, std in (stds or {}).items() if name not in SIMULATOR}
     made = Vehicle(name=known.name, effects=effects, simulator=simulator, uncertainty=stated, **rest)
     return replace(made, steering=known.steering, driveline=known.driveline)
+
+
+def says_ground(known: Known) -> bool:
+    """Whether its owner has said which ground it is."""
+    return any(name in known.effects.get(effect, {}) for effect, table in OTHER_GROUND.items() for name in table)
 
 
 def declared_vehicle(known: Known) -> Vehicle:

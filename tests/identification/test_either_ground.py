@@ -8,8 +8,8 @@ import pytest
 from softsoil.identification.identify import _on_either_ground
 from softsoil.identification.result import Found
 from softsoil.identification.rules import RULES
-from softsoil.refinement.known_vehicle import Known, shearing_anew
-from softsoil.refinement.vehicle_numbers import vehicle_of
+from softsoil.refinement.known_vehicle import Known
+from softsoil.refinement.vehicle_numbers import declared_vehicle, vehicle_of
 
 KNOWN = Known("one", {"mass": 1378.0, "l_f": 1.55, "l_r": 1.17, "track": 1.23, "radius": 0.33, "width": 0.21})
 ODD = Found(0.0, 0.04, "", "identified", 0.1, None, (0.95, 0.1))
@@ -20,7 +20,7 @@ def taken(costs, odd, known=KNOWN):
     asked = []
 
     def attempt(known, told):
-        anew = known.value("sheared") == 0.0
+        anew = known.other_ground
         asked.append(anew)
         numbers = {name: ODD if name in odd[anew] else replace(ODD, value=0.9) for name in ("kappa", "toe_rear")}
         return SimpleNamespace(numbers=numbers, state=SimpleNamespace(cost=costs[anew]), anew=anew)
@@ -53,6 +53,8 @@ def test_what_an_owner_says_of_the_ground_stands():
 
 
 def test_the_vehicle_carries_its_ground():
-    ground = vehicle_of(shearing_anew(Known("one", KNOWN.numbers, effects={"multipass": {"kappa": 0.9}})), {})
+    known = Known("one", KNOWN.numbers, effects={"multipass": {"kappa": 0.9}}, other_ground=True)
+    ground = vehicle_of(known, {})
+    assert declared_vehicle(known).effects == known.effects
     assert ground.effects["multipass"] == {"kappa": 0.9, "sheared": 0.0}
     assert vehicle_of(KNOWN, {}).effects["multipass"]["sheared"] == 1.0

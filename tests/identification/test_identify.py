@@ -19,7 +19,7 @@ from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.log_names import named_n, named_soil
 from softsoil.recording.noise import add_noise
 from softsoil.recording.read import read_drive, write_drive
-from softsoil.refinement.known_vehicle import Known, shearing_anew
+from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.vehicle_numbers import vehicle_of
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.soil import CLAY, load_soil
@@ -118,7 +118,7 @@ def test_a_log_that_repeats_one_wave_says_so_and_asks_for_more_waves():
 @pytest.mark.slow
 def test_ground_that_shears_anew_in_ruts_is_found():
     """Drives of the model itself on such ground, wheels turned by the balance of forces."""
-    known, anew = replace(KNOWN, driveline={"centre_lock": 1.0, "front_drive": 0.5}), shearing_anew(KNOWN)
+    known, anew = replace(KNOWN, driveline={"centre_lock": 1.0, "front_drive": 0.5}), replace(KNOWN, other_ground=True)
     asked = (("lock", 0.5, 1), ("multi", 0.6, 2), ("multi", 0.7, 3))
     drives = [drive_of({}, kind, n, seed, 40.0, False, anew) for kind, n, seed in asked]
     found = identify(drives, [CLAY] * 3, known)
