@@ -34,9 +34,9 @@ class FitState:
     cost: float
 
 
-def odd_numbers(numbers: Mapping[str, Found], rules: Rules) -> dict[str, Found]:
-    """The identified numbers, which nobody gave, that are none of a vehicle."""
-    return {name: f for name, f in numbers.items() if f.state == "identified" and f.given is None and f.departs > rules.odd}
+def odd_numbers(numbers: Mapping[str, Found], sigmas: float) -> dict[str, Found]:
+    """The identified numbers, which nobody gave, that are so many standard deviations from what is expected of any vehicle."""
+    return {name: f for name, f in numbers.items() if f.state == "identified" and f.given is None and f.departs > sigmas}
 
 
 def fit_verdict(
@@ -70,7 +70,7 @@ def fit_verdict(
             "Every log repeats one steering wave: n and the vehicle's numbers change its one amplitude and phase alike, whatever "
             "the fit's own standard errors say."
         )
-    odd = odd_numbers(numbers, rules)
+    odd = odd_numbers(numbers, rules.odd)
     if len(odd) >= rules.most_odd:
         words = ", ".join(f"{name} {f.value:.3g} {f.unit}".rstrip() + f" by {f.departs:.1f}" for name, f in odd.items())
         return "contradicts_given", (

@@ -164,21 +164,21 @@ def _attempt(bench: Bench, last: int, rules: Rules, progress: Callable[[float], 
 def _on_either_ground(
     attempt: Callable[[Known, Progress], _Attempt], known: Known, rules: Rules, progress: Progress
 ) -> tuple[_Attempt, tuple[str, ...]]:
-    """The fit on ground that stays sheared in ruts; where that asks for numbers that no vehicle has, the one on ground that
-    shears anew, if it leaves less with fewer such numbers and nobody has said which ground it is; and a note of that."""
+    """The fit on ground that stays sheared in ruts; where that asks for strange numbers, the one on ground that shears anew, if
+    it leaves less with fewer of them and nobody has said which ground it is; and a note of that."""
     found = attempt(known, lambda share: progress(0.15 * share))
-    odd = odd_numbers(found.numbers, rules)
+    odd = odd_numbers(found.numbers, rules.strange)
     if not odd or says_ground(known):
         return found, ()
     anew = attempt(replace(known, other_ground=True), lambda share: None)
     better = anew.state.cost <= rules.other_ground * found.state.cost
-    if not better or len(odd_numbers(anew.numbers, rules)) >= len(odd):
+    if not better or len(odd_numbers(anew.numbers, rules.strange)) >= len(odd):
         return found, ()
     said = ", ".join(f"[effects.{effect}] {name} = {value:g}" for effect, t in OTHER_GROUND.items() for name, value in t.items())
     note = (
         f"ground: it shears anew where the front wheels have sheared it ({said}): that leaves "
         f"{found.state.cost / anew.state.cost:.3g} times less than ground that stays sheared, where {' and '.join(odd)} would be "
-        "none of a vehicle"
+        "strange for a vehicle"
     )
     return anew, (note,)
 

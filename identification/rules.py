@@ -26,8 +26,9 @@ class Rules:
     the plant (`python -m benchmarks.identify_plant --only-numbers`); odd: standard deviations from what is expected of any
     vehicle beyond which a number is none of a vehicle, and most_odd: so many of them together show another law, as where the
     soil's stresses lie otherwise; believable: share of a given number that it may be off by where ground resists the wheels,
-    or a tape was misread; other_ground: of the cost of a fit with an odd number, what one on ground that shears anew leaves at
-    most, with fewer of them, to take its place; model_error_n: as model_error, of n, as a share; unseen_error_n:
+    or a tape was misread; strange: standard deviations from there on which it is asked whether the soil shears anew in ruts; and
+    other_ground: of the cost of the fit, what one on such ground leaves at most, with fewer strange numbers, to take its place;
+    model_error_n: as model_error, of n, as a share; unseen_error_n:
     share of n by which it is off beside that where a log does not measure the lateral velocity, and where not all logs have the
     speed of every wheel (the same command with --absent v, and with --absent omega_fl,omega_fr,omega_rl,omega_rr).
     """
@@ -51,7 +52,8 @@ class Rules:
     odd: float = 5.0
     most_odd: int = 2
     believable: float = 0.05
-    other_ground: float = 0.98
+    strange: float = 3.5
+    other_ground: float = 0.99
 
 
 RULES = Rules()
