@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import pkgutil
 from collections.abc import Iterable
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 EFFECTS, LAWS = "SOFTSOIL_EFFECTS", "SOFTSOIL_LAWS"
 """Environment variables: folders of effects and of force laws, one file each, separated as in PATH."""
@@ -33,6 +35,17 @@ def module_names(paths: Iterable[str], variable: str) -> tuple[str, ...]:
                 raise ValueError(f"{variable}: {words}")
             found[module.name] = folder
     return tuple(sorted(found))
+
+
+def loaded(package: str, name: str, variable: str) -> ModuleType:
+    """The module `name` of a package. Raises ValueError naming a user's file that cannot be imported, and why."""
+    try:
+        return import_module(f"{package}.{name}")
+    except Exception as error:
+        own = [path for folder in own_folders(variable) if (path := Path(folder) / f"{name}.py").is_file()]
+        if not own:
+            raise
+        raise ValueError(f"{own[0]}: expected a file that can be imported, found {type(error).__name__}: {error}") from error
 
 
 def own_code() -> bytes:

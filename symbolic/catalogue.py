@@ -1,9 +1,8 @@
 """The effect catalogue by name, found in the package of effects, and models from a declared vehicle."""
 
 from collections.abc import Mapping
-from importlib import import_module
 
-from softsoil.files.own_modules import EFFECTS, module_names
+from softsoil.files.own_modules import EFFECTS, loaded, module_names
 from softsoil.symbolic import effects as package
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.effect import Effect, add_effect
@@ -22,7 +21,7 @@ def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
     """
     known = {}
     for name in effect_names():
-        module = import_module(f"{package.__name__}.{name}")
+        module = loaded(package.__name__, name, EFFECTS)
         if not hasattr(module, "effect"):
             raise ValueError(f"{module.__file__}: expected a function effect(vehicle), found none")
         effect = module.effect(vehicle)

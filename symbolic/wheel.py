@@ -8,10 +8,9 @@ Longitudinal slip (paper): s = 1 - v_x/(r omega) when driving, s = r omega/v_x -
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from importlib import import_module
 from typing import Any, Protocol
 
-from softsoil.files.own_modules import LAWS, module_names
+from softsoil.files.own_modules import LAWS, loaded, module_names
 from softsoil.symbolic import laws
 from softsoil.symbolic.soil import Soil
 
@@ -114,7 +113,7 @@ def force_law(name: str, **options: Any) -> ForceLaw:
     if name not in law_names():
         raise ValueError(f"force law: expected one of {', '.join(law_names())}; found {name!r}")
     called = name.title().replace("_", "")
-    law = getattr(import_module(f"{laws.__name__}.{name}"), called, None)
+    law = getattr(loaded(laws.__name__, name, LAWS), called, None)
     if law is None:
         raise ValueError(f"force law {name}: expected a class {called} in {name}.py, found none")
     known = [field.name for field in fields(law)]

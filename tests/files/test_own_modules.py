@@ -67,6 +67,14 @@ def test_commands_take_an_effect_of_a_users_folder(own, tmp_path):
     assert "SOFTSOIL_P_drag" in (tmp_path / "out" / "include" / "softsoil.h").read_text(encoding="utf-8")
 
 
+def test_a_file_that_cannot_be_imported_is_named(own, tmp_path):
+    (tmp_path / "effects" / "broken.py").write_text("import no_such_library\n", encoding="utf-8")
+    done = run("-m", "softsoil", "generate", str(tmp_path / "out"), "--soil", "clay", **own)
+    assert done.returncode == 2
+    words = r"error: .*broken\.py: expected a file that can be imported, found ModuleNotFoundError: .*\n"
+    assert re.fullmatch(words, done.stderr)
+
+
 def test_what_cannot_be_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv(EFFECTS, str(tmp_path / "none"))
     with pytest.raises(ValueError, match=f"{EFFECTS}: expected a folder, found none at .*none"):
