@@ -35,7 +35,8 @@ class FitState:
 
 
 def odd_numbers(numbers: Mapping[str, Found], sigmas: float) -> dict[str, Found]:
-    """The identified numbers, which nobody gave, that are so many standard deviations from what is expected of any vehicle."""
+    """Those of the `numbers`, by name, that are identified, that nobody gave and that are more than so many standard deviations
+    (`sigmas`) from what is expected of any vehicle."""
     return {name: f for name, f in numbers.items() if f.state == "identified" and f.given is None and f.departs > sigmas}
 
 
