@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # Two halves of about the same length, one per core; a new folder of tests falls into the second.
-FIRST := $(addprefix tests/,calibration cases checking codegen estimator identification importing mapping mpc_demo plant recording windows)
+FIRST := $(addprefix tests/,calibration cases checking codegen estimator identification plant recording windows)
 
 # Tests start hundreds of processes: each would compile every library's Python anew.
 export PYTHONDONTWRITEBYTECODE =

@@ -98,6 +98,7 @@ def test_the_same_numbers_with_one_n_for_each_axle(flags):
     assert np.abs(std - c_std).max() < 2e-6
 
 
+@pytest.mark.study
 def test_forces_that_build_up_run_from_window_to_window_as_in_python(tmp_path):
     """No sensor measures them: a window that began without them would take 0.3 m to have its side force."""
     vehicle = declared("tracks").vehicle

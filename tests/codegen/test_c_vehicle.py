@@ -159,5 +159,6 @@ def test_a_library_without_stated_errors_says_so():
         CVehicle(horizon)
 
 
+@pytest.mark.study
 def test_numbers_stated_one_by_one_are_looked_at_too():
     assert looks_at_vehicle(library("plain", FLAGS))

@@ -74,6 +74,7 @@ def test_study_writes_what_it_says(home, short_log):
     assert f"smaller with the estimate in {sum(ratio > 1 for ratio in ratios)} of 4" in said
 
 
+@pytest.mark.study
 def test_study_of_a_log_whose_name_tells_nothing(home, short_log):
     anonymous = home / "drive.parquet"
     write_drive(read_drive(short_log), anonymous)
@@ -91,6 +92,7 @@ def no_figures(monkeypatch):
     monkeypatch.setattr("softsoil.commands.study.draw_study", lambda study, path: path)
 
 
+@pytest.mark.study
 def test_logs_of_one_name_have_a_picture_each_and_those_of_an_earlier_study_go(home, short_log, monkeypatch):
     made = []
 

@@ -94,6 +94,7 @@ def test_log_with_gaps_jitter_and_holes_is_estimated_all_the_same(tmp_path, refi
     assert rough["nis_inside_95"] > 0.85
 
 
+@pytest.mark.study
 @pytest.mark.shared
 def test_residual_of_single_wheel_runs_shows_the_laws_side_by_side(tmp_path, shared_data):
     run("residual", shared_data / "chrono_rig/sand_val.npz", "--out", tmp_path)

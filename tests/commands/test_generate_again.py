@@ -61,6 +61,7 @@ def test_what_has_not_changed_is_written_at_once(tmp_path: Path, model: Path) ->
     assert {path: path.read_bytes() for path in texts} == texts
 
 
+@pytest.mark.study
 def test_its_warnings_are_said_every_time(tmp_path: Path) -> None:
     soil = "".join(f"{name} = {getattr(CLAY, name)}\n" for name in ("k_phi", "k_c", "n", "c", "phi", "k", "K", "R"))
     (tmp_path / "field.toml").write_text(f'name = "field"\n{soil}verdict = "needs_data"\n', encoding="utf-8")

@@ -67,6 +67,7 @@ def test_the_command_alone_needs_a_vehicle_with_a_map(table):
     assert done.exit_code == 2 and "expected a unit of" in done.output
 
 
+@pytest.mark.study
 def test_the_map_is_of_the_part_that_is_wanted(table):
     """After 20 s the linkage has another ratio; the part that [clock] wants ends before."""
     columns = pd.read_csv(table)

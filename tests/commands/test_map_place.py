@@ -92,6 +92,7 @@ def test_the_map_is_in_longitude_and_latitude(tmp_path):
     assert np.abs(corners - np.array(HERE[::-1])).max() < 0.005
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_one_log_that_cannot_be_used_does_not_lose_the_map(tmp_path):
     log = write_drive(read_drive(MULTI_LOG).between(0.0, 12.0), tmp_path / "good.parquet")

@@ -238,6 +238,7 @@ def test_parameters_of_another_shape_are_refused(wrong):
         Nmpc(ocp).set_parameters(**given)
 
 
+@pytest.mark.study
 def test_histories_follow_the_plan():
     ocp = rut_ocp()
     model, solver = ocp.model, Nmpc(ocp)

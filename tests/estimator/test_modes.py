@@ -90,7 +90,8 @@ def test_a_run_ends_where_all_its_windows_are_linearised():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", [pytest.param("ukf", marks=pytest.mark.study), "horizon"])
+@pytest.mark.study
+@pytest.mark.parametrize("method", ["ukf", "horizon"])
 def test_a_guess_that_leads_into_a_second_mode_does_not_win_because_it_is_the_users(method):
     """The drive of the plant on which n = 1.1 ends near 1.6 with windows that cost 39 % more."""
     case = draw("nominal", np.random.default_rng([10, 70]), 10070)

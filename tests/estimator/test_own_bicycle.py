@@ -67,6 +67,7 @@ def test_a_drive_after_another_with_one_model_gives_what_it_gives_alone():
     assert after.counts == alone.counts
 
 
+@pytest.mark.study
 def test_another_vehicle_on_another_soil():
     """A light, short vehicle on soil that is none of the classes: nothing is tied to the reference."""
     vehicle = reference_vehicle().with_(

@@ -33,7 +33,7 @@ def model():
     return Declaration(softsoil.load_vehicle(PLANT_VEHICLE), softsoil.load_soil("clay")).build()
 
 
-@pytest.mark.parametrize("method", ["ukf", "horizon"])
+@pytest.mark.parametrize("method", [pytest.param("ukf", marks=pytest.mark.study), "horizon"])
 def test_n_of_the_first_lap_is_kept(laps, model, method):
     found = softsoil.estimate(laps, model, n0=0.65, method=method)
     late = found.n_front[found.t > 14.0]  # windows end with the first lap, the filter goes on

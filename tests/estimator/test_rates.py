@@ -97,6 +97,7 @@ def test_a_pause_of_a_log_is_no_drift(pause):
     assert estimate_terrain(log, bicycle(reference_vehicle(), CLAY), 0.7, tied=True).drift is None
 
 
+@pytest.mark.study
 def test_what_the_model_leaves_of_a_slow_log_is_asked_too():
     """A steering 0.02 rad off at 40 Hz, with a vehicle's file that states no errors: n was identified."""
     drive = add_noise(read_drive(MULTI_LOG).between(0.0, 25.0), "good", 1)

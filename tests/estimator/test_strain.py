@@ -84,6 +84,7 @@ def test_the_vehicle_is_not_forgotten_with_the_soil():
     assert heavier.load == pytest.approx(LOAD["payload"]["payload_mass"] / vehicle().mass, abs=3.0 * heavier.load_std)
 
 
+@pytest.mark.study
 def test_a_declared_load_is_as_uncertain_as_its_file_says(loaded):
     less = {"payload": {**LOAD["payload"], "payload_mass": 200.0}}
     exact, vague = (
@@ -127,6 +128,7 @@ def test_a_declared_load_does_not(loaded):
     assert found.verdict.word == "identified" and change.strain < 3.0 and abs(change.load) < 3.0 * change.load_std
 
 
+@pytest.mark.study
 def test_numbers_stated_one_by_one_say_it_too(loaded):
     stated = vehicle(None).with_(uncertainty=dict(zip(NUMBERS, STD, strict=True)))
     found = estimate(loaded, bicycle(stated, CLAY), method="horizon")

@@ -15,8 +15,8 @@ from drives import MULTI_LOG, PROJECT
 from softsoil.commands.cli import app
 from softsoil.recording.read import read_drive
 
-SLOW = ("Nmpc", "estimate", "generate", "identify_soil", "late_clocks", "predict", "residual", "simulate", "to_do_mpc")
-STUDIES = ("identify", "refine")
+SLOW = ("Nmpc", "estimate", "generate", "predict", "residual", "simulate", "to_do_mpc")
+STUDIES = ("identify", "identify_soil", "late_clocks", "refine")
 NAMES = [name for name in softsoil.__all__ if name != "__version__"]
 MARKS = dict.fromkeys(SLOW, pytest.mark.slow) | dict.fromkeys(STUDIES, pytest.mark.study)
 

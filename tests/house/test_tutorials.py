@@ -13,15 +13,11 @@ BUILT = ("build", "library", "data")
 """Folders of C and of the example data."""
 ELSEWHERE = {"add-an-effect"}
 """Followed in a copy of the project by test_add_an_effect.py."""
-STUDIES = {"cpp", "missing-effect", "my-soil", "my-vehicle", "nmpc-loop", "study"}
+CARRIED_OUT = [pytest.param(page, id=page.stem) for page in TUTORIALS if page.stem not in ELSEWHERE]
 """Minutes of computing, with commands that other tests run on less."""
-CARRIED_OUT = [
-    pytest.param(page, id=page.stem, marks=pytest.mark.study if page.stem in STUDIES else pytest.mark.slow)
-    for page in TUTORIALS
-    if page.stem not in ELSEWHERE
-]
 
 
+@pytest.mark.study
 @pytest.mark.compiler
 @pytest.mark.parametrize("page", CARRIED_OUT)
 def test_a_tutorial_runs_and_prints_what_it_says(page, tmp_path, installed):

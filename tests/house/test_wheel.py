@@ -39,7 +39,7 @@ def test_version(installed):
 
 
 def test_commands_find_what_comes_with_the_package(installed):
-    """Vehicles, soils and coefficients by their names and by default; the tutorials run the other commands."""
+    """Vehicles, soils and coefficients by their names and by default; tutorials run the other commands."""
     drive = softsoil.read_drive(CLAY_LOG).between(0.0, 8.0)
     softsoil.write_drive(drive, installed.folder / "short_clay.csv")
     for vehicle, command, options in (("paper", "estimate", ("--vehicle", "paper")), ("reference", "residual", ())):

@@ -28,6 +28,7 @@ def soil_file(tmp_path, verdict):
     return path
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_an_estimate_with_a_contradicted_vehicle_is_not_identified(tmp_path):
     drive = read_drive(MULTI_LOG).between(0.0, 12.0)

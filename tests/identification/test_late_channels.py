@@ -72,6 +72,7 @@ def test_a_declared_lag_stays_as_it_is(late):
         assert with_late_channels(declared, late) == (declared, ())
 
 
+@pytest.mark.study
 def test_a_steering_that_is_recorded_late_is_no_other_inertia_or_n():
     """By 0.03 s: with lags of zero and more, inertia and n took it up, and the vehicle was identified."""
     log, late = log_of("multi", 0.6, 3, 0.0), 0.03

@@ -87,6 +87,7 @@ def test_a_number_far_from_its_class_departs_from_it_though_the_drives_hardly_re
     assert verdict == "contradicts_given" and "c is 1383, given as 4140" in reason
 
 
+@pytest.mark.study
 def test_what_a_file_says_of_its_numbers_together_is_known_of_them():
     """Errors of phi and k that are almost one: the drive then knows phi better by what it says of k."""
     stated = CLAY.with_(uncertainty=(("phi", 0.003), ("k", 0.003)))

@@ -13,7 +13,7 @@ from softsoil.plant.suspension import STEER_TURN
 from softsoil.plant.world import Plant
 from softsoil.symbolic.soil import CLAY
 
-SEEDS = range(8)
+SEEDS = range(5)
 
 
 @pytest.fixture(scope="module")

@@ -199,6 +199,7 @@ def test_unknown_candidate_is_named(offset_drive, declared):
         refine([offset_drive], declared, candidates=["wind"])
 
 
+@pytest.mark.study
 def test_a_drive_that_ends_standing_and_reversing_is_refined_where_it_goes_forwards(offset_drive, declared, found):
     still = {name: np.full(400, values[-1]) for name, values in offset_drive.channels.items()}
     still["t"] = offset_drive.t[-1] + offset_drive.dt * np.arange(1, 401)

@@ -51,6 +51,7 @@ def declared() -> Declaration:
     return Declaration(reference_vehicle().with_(effects={}), CLAY)
 
 
+@pytest.mark.study
 @pytest.mark.filterwarnings("ignore:.*bias")
 def test_a_bank_is_named_without_v(banked, declared):
     found = refine([without(banked, "v")], declared, workers=1, candidates=CANDIDATES)

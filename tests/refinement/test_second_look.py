@@ -121,6 +121,7 @@ def test_what_is_there_stands_far_enough_from_absence_on_the_same_side(value, st
     assert still_there(Found(value, std), Found(800.0, 90.0), catalogue(vehicle())["yaw_moment"]) is there
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_what_free_starts_do_not_show_is_not_named(clean, monkeypatch):
     """A yaw moment that the tracing were to name on a drive without one."""

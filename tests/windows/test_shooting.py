@@ -70,6 +70,7 @@ def test_no_window_begins_in_a_gap_or_runs_across_most_of_one() -> None:
     assert np.isfinite(left).mean(axis=(1, 2)).min() > 0.4 and np.nanmax(np.abs(left)) < 0.01
 
 
+@pytest.mark.study
 def test_forces_that_build_up_are_there_where_a_window_begins() -> None:
     vehicle = reference_vehicle()
     model = bicycle(vehicle, CLAY, effects={**vehicle.effects, "relaxation": {"relaxation_length": 0.6}})
