@@ -9,10 +9,10 @@ or --fit-noise, less --absent, on soils and n drawn by the seed, beside one that
 three other drives on other n with Table-5 noise (robots: "good", their lateral velocity is less than Table 5's noise): n by
 windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against what the true wheel
 forces of the fitted logs balance with; with --effects, what `refine` names on drives with a payload, a steering offset, a
-bank and a steering lag, and on drives without one, and its verdicts on n: right is what is named with a size at most 20 %
-off. Each is met on the drives of --logs, traced in one call, each on a soil of its own; and what `estimate`, and the
-vehicle's generated library, say of n on each of these drives alone, the library while driving, too. True values are read to
-judge only.
+bank and a steering lag, on drives without one, and on ground of the other kind, and its verdicts on n: right is what is named
+with a size at most 20 % off. Each is met on the drives of --logs, traced in one call, each on a soil of its own; and what
+`estimate`, and the vehicle's generated library, say of n on each of these drives alone, the library while driving, too. True
+values are read to judge only.
 Looked at were seeds 0 to 2 while this command was made; 100, 101 and 104 while the rules of contradiction were; 100 to 102
 while loads were looked at a second time; 200 to 202 while their sizes were; all of these, 105, 106, 110 to 118 while the
 strain of the numbers was; many of these, 120 to 128 and 134 while the load was that a drive must show; 400 to 402, 500 and
@@ -41,6 +41,7 @@ from softsoil.mpc_demo.blind_test import as_the_catalogue_says, relative_error, 
 from softsoil.plant.drawn_vehicle import DRAW
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.noise import add_noise
+from softsoil.refinement.doubts import grounds
 from softsoil.refinement.refine import refine
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.trace import Candidate
@@ -52,6 +53,8 @@ BETWEEN = 100
 """Between the numbers of drives with the same effect."""
 NOTHING = "nothing"
 """What a drive without an effect is called."""
+GROUND = "shears_anew"
+"""Switch of a drive on the other kind of ground than that of the logs which the vehicle is identified from."""
 SIZE = 0.2
 """Error of an effect's size, as a share, that is right at most."""
 LOCKED = {"centre_lock": 1.0, "front_drive": 0.5}
@@ -194,10 +197,11 @@ def _judged(case: Case, vehicle: Vehicle, absent: Sequence[str], noise: str, ste
 def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[str], noise: str) -> list[Traced]:
     """What is traced with each effect, and without one, or with those that are `asked` for, by sensors with a `noise`."""
     results: list[Traced] = []
-    known = {*effects_of(case), NOTHING}
+    met = {**effects_of(case), "": ({}, {}), GROUND: ({GROUND: True}, {})}
+    known = {*met, NOTHING}
     if not {*asked} <= known:
         raise SystemExit(f"--switches: expected some of {', '.join(sorted(known))}, found {', '.join(asked)}")
-    for number, (switch, (settings, truth)) in enumerate([*effects_of(case).items(), ("", ({}, {}))], FIRST_EFFECT):
+    for number, (switch, (settings, truth)) in enumerate(met.items(), FIRST_EFFECT):
         if asked and (switch or NOTHING) not in asked:
             continue
         numbers = [number + BETWEEN * i for i in range(len(kinds))]
@@ -205,9 +209,11 @@ def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[
         drives = [add_noise(log.drive, noise, 2000 * case.seed + one) for log, one in zip(logs, numbers, strict=True)]
         declared = Declaration(vehicle, logs[0].soil)
         found = refine(drives, declared, soils=[log.soil for log in logs], workers=1)
-        wanted = {"kind": "effect" if switch else "clean", "name": switch, "truth": truth.get("size")}
+        wanted = {"kind": "effect" if truth else "clean", "name": switch, "truth": truth.get("size")}
         called = as_the_catalogue_says(wanted, declared)
         right, why = score(called, found)
+        if switch == GROUND:
+            right, why = [one.name for one in found.contradicted] == [*grounds(vehicle)], _contradicted(found)
         if right and found.effects:
             sizes = [relative_error(name, value, str(called["name"]), found) for name, value in called["truth"].items()]
             right = max(map(abs, sizes)) <= SIZE
@@ -223,6 +229,12 @@ def _traced(case: Case, vehicle: Vehicle, kinds: Sequence[str], asked: Sequence[
         wrong = sum(v.usable and abs(e) > TRUSTED for e, v in zip(off, found.judged, strict=True))
         results.append(Traced(switch or NOTHING, right, wrong, len(off), *_alone(vehicle, drives, logs)))
     return results
+
+
+def _contradicted(found: Refinement) -> str:
+    """Numbers that are contradicted, with what the drives make of them, and effects that are named."""
+    numbers = [f"{one.name} {one.value:.2f} ± {one.std:.2f}" for one in found.contradicted]
+    return " ".join([*numbers, *(effect.name for effect in found.effects)])
 
 
 def _in_errors(found: Refinement, truth: Mapping[str, float]) -> str:

@@ -10,11 +10,14 @@ from softsoil.refinement.fit import Free
 from softsoil.refinement.known_vehicle import Known
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.trace import Bench, fit_base, reweighted
-from softsoil.refinement.vehicle_numbers import FIXED, WIDE, by_name, expected, own_layout
+from softsoil.refinement.vehicle_numbers import FIXED, OTHER_GROUND, WIDE, by_name, expected, own_layout
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.signals import Layout, Signal
 from softsoil.symbolic.vehicle import NUMBERS, Vehicle
+
+HALF_WAY = 0.5
+"""Share of the way from one kind of ground to the other from which on drives show that it is the other."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,30 @@ def doubts(vehicle: Vehicle) -> dict[str, Doubt]:
             if not fixed and value != signal.nominal and np.isfinite(std):
                 found[name] = Doubt(replace(signal, nominal=value), std, wide(name, value, std))
     return found
+
+
+def grounds(vehicle: Vehicle) -> dict[str, Doubt]:
+    """The parameters of declared effects that say of which kind the ground is, by name: no drive moves them by a little."""
+    found = {}
+    for key, table in OTHER_GROUND.items():
+        effect = catalogue(vehicle)[key]
+        for name in table if key in vehicle.effects else ():
+            signal = effect.parameters[name]
+            way = abs(FIXED[key][name] - table[name])
+            declared = replace(signal, nominal=vehicle.effects[key].get(name, signal.nominal))
+            found[name] = Doubt(declared, HALF_WAY * way, way)
+    return found
+
+
+def other_ground(vehicle: Vehicle) -> dict[str, Effect]:
+    """Ground of the other kind than the declared one, as candidates by name: from half of the way on it is that."""
+    return {
+        name: replace(
+            wrong_number(doubt), doc="ground of the other kind than declared", kind="soil", separates="drives on both kinds",
+            parameters=Layout.of(replace(doubt.signal, spread=HALF_WAY * doubt.wide / RULES.least_size)),
+        )
+        for name, doubt in grounds(vehicle).items()
+    }  # fmt: skip
 
 
 def loosened(bench: Bench, vehicle: Vehicle) -> tuple[Bench, dict[str, Effect]]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from softsoil.declaration.model_file import Declaration
-from softsoil.refinement.doubts import doubts
+from softsoil.refinement.doubts import doubts, grounds
 from softsoil.refinement.drive_n import DriveN, FittedDrives
 from softsoil.refinement.fit import Fit
 from softsoil.refinement.result import FittedNumber, TracedEffect
@@ -71,7 +71,7 @@ def handed_on(
 def _fitted(vehicle: Vehicle, bench: Bench, last: Fit, joint: bool) -> tuple[FittedNumber, ...]:
     """The declared numbers that were free in a fit, with what is known of them beforehand: by themselves, or, where the fit had
     that, by the joint error of the vehicle's file whatever the others are."""
-    table, values = doubts(vehicle), last.named()
+    table, values = {**doubts(vehicle), **grounds(vehicle)}, last.named()
     stated = {name: doubt.std for name, doubt in table.items()}
     if joint and vehicle.joint_error is not None:
         stated |= dict(zip(vehicle.joint_error.names, vehicle.joint_error.std, strict=True))
@@ -92,7 +92,11 @@ def moved(vehicle: Vehicle, final: Bench) -> Vehicle:
     """The vehicle with its numbers, and the parameters of its declared effects, where a fit has moved them."""
     numbers = {f.name: float(final.absent[0, final.model.p.index(f.name)]) for f in final.known}
     own = {n.name: numbers[n.name] for n in NUMBERS if n.name in numbers}
-    effects = {key: {k: numbers.get(k, v) for k, v in values.items()} for key, values in vehicle.effects.items()}
+    known = catalogue(vehicle)
+    effects = {
+        key: {k: numbers[k] if k in numbers else values[k] for k in known[key].parameters.names if k in numbers or k in values}
+        for key, values in vehicle.effects.items()
+    }
     return vehicle.with_(effects=effects, **own)
 
 

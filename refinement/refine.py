@@ -23,7 +23,7 @@ from softsoil.estimator.tuning import Tuning, common_error
 from softsoil.recording.copies import refuse_copies
 from softsoil.recording.drive import STATE_CHANNELS, Recording
 from softsoil.recording.log_names import distinct
-from softsoil.refinement.doubts import loosened
+from softsoil.refinement.doubts import loosened, other_ground
 from softsoil.refinement.drive_n import DriveN, FittedDrives, not_to_be_used
 from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.ground import fitted_ground
@@ -101,7 +101,7 @@ def refine(
     effects_tried = open_effects(declaration, possible)
     lacked = unsupported(recordings, declaration, candidates)
     rivals = {name: channels for name, channels in lacked.items() if name in effects_tried}
-    selection = select(loose, effects_tried, numbers, workers, progress, repeated, rivals)
+    selection = select(loose, {**effects_tried, **other_ground(vehicle)}, numbers, workers, progress, repeated, rivals)
     look = look_twice(recordings, declaration, bench, selection, effects_tried, not repeated, start)
     selection, fits = look.selection, look.fits
     # The declared model: its numbers as declared, or within their joint error where windows with free starts have fitted them.

@@ -8,9 +8,11 @@ from collections.abc import Sequence
 from softsoil.estimator.verdict import IDENTIFIED
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.trace import Candidate
+from softsoil.refinement.vehicle_numbers import OTHER_GROUND
 
 JUDGED_STATES = ("v", "omega_z", "psi", "y")
 JUDGED_HORIZON = "2.5"
+KINDS_OF_GROUND = {name for table in OTHER_GROUND.values() for name in table}
 OF_THE_SPEED = 1.5
 """Times as much as the lateral channels from which on the speed's held-out error, which falls with a drag, is spoken of."""
 
@@ -22,6 +24,11 @@ def verdict_sentence(found: Refinement) -> str:
         wrong = f" They contradict the vehicle's {_numbers(found)}." if found.contradicted else ""
         return f"Effect: beyond the declared model the data support {names}.{wrong}"
     if found.verdict == "contradicts_given":
+        if all(number.name in KINDS_OF_GROUND for number in found.contradicted):
+            return (
+                "Contradicts the vehicle file: the data support no effect, but ground of the other kind than declared "
+                f"({_numbers(found)}); take the refined file on it."
+            )
         return (
             f"Contradicts the vehicle file: the data support no effect, but another {_numbers(found)} than declared; measure "
             "it again, or identify the vehicle anew."
