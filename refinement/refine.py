@@ -29,7 +29,7 @@ from softsoil.refinement.excitation import one_wave
 from softsoil.refinement.ground import fitted_ground
 from softsoil.refinement.handed_on import handed_on, moved
 from softsoil.refinement.observations import carried, lacking, ruled_out
-from softsoil.refinement.remarks import inseparable, notes, on_bound, would_separate
+from softsoil.refinement.remarks import inseparable, notes, on_bound, one_by_one, would_separate
 from softsoil.refinement.residual import unjudged
 from softsoil.refinement.result import Refinement
 from softsoil.refinement.rules import RULES
@@ -46,7 +46,6 @@ from softsoil.symbolic.vehicle import Vehicle
 from softsoil.symbolic.wheel import force_law
 
 Array = NDArray[np.float64]
-
 
 
 def refine(
@@ -175,6 +174,7 @@ def refine(
     lines += tuple(f"{r.name}: {one.sentence}" for r, found in zip(recordings, clocks, strict=False) for one in found) + unnamed
     lacks = bool(selection.unnamable or selection.undecided or hidden or any(clocks)) or _lacks(bench, left, look, after)
     verdict = "effect" if effects else "contradicts_given" if contradicted else "unexplained" if lacks else "none"
+    lines += one_by_one(verdict, len(recordings))
     return Refinement(
         verdict=verdict,
         effects=effects,

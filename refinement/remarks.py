@@ -66,6 +66,13 @@ def would_separate(groups: Sequence[Sequence[str]], verdict: str, selection: Sel
     return ""
 
 
+def one_by_one(verdict: str, drives: int) -> tuple[str, ...]:
+    """What else may be tried where several drives are left unexplained: they may differ in what the model lacks of them."""
+    if verdict != "unexplained" or drives < 2:
+        return ()
+    return ("drives of one call are taken to have the same effects: where load or slope may differ, trace each alone",)
+
+
 def _manoeuvres(group: Sequence[str], known: Mapping[str, Effect]) -> str:
     """What each effect of a group says of telling it from its like, each said once, with its names where several are."""
     said: dict[str, list[str]] = {}

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from softsoil.refinement.remarks import one_by_one
 from softsoil.refinement.selection import Selection, select
 from softsoil.refinement.words import verdict_sentence
 
@@ -13,6 +14,11 @@ def test_none_is_not_said_without_what_is_left(left, said):
     """An identified vehicle's file is not strained by a small load, which a rear axle left by 49 % still shows."""
     found = SimpleNamespace(verdict="none", judged=(), structure=(SimpleNamespace(left=False), SimpleNamespace(left=left)))
     assert said in verdict_sentence(found)
+
+
+def test_drives_that_may_differ_are_to_be_traced_alone():
+    assert one_by_one("unexplained", 2)[0].endswith("trace each alone")
+    assert one_by_one("unexplained", 1) == one_by_one("effect", 2) == one_by_one("none", 3) == ()
 
 
 ALIKE = ("payload", "rate_damping", "wheel_speed_scale")
