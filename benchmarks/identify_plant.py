@@ -2,9 +2,10 @@
 
 Run: python -m benchmarks.identify_plant [--seeds 3] [--first 100] [--effects | --only-numbers] [--logs multi,lock]
     [--vehicles FOLDER] [--again --only-effects] [--switches load_carried,nothing] [--noise good] [--fit-noise good]
-    [--absent v] [--judged-absent v] [--robots] [--lag 0.1] [--late 0.03] [--anew]
+    [--absent v] [--judged-absent v] [--robots] [--lag 0.1] [--late 0.03] [--anew] [--rear-wheel 1.15,1.3]
 Per seed a vehicle (600 to 4000 kg, wheels of 0.25 to 0.6 m, wheelbase 1.8 to 3.6 m, either suspension at either axle),
-measured with its errors; with --robots one of 180 to 350 kg. Fitted: one lock and one multi-sine drive with the noise "good"
+measured with its errors; with --robots one of 180 to 350 kg; with --rear-wheel its rear wheels have so many times the radius and
+the width of the front ones, and its axles an open centre. Fitted: one lock and one multi-sine drive with the noise "good"
 or --fit-noise, less --absent, on soils and n drawn by the seed, beside one that the identification leaves out. Judged, on
 three other drives on other n with Table-5 noise (robots: "good", their lateral velocity is less than Table 5's noise): n by
 windows and by the filter, verdicts, predictions over 2.5 s from clean states; the yaw inertia against what the true wheel
@@ -93,12 +94,15 @@ def main() -> None:
     parser.add_argument("--only-numbers", action="store_true", help="identify only: no other drives")
     parser.add_argument("--vehicles", type=Path, default=Path("runs/identify_plant"), help="folder of the identified files")
     parser.add_argument("--robots", action="store_true", help="light robots in the place of cars and trucks")
+    parser.add_argument("--rear-wheel", default="1,1", help="radius and width of rear wheels over those of front ones")
     parser.add_argument("--again", action="store_true", help="judge the files in the folder in the place of new ones")
     asked = parser.parse_args()
     asked.vehicles.mkdir(parents=True, exist_ok=True)
     inertias, departures, judged, named = [], [], [], []
+    radius, width = map(float, asked.rear_wheel.split(","))
+    drawn = replace(ROBOTS if asked.robots else DRAW, rear_wheel=(radius, width))
     for seed in range(asked.first, asked.first + asked.seeds):
-        case, file = case_of(seed, ROBOTS if asked.robots else DRAW), asked.vehicles / f"vehicle_{seed}.toml"
+        case, file = case_of(seed, drawn), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
         steering = Steering(asked.lag, asked.late, asked.anew)
         vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent, steering)

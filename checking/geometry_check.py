@@ -15,7 +15,7 @@ from scipy.signal import lfilter, savgol_filter
 
 from softsoil.recording.clock import REACH, at_clock, on_even_clock, unwrapped
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, Recording
-from softsoil.recording.geometry import Geometry
+from softsoil.recording.geometry import Geometry, radius_of
 from softsoil.recording.states import sensor_std
 
 WINDOW = 2.0
@@ -169,10 +169,11 @@ def beyond_doubt(recording: Recording, geometry: Geometry) -> str:
     """What in a log contradicts the vehicle's geometry beyond doubt, in one sentence; empty where nothing does."""
     radius, name = rolling_radius(recording), getattr(geometry, "name", "declared")
     if radius is not None:
-        slip = 1.0 - radius / geometry.radius
-        if not SLIPS[0] <= slip <= SLIPS[1]:
+        wheels = [radius_of(geometry, wheel) for wheel in WHEEL_CHANNELS if wheel in recording]
+        declared = len(wheels) / sum(1.0 / one for one in wheels)
+        if not SLIPS[0] <= 1.0 - radius / declared <= SLIPS[1]:
             return (
-                f"{recording.name}: expected wheels of radius {geometry.radius:.3g} m as vehicle {name} has them, found "
+                f"{recording.name}: expected wheels of radius {declared:.3g} m as vehicle {name} has them, found "
                 f"speeds that {radius:.3g} m rolls at"
             )
     place = front_axle([recording])

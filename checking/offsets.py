@@ -19,7 +19,7 @@ from softsoil.checking.speed import over_ground
 from softsoil.recording.clock import on_even_clock, unwrapped
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, Recording
 from softsoil.recording.evidence import SLOWEST, SPIKE, interpolated, lagged
-from softsoil.recording.geometry import Geometry
+from softsoil.recording.geometry import Geometry, radius_of
 from softsoil.recording.noise_level import noise_level
 
 REACH = 2.0
@@ -191,7 +191,8 @@ def _wheels(c: _Clocked, geometry: Geometry) -> Offset | None:
     if not c.has(*WHEEL_CHANNELS, "omega_z"):
         return None
     left_f, right_f, left_r, right_r = (c[name] for name in WHEEL_CHANNELS)
-    turning = 0.5 * geometry.radius * ((right_f - left_f) / geometry.track + (right_r - left_r) / geometry.rear_track)
+    front, rear = geometry.radius / geometry.track, geometry.rear_radius / geometry.rear_track
+    turning = 0.5 * (front * (right_f - left_f) + rear * (right_r - left_r))
     found = best_offset("wheels", "yaw rate", turning, np.zeros_like(turning), [c["omega_z"]], c.dt)
     if found is None:
         return None
@@ -228,7 +229,8 @@ def _steering(c: _Clocked, geometry: Geometry) -> Offset | None:
         features = [force, force**3]
         names = [name for name in WHEEL_CHANNELS if c.has(name)]
         if names:  # a wheel that slips needs a larger slip angle for the same force
-            slip = 1.0 - u / np.maximum(geometry.radius * np.mean([c[name] for name in names], axis=0), SLOWEST)
+            rim = np.mean([radius_of(geometry, name) * c[name] for name in names], axis=0)
+            slip = 1.0 - u / np.maximum(rim, SLOWEST)
             features += [force * slip, force * slip**2]
         return best_offset("steer", "front axle's motion", c["steer"], course, features, c.dt)
     # Without lateral velocity the rear axle's slip stands in: (v - l_r omega_z)/u falls with its force.

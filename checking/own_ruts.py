@@ -52,10 +52,11 @@ def with_ruts(recording: Recording, geometry: Geometry) -> Recording:
 def _stretches(recording: Recording, geometry: Geometry) -> tuple[tuple[float, float], ...]:
     """Start and end (s) of each stretch in which a wheel runs within its width of where one ran before."""
     path, noise = driven_path(recording, geometry)
-    reach = geometry.width + SIGMAS * np.sqrt(2.0) * noise
-    if reach > geometry.width + FARTHEST:
+    width = max(geometry.width, geometry.rear_width)
+    reach = width + SIGMAS * np.sqrt(2.0) * noise
+    if reach > width + FARTHEST:
         return ()
-    step = max(0.5 * geometry.width, 0.1)
+    step = max(0.5 * width, 0.1)
     along, passage = _along(recording)
     places = np.arange(0.0, along[-1], step)  # of a slow log also between its rows
     if len(places) < 3:

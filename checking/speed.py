@@ -7,7 +7,7 @@ import numpy as np
 from softsoil.checking.words import Check
 from softsoil.recording.drive import WHEEL_CHANNELS, Recording
 from softsoil.recording.evidence import Motion, interpolated, regress
-from softsoil.recording.geometry import Geometry
+from softsoil.recording.geometry import Geometry, radius_of
 from softsoil.recording.noise_level import noise_level
 
 EXPECTED = "a speed over ground, which wheels that drive or brake slip against"
@@ -29,7 +29,7 @@ def speed_checks(m: Motion, geometry: Geometry) -> list[Check]:
     wheels = {name: m.channel(name) for name in WHEEL_CHANNELS}
     if not all(np.isfinite(values).any() for values in wheels.values()):
         return []
-    u, rim = m.channel("u"), {name: geometry.radius * values for name, values in wheels.items()}
+    u, rim = m.channel("u"), {name: radius_of(geometry, name) * values for name, values in wheels.items()}
     steer = interpolated(m.channel("steer"), round(0.5 / m.log.dt))
     front, rear = 0.5 * (rim["omega_fl"] + rim["omega_fr"]), 0.5 * (rim["omega_rl"] + rim["omega_rr"])
     every = 0.5 * (front + rear)

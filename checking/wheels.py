@@ -11,7 +11,7 @@ from softsoil.checking.scale import unit_hint
 from softsoil.checking.words import LIMITS, Check
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.evidence import Motion, interpolated, lagged, regress
-from softsoil.recording.geometry import Geometry, corners
+from softsoil.recording.geometry import Geometry, corners, radius_of
 
 GRAVITY = 9.81
 """m/s^2"""
@@ -48,7 +48,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             continue
         angle = steer if steered else np.zeros_like(steer)
         centre = (u - y * omega_z) * np.cos(angle) + (v + x * omega_z) * np.sin(angle)
-        rolled = m.driven(m.mean(geometry.radius * spin)) / m.mean(centre)
+        rolled = m.driven(m.mean(radius_of(geometry, name) * spin)) / m.mean(centre)
         if np.isfinite(rolled).sum() >= 8:
             ratios[name] = float(np.nanmedian(rolled))
     if not ratios:
@@ -61,7 +61,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
         if ratio < 0.0 and abs(ratio) > 0.1:
             checks.append(Check(f"wheel_{name}", name, False, found, expected, f"sign = -1 for {name}", True))
         elif not low <= ratio <= high:
-            hint = unit_hint(name, ratio) or _of_rim(ratio, geometry.radius)
+            hint = unit_hint(name, ratio) or _of_rim(ratio, radius_of(geometry, name))
             hint += " (is the vehicle's radius a diameter?)" if DIAMETER[0] < middle < DIAMETER[1] else ""
             cure = f"correct the unit of {name}{hint}, its radius, or leave it out"
             checks.append(Check(f"wheel_{name}", name, False, found, expected, cure, True))
@@ -74,7 +74,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             # The slip that the other wheels have is no sensor's.
             rolling = float(np.median([r for other, r in ratios.items() if other != name])) if odd and len(ratios) > 2 else 1.0
             cure = f"factor = {rolling / ratio:.3f} for {name}, or another radius" if odd or slips else ""
-            cure += _of_rim(ratio, geometry.radius) if slips and not odd else ""
+            cure += _of_rim(ratio, radius_of(geometry, name)) if slips and not odd else ""
             cure += "; or the wheels slip as much on this ground" if slips and not odd and ratio > 1.0 else ""
             if odd and alike:
                 cure = (
@@ -142,7 +142,7 @@ def side_checks(m: Motion, geometry: Geometry) -> list[Check]:
     turning, speed = m.mean(m.channel("omega_z")), m.speed
     for axle, track in (("f", geometry.track), ("r", geometry.rear_track)):
         left, right = m.channel(f"omega_{axle}l"), m.channel(f"omega_{axle}r")
-        apart = m.driven(geometry.radius * (m.mean(right) - m.mean(left)))
+        apart = m.driven(radius_of(geometry, f"omega_{axle}l") * (m.mean(right) - m.mean(left)))
         line = regress(apart, track * turning, speed**2 * turning / GRAVITY, np.ones(m.windows))
         if line is None or not line.std[0] < 0.25:
             continue

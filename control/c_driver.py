@@ -76,7 +76,8 @@ def driver_values(ocp: Ocp, model: Model, settings: DriverSettings) -> dict[str,
         "farthest": number(FARTHEST), "largest": number(LARGEST), "latest": number(LATEST),
         "standing_share": number(STANDING_SHARE), "least_room": number(SETTINGS.least_room, 17),
         "least_speed": f"{ocp.settings.speed[0]:g}", "greatest_speed": f"{ocp.settings.speed[1]:g}",
-        "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17), "absent": _list(ABSENT),
+        "extra_std": number(tuning.extra_std, 17), "radius": number(ocp.vehicle.radius, 17),
+        "radius_rear": number(ocp.vehicle.rear_radius, 17), "absent": _list(ABSENT),
     }  # fmt: skip
 
 

@@ -49,6 +49,7 @@ from softsoil.control.tick_clock import TickClock
 from softsoil.declaration.model_file import Declaration
 from softsoil.estimator.terrain_filter import FilterStatus
 from softsoil.recording.drive import STATE_CHANNELS, UNSEEN, WHEEL_CHANNELS
+from softsoil.recording.geometry import radius_of
 from softsoil.symbolic.soil import SOIL_SIGNALS
 
 Array = NDArray[np.float64]
@@ -199,8 +200,8 @@ class Driver:
         slowest = -u / (steps * self.settings.tick)  # brakes hold a vehicle that stands
         a_x = accelerometer + v * omega_z if np.isfinite(accelerometer) else max(self.a_x, slowest)
         wheels = {name: given(measured, name, np.nan) for name in WHEEL_CHANNELS}
-        seen = np.array(list(wheels.values()))
-        slip, way = self.slip, self.ocp.vehicle.radius * seen.mean()
+        rims = [radius_of(self.ocp.vehicle, name) * speed for name, speed in wheels.items()]
+        slip, way = self.slip, float(np.mean(rims))
         if not np.isfinite(way):
             inputs = self.solver.model_inputs(
                 self._z0(), np.array([self.steer_rate, a_x]), self._parameters(self.estimator.n)

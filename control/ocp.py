@@ -146,18 +146,18 @@ class Ocp:
 
     def external(self, z: ca.SX, w: ca.SX, s: ca.SX) -> ca.SX:
         """(n_external,) inputs of the model, its wheel speeds following from the motion: with a locked centre differential
-        the axles turn alike, omega = (v_xf + v_xr)/(2 r (1 - slip)), and each wheel by its own way more or less.
+        the axles' rims turn alike, r omega = (v_xf + v_xr)/(2 (1 - slip)), and each wheel by its own way more or less.
         """
         v = self.vehicle
         u, v_y, omega_z, steer = (z[self.z.index(name)] for name in ("u", "v", "omega_z", "steer"))
         slip = s[self.s.index("slip")] + s[self.s.index("slip_gain")] * w[1]
-        scale = 1.0 / (v.radius * (1.0 - slip))
+        scale = {radius: 1.0 / (radius * (1.0 - slip)) for radius in (v.radius, v.rear_radius)}
         cos, sin = ca.cos(steer), ca.sin(steer)
         front = u * cos + (v_y + v.l_f * omega_z) * sin
         values: dict[str, Any] = {"steer": steer, "steer_rate": w[0], "a_x": w[1]}
         for name, is_front, side in WHEELS:
             turn = -side * (v.track if is_front else v.rear_track) / 2 * omega_z * (cos if is_front else 1.0)
-            values[f"omega_{name}"] = scale * (0.5 * (front + u) + turn)
+            values[f"omega_{name}"] = scale[v.radius if is_front else v.rear_radius] * (0.5 * (front + u) + turn)
         return ca.vertcat(*[values.get(signal.name, signal.nominal) for signal in self.model.external])
 
     def dynamics(self) -> ca.Function:
@@ -231,7 +231,7 @@ class Ocp:
 
 def half_width(vehicle: Vehicle) -> float:
     """Half the width of a vehicle over its wheels (m)."""
-    return 0.5 * (max(vehicle.track, vehicle.rear_track) + vehicle.width)
+    return 0.5 * max(vehicle.track + vehicle.width, vehicle.rear_track + vehicle.rear_width)
 
 
 def _bearing(q: Quantities, axle: str) -> Any:

@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from softsoil.symbolic.bicycle import Corner, body_force
+from softsoil.symbolic.bicycle import Corner, body_force, radius_of
 from softsoil.symbolic.effect import each_wheel
 from softsoil.symbolic.history import lag_share
 from softsoil.symbolic.model import Correction, Memory, Model, Quantities, Scalar
@@ -60,7 +60,7 @@ def with_driveline(model: Model, wheels: Sequence[str]) -> Model:
         if len(free) < len(_names(corner)):
             return corner.with_(contact=replace(corner.contact, omega=q[f"spin_{_other(free[0])}"]))
         rim = corner.contact.v_x * (1.0 + _mean([q[f"slip_{c}"] for c in free]))
-        return corner.with_(contact=replace(corner.contact, omega=rim / q["radius"]))
+        return corner.with_(contact=replace(corner.contact, omega=rim / radius_of(q, corner)))
 
     def advance(q: Quantities) -> Quantities:
         share, moves, kept = lag_share(q["dt"], SETTLING), _moves(q, names), q["memory"]
@@ -77,7 +77,7 @@ def with_driveline(model: Model, wheels: Sequence[str]) -> Model:
     )  # fmt: skip
     numbers = DRIVELINE.with_nominal(**getattr(model.geometry, NAME, {}))
     turning = Correction(
-        each_wheel(turned), ("radius", "wheel.contact.v_x", *(f"spin_{c}" for c in measured)),
+        each_wheel(turned), ("radius", "radius_rear", "wheel.contact.v_x", *(f"spin_{c}" for c in measured)),
         sets=("wheel.contact.omega",), effect=NAME,
     )
     return replace(model, u=model.u + slips, p=model.p + numbers, memories=(*model.memories, memory)).correct(
@@ -96,29 +96,30 @@ def _moves(q: Quantities, names: Sequence[str]) -> dict[str, Scalar]:
     ahead, all_slips = ca.vertcat(*[wheels[c].force.f_x for c in names]), ca.vertcat(*[q[f"slip_{c}"] for c in names])
     slopes = ca.jtimes(ahead, all_slips, ca.DM.ones(len(names)))  # a wheel's force has no slip but its own
     slope = {c: ca.fmax(slopes[i], LEAST_STIFFNESS * wheels[c].load) for i, c in enumerate(names)}
-    torque = {c: -w.force.m_y for c, w in wheels.items()}
-    moves = {c: (torque[_other(c)] - torque[c]) / (q["radius"] * slope[c]) for c in names if _other(c) not in names}
+    pull = {c: -w.force.m_y / radius_of(q, w) for c, w in wheels.items()}
+    moves = {c: (pull[_other(c)] - pull[c]) / slope[c] for c in names if _other(c) not in names}
     axles = [axle for axle in AXLES if all(axle + side in names for side in SIDES)]
     if not axles:
         return moves
     stiff = {axle: slope[f"{axle}l"] + slope[f"{axle}r"] for axle in axles}
     missing = q["mass"] * q["specific_x"] - sum(w.count * body_force(w)[0] for w in q["wheels"])
-    mean = {axles[0]: missing / stiff[axles[0]]} if len(axles) == 1 else _both_axles(q, stiff, missing, torque, wheels)
+    mean = {axles[0]: missing / stiff[axles[0]]} if len(axles) == 1 else _both_axles(q, stiff, missing, pull, wheels)
     for axle in axles:
-        aside = (torque[f"{axle}r"] - torque[f"{axle}l"]) / (q["radius"] * stiff[axle])
+        aside = (pull[f"{axle}r"] - pull[f"{axle}l"]) / stiff[axle]
         moves |= {f"{axle}l": mean[axle] + aside, f"{axle}r": mean[axle] - aside}
     return moves
 
 
 def _both_axles(
-    q: Quantities, stiff: dict[str, Scalar], missing: Scalar, torque: dict[str, Scalar], wheels: dict[str, Any]
+    q: Quantities, stiff: dict[str, Scalar], missing: Scalar, pull: dict[str, Scalar], wheels: dict[str, Any]
 ) -> dict[str, Scalar]:
-    """Axle -> move of its slip that gives both together the force that is missing (N), and the centre what it does."""
+    """Axle -> move of its slip that gives both together the force that is missing (N), and the centre what it does: to rims, as
+    the final drives of axles with wheels of two sizes are made."""
     lock, front, total = q["centre_lock"], q["front_drive"], stiff["f"] + stiff["r"]
-    spin = {c: 0.5 * w.contact.omega for c, w in wheels.items()}
-    apart = q["radius"] * (spin["fl"] + spin["fr"] - spin["rl"] - spin["rr"])
+    rim = {c: 0.5 * radius_of(q, w) * w.contact.omega for c, w in wheels.items()}
+    apart = rim["fl"] + rim["fr"] - rim["rl"] - rim["rr"]
     faster = total * apart / ca.sqrt(q["u"] * q["u"] + STANDING**2)
-    uneven = ((1.0 - front) * (torque["fl"] + torque["fr"]) - front * (torque["rl"] + torque["rr"])) / q["radius"]
+    uneven = (1.0 - front) * (pull["fl"] + pull["fr"]) - front * (pull["rl"] + pull["rr"])
     wrong = lock * faster + (1.0 - lock) * uneven
     by_front = lock * total + (1.0 - lock) * (1.0 - front) * stiff["f"]
     by_rear = -lock * total - (1.0 - lock) * front * stiff["r"]

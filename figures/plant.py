@@ -31,9 +31,10 @@ def ruts(plant: Plant, axis: Axes) -> PathCollection:
 def outline(vehicle: PlantVehicle, x: float, y: float, psi: float, delta: float) -> list[Array]:
     """Corners (4, 2) of body and wheels, given the point on the front axle (m), heading and road-wheel angle (rad)."""
     base, half = vehicle.l_f + vehicle.l_r, vehicle.half_track
-    radius, width = float(vehicle.machine.radius[0]), float(vehicle.machine.width[0])
+    machine = vehicle.machine
     boxes = [(-0.5 * base, 0.0, 0.5 * base + 0.45, 0.45, 0.0)]
-    for ahead, angle in ((0.0, delta), (-base, 0.0)):
+    for ahead, angle, wheel in ((0.0, delta, 0), (-base, 0.0, 2)):
+        radius, width = float(machine.radius[wheel]), float(machine.width[wheel])
         boxes += [(ahead, side * half, radius, 0.5 * width, angle) for side in (1, -1)]
     shapes = []
     for ahead, aside, length, breadth, angle in boxes:

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from softsoil.symbolic.bicycle import body_force
+from softsoil.symbolic.bicycle import body_force, radius_of
 from softsoil.symbolic.model import Model, Quantities
 from softsoil.windows.free_windows import FreeWindows, Linear
 from softsoil.windows.parameters import Free
@@ -39,8 +39,8 @@ def balances(model: Model) -> ca.Function:
 def _balances(q: Quantities) -> Quantities:
     wheels = {corner.name: corner for corner in q["wheels"]}
     along = sum(corner.count * body_force(corner)[0] for corner in wheels.values())
-    torque = {name: corner.force.m_y for name, corner in wheels.items()}
-    apart = {axle: (torque[f"{axle}l"] - torque[f"{axle}r"]) / (q["radius"] * q[f"load_{axle}"]) for axle in "fr"}
+    pull = {name: corner.force.m_y / radius_of(q, corner) for name, corner in wheels.items()}
+    apart = {axle: (pull[f"{axle}l"] - pull[f"{axle}r"]) / q[f"load_{axle}"] for axle in "fr"}
     return {
         "balance_longitudinal": along / q["mass"] - q["specific_x"],
         "balance_front": apart["f"],

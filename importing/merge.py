@@ -19,7 +19,7 @@ from softsoil.recording.between import samples
 from softsoil.recording.clock import at_clock
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import interpolated
-from softsoil.recording.geometry import Geometry
+from softsoil.recording.geometry import Geometry, radius_of
 from softsoil.recording.outliers import left_out, outliers
 
 LEAST = ("u", "omega_z", "steer")
@@ -74,7 +74,7 @@ def merge(
     for channel, origin in plan.channels.items():
         one = series[origin.source]
         samples_of = origin.samples(one)
-        values, beyond = origin.si(samples_of, geometry.radius), origin.beyond(samples_of)
+        values, beyond = origin.si(samples_of, radius_of(geometry, channel)), origin.beyond(samples_of)
         good = np.isfinite(values)
         if good.sum() < 2:
             raise ValueError(
@@ -213,7 +213,8 @@ def _one_for_many(plan: ImportMap) -> list[tuple[list[str], list[str]]]:
 
 def _wheels_from(mean: Array, wheels: Sequence[str], channels: Mapping[str, Array], geometry: Geometry) -> dict[str, Array]:
     """Speeds of the wheels from the mean of them: faster or slower by their side's turning."""
-    turning = interpolated(channels["omega_z"], len(mean)) / geometry.radius
-    sides = {"l": -1.0, "r": 1.0}
+    turning, sides = interpolated(channels["omega_z"], len(mean)), {"l": -1.0, "r": 1.0}
     half = {"f": geometry.track / 2, "r": geometry.rear_track / 2}
-    return {name: mean + sides[name[-1]] * half[name[-2]] * turning for name in wheels}
+    radius = {name: radius_of(geometry, name) for name in wheels}
+    rim = mean * (sum(radius.values()) / len(radius))
+    return {name: (rim + sides[name[-1]] * half[name[-2]] * turning) / radius[name] for name in wheels}

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from softsoil.codegen.predictor import Predictor
 from softsoil.codegen.sampling import STEP
 from softsoil.recording.drive import STATE_CHANNELS, WHEEL_CHANNELS, Recording
+from softsoil.recording.geometry import radius_of
 from softsoil.symbolic.model import Model
 
 Array = NDArray[np.float64]
@@ -33,7 +34,7 @@ def synthetic_drive(
 ) -> Recording:
     """A clean drive of `model` with parameters p (n_p,), default nominal: its own states, and the inputs that made them.
 
-    radius: of the wheels (m); seconds: how long; speed, swing: mean forward speed and its sinusoidal variation (m/s);
+    radius: of the front wheels (m); seconds: how long; speed, swing: mean forward speed and its sinusoidal variation (m/s);
     slip: of the driven wheels at constant speed (1), slip_rate: more of it per m/s^2 of acceleration; steer (N,): steering angle
     (rad), default the paper's sine; dt: rows (s); substeps: Euler steps of the model from one to the next.
     Raises ValueError for a speed that would reverse.
@@ -46,10 +47,11 @@ def synthetic_drive(
     a_x = swing * rate * np.cos(rate * t)
     u = speed + np.concatenate([[0.0], np.cumsum(a_x[:-1] * dt)])
     spin = u / (radius * (1 - slip - slip_rate * a_x))
-    inputs = {"steer": steer, "steer_rate": np.gradient(steer, dt), "a_x": a_x, **dict.fromkeys(WHEEL_CHANNELS, spin)}
+    spins = {name: spin * model.geometry.radius / radius_of(model.geometry, name) for name in WHEEL_CHANNELS}
+    inputs = {"steer": steer, "steer_rate": np.gradient(steer, dt), "a_x": a_x, **spins}
     stacked = np.column_stack([inputs[name] for name in model.external.names])
     p = model.p.nominal if p is None else np.asarray(p, dtype=float)
     states = Predictor(model, dt, substeps=substeps).rollout(model.x.pack(u=u[0]), stacked[:-1], p)
     x = {name: states[:, model.x.index(name)] for name in STATE_CHANNELS}
     imu = {"a_x_imu": a_x - x["v"] * x["omega_z"]}
-    return Recording("synthetic", {"t": t, **x, **imu, "steer": steer, **dict.fromkeys(WHEEL_CHANNELS, spin)})
+    return Recording("synthetic", {"t": t, **x, **imu, "steer": steer, **spins})

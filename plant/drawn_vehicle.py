@@ -47,7 +47,8 @@ class Draw:
     centre of gravity over the track; gyration: yaw inertia over mass l_f l_r; pressure: weight over radius times width of a wheel
     (Pa); narrow: limits of width over radius; frequency: of the springs (Hz); damping: ratio; bar: roll bar over the springs;
     scrub: share of the radius added; rods: tie rod's end moved, share of the track; toe, toe_rear: of each wheel (rad);
-    lock: pitman angle (rad); unsprung: mass of wheel and links over that of the reference vehicle's by size.
+    lock: pitman angle (rad); unsprung: mass of wheel and links over that of the reference vehicle's by size. rear_wheel: radius
+    and width of the rear wheels over those of the front ones, of every vehicle.
     """
 
     mass: tuple[float, float] = (600.0, 4000.0)
@@ -70,6 +71,7 @@ class Draw:
     toe_rear: tuple[float, float] = (-0.004, 0.004)
     lock: tuple[float, float] = (0.42, 0.5)
     unsprung: tuple[float, float] = (0.8, 1.2)
+    rear_wheel: tuple[float, float] = (1.0, 1.0)
 
 
 DRAW = Draw()
@@ -82,7 +84,8 @@ LIKE_WHEELBASE, LIKE_RADIUS, LIKE_TRACK, LIKE_WIDTH = 2.715, 0.330229, 1.232, 0.
 class DrawnVehicle:
     """A vehicle of the plant and what a person with a scale and a tape would measure of it, without error.
 
-    vehicle; measured: mass, l_f, l_r, track, track_rear, radius, width, h_cg (SI units); layouts: suspension in front and rear;
+    vehicle; measured: mass, l_f, l_r, track, track_rear, radius, width, h_cg (SI units), radius_rear and width_rear where rear
+    wheels are of another size; layouts: suspension in front and rear;
     spacing: of the soil's grid that resolves its wheels as the reference vehicle's are resolved (m).
     """
 
@@ -124,7 +127,11 @@ def _drawn(seed: int, rng: np.random.Generator, draw: Draw) -> DrawnVehicle:
     table = copy.deepcopy(read_toml(REFERENCE, "plant's vehicle"))
     table["name"] = f"drawn_{seed}"
     grown = radius / LIKE_RADIUS
-    _wheel(table["wheel"], radius, width, one("unsprung"))
+    heavy = one("unsprung")
+    table["wheel_rear"] = copy.deepcopy(table["wheel"])
+    rear_radius, rear_width = draw.rear_wheel[0] * radius, draw.rear_wheel[1] * width
+    _wheel(table["wheel"], radius, width, heavy)
+    _wheel(table["wheel_rear"], rear_radius, rear_width, heavy)
     links = (mass / LIKE_MASS) * one("unsprung")
     scrub = one("scrub") * radius
     scales = (grown, track / LIKE_TRACK, grown)
@@ -137,6 +144,7 @@ def _drawn(seed: int, rng: np.random.Generator, draw: Draw) -> DrawnVehicle:
     else:
         rear["layout"] = "trailing_arm"
     _place(rear, copy.deepcopy(rear), scales, (-wheelbase, 0.0), layouts[1] if layouts[1] == "wishbone" else "")
+    _lift(rear, rear_radius - radius)
     front["toe"], rear["toe"] = one("toe"), one("toe_rear")
     for axle in (front, rear):
         axle["carrier_mass"] *= links
@@ -148,8 +156,8 @@ def _drawn(seed: int, rng: np.random.Generator, draw: Draw) -> DrawnVehicle:
     steering["inertia"] *= links
     steering.pop("idler_pivot")
     _chassis(table, mass, l_f, h_cg, inertia, track)
-    for axle, lever in ((front, wheelbase - l_f), (rear, l_f)):
-        sprung = load * 2.0 * lever / wheelbase / GRAVITY - table["wheel"]["mass"] - axle["carrier_mass"]
+    for axle, wheel, lever in ((front, "wheel", wheelbase - l_f), (rear, "wheel_rear", l_f)):
+        sprung = load * 2.0 * lever / wheelbase / GRAVITY - table[wheel]["mass"] - axle["carrier_mass"]
         _springs(axle, steering, sprung, one("frequency"), one("damping"), one("bar"))
     _driveline(table["driveline"], mass / LIKE_MASS, grown)
     steering["angle_of_command"] = _angle_of_command(front, steering)
@@ -159,6 +167,8 @@ def _drawn(seed: int, rng: np.random.Generator, draw: Draw) -> DrawnVehicle:
         "track": 2.0 * float(front["spindle"][1]), "track_rear": 2.0 * float(rear["spindle"][1]),
         "radius": radius, "width": width, "h_cg": h_cg,
     }  # fmt: skip
+    if draw.rear_wheel != DRAW.rear_wheel:
+        measured |= {"radius_rear": rear_radius, "width_rear": rear_width}
     return DrawnVehicle(vehicle, measured, layouts, 0.03 * grown)
 
 
@@ -200,6 +210,13 @@ def _place(axle: Table, like: Table, scales: tuple[float, float, float], to: tup
     axle["spindle"] = [to[0], centre[1] * scales[1] + to[1], float(centre[2])]
 
 
+def _lift(axle: Table, height: float) -> None:
+    """Raise all points of an axle (m)."""
+    for name in (*_FRONT_POINTS, *_REAR_POINTS, "inner_position", "spindle"):
+        if name in axle:
+            axle[name] = (np.array(axle[name], dtype=float) + [0.0, 0.0, height]).tolist()
+
+
 def _unsteered(wishbones: Table, rear: Table) -> Table:
     """A rear axle of wishbones as in front, with the masses of the rear one and a roll bar on its carriers."""
     axle = copy.deepcopy(wishbones)
@@ -210,13 +227,13 @@ def _unsteered(wishbones: Table, rear: Table) -> Table:
 
 def _chassis(table: Table, mass: float, l_f: float, h_cg: float, inertia: float, track: float) -> None:
     """Mass, place and inertia of the chassis that give the whole vehicle its own."""
-    wheel, chassis = table["wheel"], table["chassis"]
+    chassis = table["chassis"]
     chassis["parts"] = []
-    ground = table["front"]["spindle"][2] - wheel["radius"]
+    ground = table["front"]["spindle"][2] - table["wheel"]["radius"]
     rest, own = np.zeros(3), 0.0
     bodies = []
-    for name in ("front", "rear"):
-        axle = table[name]
+    for name, size in (("front", "wheel"), ("rear", "wheel_rear")):
+        axle, wheel = table[name], table[size]
         bodies += [(wheel["mass"] + axle["carrier_mass"], axle["spindle"]), (axle["inner_mass"], axle["inner_position"])]
         own += 2.0 * (axle["carrier_inertia"][2] + wheel["cross_inertia"])
     left = mass - 2.0 * sum(m for m, _ in bodies)

@@ -114,7 +114,8 @@ def load_plant_vehicle(path: Path = REFERENCE) -> PlantVehicle:
 def build_vehicle(table: dict[str, Any], name: str) -> PlantVehicle:
     """The vehicle from a parsed table, its keys as in vehicles/reference_plant.toml; KeyError for a missing one.
 
-    A rear axle of wishbones is not steered: its tie rod is a toe link.
+    A rear axle of wishbones is not steered: its tie rod is a toe link. [wheel_rear] has what rear wheels have other than [wheel]:
+    radius, width and mass; all four spin alike.
     """
     wheel, axles, steering, drive = (
         table["wheel"],
@@ -123,7 +124,8 @@ def build_vehicle(table: dict[str, Any], name: str) -> PlantVehicle:
         table["driveline"],
     )
     mass, origin, inertia = _sprung(table)
-    unsprung = np.repeat([wheel["mass"] + axle["carrier_mass"] for axle in axles], 2)
+    wheels = wheel, {**wheel, **table.get("wheel_rear", {})}
+    unsprung = np.repeat([one["mass"] + axle["carrier_mass"] for one, axle in zip(wheels, axles, strict=True)], 2)
     paths = np.stack(
         [
             fit_polynomials(*solve_axle(axle, steering["link_arm"], angle, side))
@@ -154,8 +156,8 @@ def build_vehicle(table: dict[str, Any], name: str) -> PlantVehicle:
         paths=paths,
         origin=origin,
         front_point=front_point,
-        radius=np.full(4, float(wheel["radius"])),
-        width=np.full(4, float(wheel["width"])),
+        radius=np.repeat([float(one["radius"]) for one in wheels], 2),
+        width=np.repeat([float(one["width"]) for one in wheels], 2),
         spin_inertia=float(wheel["spin_inertia"]) + float(drive.get("axle_shaft_inertia", 0.0)),
         gyro_inertia=float(wheel["spin_inertia"]),
         free_length=np.repeat([float(axle["free_length"]) for axle in axles], 2),

@@ -73,7 +73,7 @@ def rest_pose(machine: Machine, sinkage: Array) -> tuple[float, float, Array]:
             # What spring carries at the wheel, in units of wheel force.
             lift[axle] = -strut_force(machine, 2 * axle, value[STRUT], 0.0, 1.0) * by_q[STRUT] / by_q[2]
             values.append(value)
-        heights = [z[0] - z[1] * v[0] + v[2] - machine.radius[0] + sinkage[k] for k, v in enumerate(values)]
+        heights = [z[0] - z[1] * v[0] + v[2] - machine.radius[2 * k] + sinkage[k] for k, v in enumerate(values)]
         moment = -2.0 * (lift[0] * values[0][0] + lift[1] * values[1][0])
         return np.array([(2.0 * lift.sum() - weight) / 1e4, moment / 1e4, *heights])
 
@@ -83,10 +83,10 @@ def rest_pose(machine: Machine, sinkage: Array) -> tuple[float, float, Array]:
     return float(found[0]), float(found[1]), found[2:]
 
 
-def rest_sinkage(machine: Machine, load: float, soil: Array) -> float:
+def rest_sinkage(machine: Machine, load: float, soil: Array, wheel: int = 0) -> float:
     """Sinkage (m) at which a standing wheel carries a load: b integral (k_c/b + k_phi) h(X)^n dX over its whole
-    chord."""
-    radius, width = float(machine.radius[0]), float(machine.width[0])
+    chord; wheel: its number."""
+    radius, width = float(machine.radius[wheel]), float(machine.width[wheel])
     stiffness = soil[1] / width + soil[0]
 
     def carried(h: float) -> float:
@@ -109,7 +109,7 @@ def start_state(start: Start, vehicle: PlantVehicle, soil: SoilField) -> Array:
     ground = np.empty(8)
     soil_at(soil.values, 0, soil.meta, start.x, start.y, ground)
     loads = machine.total_mass * GRAVITY / (2.0 * (vehicle.l_f + vehicle.l_r)) * np.array([vehicle.l_r, vehicle.l_f])
-    sinkage = np.array([rest_sinkage(machine, float(load), ground) for load in loads])
+    sinkage = np.array([rest_sinkage(machine, float(load), ground, 2 * axle) for axle, load in enumerate(loads)])
     height, pitch, travel = rest_pose(machine, sinkage)
     state[TRAVEL : TRAVEL + 4] = np.repeat(travel, 2)
     pitch = pitch if start.pitch is None else start.pitch

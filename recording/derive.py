@@ -14,7 +14,7 @@ from softsoil.recording.clock import on_even_clock, unwrapped
 from softsoil.recording.drive import WHEEL_CHANNELS, Array, ChannelState, Recording
 from softsoil.recording.evidence import SPIKE, Motion, interpolated, regress
 from softsoil.recording.forward import near_samples
-from softsoil.recording.geometry import Geometry, corners
+from softsoil.recording.geometry import Geometry, corners, radius_of
 from softsoil.recording.laid_heading import laid_heading
 
 SLOPE = 0.4
@@ -186,5 +186,5 @@ def _rolling(u: Array, omega: Array, steer: Array, v: Array, geometry: Geometry)
     for name, (x, y, steered) in corners(geometry).items():
         angle = steer if steered else 0.0
         centre = (u - y * omega) * np.cos(angle) + (v + x * omega) * np.sin(angle)
-        speeds[name] = np.maximum(centre, LEAST_DRIVE) / geometry.radius
+        speeds[name] = np.maximum(centre, LEAST_DRIVE) / radius_of(geometry, name)
     return speeds

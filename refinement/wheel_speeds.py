@@ -29,7 +29,8 @@ def differential_shares(recording: Recording, vehicle: Vehicle) -> dict[str, flo
         rows = (np.abs(omega_z) > RULES.turning) & np.isfinite(apart)
         if rows.sum() >= RULES.fewest_rows:
             track = vehicle.track if axle == "front" else vehicle.rear_track
-            free = track / vehicle.radius * np.abs(omega_z[rows])
+            radius = vehicle.radius if axle == "front" else vehicle.rear_radius
+            free = track / radius * np.abs(omega_z[rows])
             shares[axle] = float(np.median(np.abs(apart[rows])) / np.median(free))
     return shares
 

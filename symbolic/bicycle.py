@@ -144,11 +144,14 @@ def _inputs(q: Quantities) -> Quantities:
 
 
 def vehicle_quantities(vehicle: Vehicle, free: Quantities) -> Quantities:
-    """Numbers of the vehicle as quantities; `free`: those that are parameters of the model."""
+    """Numbers of the vehicle as quantities; `free`: those that are parameters of the model. A rear wheel of another size than a
+    front one keeps to it."""
     declared = {n.name: getattr(vehicle, n.name) for n in NUMBERS if n.modelled}
     numbers = {**declared, "track_rear": vehicle.rear_track, **free}
     return {
         **numbers,
+        "radius_rear": _as_declared(numbers["radius"], vehicle.rear_radius / vehicle.radius),
+        "width_rear": _as_declared(numbers["width"], vehicle.rear_width / vehicle.width),
         "burden": 1.0,
         "body_moment": 0.0,
         "axle_ahead": numbers["l_f"],
@@ -156,6 +159,11 @@ def vehicle_quantities(vehicle: Vehicle, free: Quantities) -> Quantities:
         "aside_f": 0.0,
         "aside_r": 0.0,
     }
+
+
+def _as_declared(front: Scalar, share: float) -> Scalar:
+    """The size of a rear wheel from that of a front one and its declared share of it."""
+    return front if share == 1.0 else share * front
 
 
 def _loads(q: Quantities) -> Quantities:
@@ -198,8 +206,13 @@ def _contact(q: Quantities, corner: Corner, soil_name: str) -> Corner:
 
 def forces(q: Quantities, law: ForceLaw) -> Quantities:
     """The wheels with the force of a law on each: the stage "forces"."""
-    wheel = Wheel(q["radius"], q["width"])
-    return {"wheels": tuple(c.with_(force=wheel_force(law, c.soil, wheel, c.contact)) for c in q["wheels"])}
+    wheels = {"f": Wheel(q["radius"], q["width"]), "r": Wheel(q["radius_rear"], q["width_rear"])}
+    return {"wheels": tuple(c.with_(force=wheel_force(law, c.soil, wheels[c.axle], c.contact)) for c in q["wheels"])}
+
+
+def radius_of(q: Quantities, corner: Corner) -> Scalar:
+    """Radius of a corner's wheel (m)."""
+    return q["radius"] if corner.axle == "f" else q["radius_rear"]
 
 
 def body_force(corner: Corner) -> tuple[Scalar, Scalar]:

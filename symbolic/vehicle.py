@@ -68,9 +68,11 @@ class Vehicle:
     yaw_inertia: float = _number("kg m^2", 1e-4, 1e7, "yaw inertia", "turns; mass l_f l_r as a first guess", share=0.3)
     track: float = _number("m", 0.01, 10.0, "between the front wheels when they point ahead", "a tape", share=0.01)
     h_cg: float = _number("m", 0.0, 5.0, "height of the centre of gravity above the soil", "axle loads, tilted", share=0.2)
-    radius: float = _number("m", 0.005, 5.0, "of the wheels", "way of ten turns at a crawl", share=0.01)
-    width: float = _number("m", 0.005, 5.0, "of the wheels", "a tape", share=0.02)
+    radius: float = _number("m", 0.005, 5.0, "of the wheels, or the front ones", "way of ten turns at a crawl", share=0.01)
+    width: float = _number("m", 0.005, 5.0, "of the wheels, or the front ones", "a tape", share=0.02)
     track_rear: float = _number("m", 0.0, 10.0, "between the rear wheels, 0: as in front", "a tape", 0.0, spread=0.01)
+    radius_rear: float = _number("m", 0.0, 5.0, "of rear wheels, 0: as in front", "as radius", 0.0, share=0.01, modelled=False)
+    width_rear: float = _number("m", 0.0, 5.0, "of rear wheels, 0: as in front", "a tape", 0.0, share=0.02, modelled=False)
     scrub: float = _number("m", -1.0, 1.0, "front wheels' centres outside their steering axes", "a tape", 0.0, spread=0.03)
     load_offset: float = _number("m", -2.0, 2.0, "static load behind what l_f, l_r say", "drives", 0.0, spread=0.05)
     roll_stiffness_front: float = _number("1", 0.0, 1.0, "front share of the springs in roll", "data sheet", 0.5, spread=0.1)
@@ -105,8 +107,23 @@ class Vehicle:
 
     @property
     def wheel(self) -> Wheel:
-        """The wheel that all four corners carry."""
+        """A front wheel."""
         return Wheel(self.radius, self.width)
+
+    @property
+    def rear_wheel(self) -> Wheel:
+        """A rear wheel."""
+        return Wheel(self.rear_radius, self.rear_width)
+
+    @property
+    def rear_radius(self) -> float:
+        """Radius of the rear wheels, m."""
+        return self.radius_rear or self.radius
+
+    @property
+    def rear_width(self) -> float:
+        """Width of the rear wheels, m."""
+        return self.width_rear or self.width
 
     @property
     def rear_track(self) -> float:

@@ -73,7 +73,7 @@ def case_of(seed: int, draw: Draw = DRAW) -> Case:
     exact = Known(drawn.vehicle.name, dict(drawn.measured))
     told = {}
     for name, value in drawn.measured.items():
-        std = numbers[name].measured(exact, value)
+        std = numbers[name if name in numbers else name.removesuffix("_rear")].measured(exact, value)
         told[name] = value + std * float(np.clip(rng.standard_normal(), -REACH_ERROR, REACH_ERROR))
     if drawn.layouts[1] == "trailing":
         error = float(np.clip(rng.standard_normal(), -REACH_ERROR, REACH_ERROR))
@@ -125,7 +125,8 @@ def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None
     }
     steer, throttle = steers[kind]
     start = Start(u=speed, psi=float(rng.uniform(-math.pi, math.pi)))
-    made = Effects.from_table(dict(effects or {}))
+    apart = {"locked_centre": False} if "radius_rear" in measured else {}  # wheels of two sizes on one shaft fight
+    made = Effects.from_table(apart | dict(effects or {}))
     plant = Plant(soil, vehicle=case.drawn.vehicle, effects=made, start=start, spacing=case.drawn.spacing)
     drive = simulate(Manoeuvre(f"{kind}_{number}", steer, throttle), soil, SECONDS[kind], plant=plant)
     declared, n = (SOILS[name], n) if on is None else (on, float(on.n))

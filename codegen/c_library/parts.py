@@ -1,4 +1,4 @@
-"""A model split for C: what leads to the wheels, the force law once for all wheels, and what follows from forces.
+"""A model split for C: what leads to the wheels, the force law once for all wheels of a size, and what follows from forces.
 
 The model is built a second time with a force law that writes down what it is asked and answers with symbols; no equation
 is repeated. The law, nine tenths of the work, then stands in the C code once for all wheels that ask it alike and runs over all
@@ -60,10 +60,10 @@ class Parts:
 
     model; active: states that some wheel depends on, the first in the order of the covariance's factor; calls: wheels (law
     evaluations) per point; before: [x, u, p] -> [what differs between wheels and points (calls * n_arguments)]; laws: for
-    all wheels in their order, one for those whose arguments are numbers in the same places (a wheel that is known to meet no
-    rut needs less); after: [x, u, p, F] -> [xdot];
+    all wheels in their order, one for those of one size whose arguments are numbers in the same places (a wheel that is known to
+    meet no rut needs less); after: [x, u, p, F] -> [xdot];
     measure: [x, u, p, F] -> [y]; read: [x, u_external, p, m] -> [provided]; advance: [x, u, p, m, dt, F] -> [m_next];
-    start: [x, u, p, F] -> [m]; force: [soil, TOLD] -> [SAID]; outputs: names of the law's outputs in F
+    start: [x, u, p, F] -> [m]; force: of a front wheel, [soil, TOLD] -> [SAID]; outputs: names of the law's outputs in F
     (calls * n_outputs); measures_forces: whether the measurement depends on them; driven: measurements of states whose rate
     depends on them.
     """
@@ -96,7 +96,7 @@ class Parts:
 def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     """The parts of the model that `build` makes of a force law.
 
-    Raises ValueError for a model whose wheels differ in size or depend on each other's forces.
+    Raises ValueError for a model whose wheels depend on each other's forces.
     """
     recorder = _Recorder(law.name)
     model = build(recorder)
@@ -108,8 +108,6 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
     recorder.wheels.clear()
     q = model.quantities(x, u, p)
     calls, wheel, every = len(recorder.calls), recorder.wheels[0], ca.vertcat(*recorder.answers)
-    if any(w != wheel for w in recorder.wheels):
-        raise ValueError("C library: expected wheels of one size")
     asked = ca.vertcat(*[ca.SX(a) for call in recorder.calls for a in call])
     if ca.depends_on(asked, every):
         raise ValueError("C library: expected wheels that do not depend on each other's forces")
@@ -148,14 +146,16 @@ def take_apart(build: Callable[[ForceLaw], Model], law: ForceLaw) -> Parts:
 
     argument = ca.SX.sym("argument", len(varying))
 
-    def law_of(number: int, numbers: tuple[float | None, ...], count: int) -> LawPart:
+    def law_of(number: int, wheel: Wheel, numbers: tuple[float | None, ...], count: int) -> LawPart:
         symbols = [argument[varying.index(i)] if i in varying else shared[i] for i in range(len(names))]
         answer = _call(law, wheel, [s if n is None else n for s, n in zip(symbols, numbers, strict=True)])
         result = ca.cse(ca.densify(ca.vertcat(*[ca.SX(answer[j]) for j in used])))
         return LawPart(count, ca.Function(f"law_{number}", [argument, p], [result]))
 
     known = [_numbers([a if i in varying else shared[i] for i, a in enumerate(call)]) for call in recorder.calls]
-    alike = [(numbers, len(list(run))) for numbers, run in groupby(known)]
+    sizes = [next(k for k, w in enumerate(recorder.wheels) if _one_size(w, other)) for other in recorder.wheels]
+    kinds = groupby(zip(sizes, known, strict=True))
+    alike = [(recorder.wheels[size], numbers, len(list(run))) for (size, numbers), run in kinds]
     return Parts(
         model=built, active=active, calls=calls, arguments=arguments, outputs=tuple(FORCE[j] for j in used),
         measures_forces=bool(ca.depends_on(y, every)), driven=driven,
@@ -184,6 +184,12 @@ def _split(free: ca.SX, force: ca.SX) -> ca.Function:
     said = ca.vertcat(*[force[FORCE.index(name)] for name in SAID])
     (result,) = ca.substitute([said], [free], [asked])
     return ca.Function("force", [soil, contact], [ca.cse(ca.densify(result))])
+
+
+def _one_size(one: Wheel, other: Wheel) -> bool:
+    """Whether two wheels have the same radius and width, of numbers or expressions."""
+    pairs = (one.radius, other.radius), (one.width, other.width)
+    return all(ca.is_equal(ca.SX(a), ca.SX(b), 3) for a, b in pairs)
 
 
 def _numbers(call: list[Any]) -> tuple[float | None, ...]:

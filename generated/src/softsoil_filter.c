@@ -14,7 +14,7 @@
 /* Rows of matrices end in zeros, so that whole vectors fit. */
 #define WIDE ((N + 7) / 8 * 8)
 #define WIDE_Y ((NY + 7) / 8 * 8)
-#define MAGIC 0xd2830624u
+#define MAGIC 0x1597a17eu
 #define WINDOW 80 /* updates over which consistency is a mean */
 
 /* Weights of the unscented transform (paper, eqs. (lambda)-(Wi)). */

@@ -1015,7 +1015,7 @@ int softsoil_horizon_update(softsoil_horizon_t *h) {
 
 int softsoil_horizon_correct(const softsoil_horizon_t *h, softsoil_t *s) {
   int moved = 0;
-  if (!h || !s || h->magic != MAGIC || s->magic != 0xd2830624u || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
+  if (!h || !s || h->magic != MAGIC || s->magic != 0x1597a17eu || h->verdict != SOFTSOIL_VERDICT_IDENTIFIED) return 0;
   for (int k = 0; k < K; ++k) {
     const int at = at_state[k];
     const double away = h->n[k] - s->x[at];

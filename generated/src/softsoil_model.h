@@ -57,7 +57,7 @@ void softsoil_model_measure_jobs(int active, int passive, const double *u, const
                                  softsoil_jobs_t *y);
 
 /* What the horizon shares with what runs beside it. */
-#define SOFTSOIL_HORIZON_MAGIC 0x755b749au
+#define SOFTSOIL_HORIZON_MAGIC 0x7e2c4f07u
 
 /* States at a row that is kept: of the windows over it or beside it, else the record smoothed by a quadratic. */
 void softsoil_horizon_states(const softsoil_horizon_t *h, int64_t row, double states[SOFTSOIL_HORIZON_STATES]);

@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 
+from softsoil.symbolic.bicycle import radius_of
 from softsoil.symbolic.effect import Corner, Correction, Effect, Layout, Signal, Vehicle, each_wheel
 from softsoil.symbolic.model import Quantities
 from softsoil.symbolic.side_wall import Wall, side_wall
 
 READS = (
-    "radius", "wheel.force.sinkage", "wheel.soil.c", "wheel.soil.phi", "wheel.contact.v_x", "wheel.contact.v_y",
-    "wheel.contact.omega",
+    "radius", "radius_rear", "wheel.force.sinkage", "wheel.soil.c", "wheel.soil.phi", "wheel.contact.v_x",
+    "wheel.contact.v_y", "wheel.contact.omega",
 )  # fmt: skip
 
 
@@ -30,5 +31,5 @@ def effect(vehicle: Vehicle) -> Effect:
 
 def _compute(q: Quantities, corner: Corner) -> Corner:
     force, wall = corner.force, Wall(q["soil_density"])
-    aside = side_wall(wall, corner.soil, q["radius"], corner.contact, force.sinkage)  # type: ignore
+    aside = side_wall(wall, corner.soil, radius_of(q, corner), corner.contact, force.sinkage)  # type: ignore
     return corner.with_(force=replace(force, f_y=force.f_y + aside))  # type: ignore

@@ -20,7 +20,7 @@ ROLLED = ("mass", "h_cg", "roll_gain", "burden")
 TRACKS = (
     "mass", "delta", "load_f", "load_r", "rest_load_r", "body_moment", "aside_f", "aside_r", "track", "track_rear", "scrub",
     "ackermann", "toe", "toe_rear", "toe_rear_load", "swing_rear", "roll_stiffness_front", "roll_damping_front", "roll_gain",
-    "roll_time", "burden", "radius", "spin_fl", "spin_fr", "spin_rl", "spin_rr",
+    "roll_time", "burden", "radius_rear", "spin_fl", "spin_fr", "spin_rl", "spin_rr",
 )  # fmt: skip
 
 
@@ -89,7 +89,7 @@ def _two_tracks(q: Quantities) -> Quantities:
     springs = q["mass"] * q["transfer_height"] * q["roll_a"] + q["body_moment"]
     dampers = q["mass"] * q["transfer_height"] * q["roll_time"] * q["roll_a_rate"]
     held, damped = q["roll_stiffness_front"], q["roll_damping_front"]
-    swing = q["swing_rear"] * q["track_rear"] / 2 * q["roll_gain"] * q["burden"] * q["roll_a_rate"] / q["radius"]
+    swing = q["swing_rear"] * q["track_rear"] / 2 * q["roll_gain"] * q["burden"] * q["roll_a_rate"] / q["radius_rear"]
     # Of each axle: track, moment on its wheels' loads, how far out of line and back a wheel stands, its angle, its arms' turning.
     axles = {
         "f": (q["track"], held * springs + damped * dampers, out, back, q["delta"], spread, 0.0),
@@ -127,11 +127,11 @@ def _drive_torque() -> Memory:
 
 
 def _torque(q: Quantities) -> Scalar:
-    """What turns the wheels against the soil's moments, -sum m_y, put right by the radius times the force that is missing.
+    """What turns the wheels against the soil's moments, -sum m_y, put right by the mean radius times the force that is missing.
 
     A wheel's slip is a small difference of measured speeds; that its force accelerates the vehicle as seen,
     sum F_x = M (du - v omega_z), takes the error of the slip out of the torque.
     """
     forward = sum(corner.count * body_force(corner)[0] for corner in q["wheels"])
     missing = q["mass"] * (q["du"] - q["v"] * q["omega_z"]) - forward
-    return q["radius"] * missing - sum(corner.count * corner.force.m_y for corner in q["wheels"])
+    return 0.5 * (q["radius"] + q["radius_rear"]) * missing - sum(corner.count * corner.force.m_y for corner in q["wheels"])

@@ -1,12 +1,13 @@
 """Rear wheels that run in the front wheels' ruts."""
 
 from dataclasses import replace
+from functools import partial
 
 import casadi as ca
 
 from softsoil.symbolic.effect import Corner, Correction, Effect, Layout, Signal, Vehicle, each_wheel
 from softsoil.symbolic.model import Memory, Quantities, Scalar
-from softsoil.symbolic.smooth import fade_in, smooth_norm, smooth_positive
+from softsoil.symbolic.smooth import fade_in, smooth_min, smooth_norm, smooth_positive
 from softsoil.symbolic.track import Cell, interpolate, push, read_cells, track_layout, write_cells
 
 RUT_CELLS = 17
@@ -78,8 +79,8 @@ def effect(vehicle: Vehicle) -> Effect:
         typical={"kappa": 0.7, "sheared": 1.0},
         corrections={
             "contacts": Correction(
-                each_wheel(_in_rut),
-                reads=("width", "wheel.y", "wheel.soil.k"),
+                each_wheel(partial(_in_rut, one_width=vehicle.rear_width == vehicle.width)),
+                reads=("width", "width_rear", "wheel.y", "wheel.soil.k"),
                 sets=("wheel.contact.entry_path", "wheel.contact.overlap", "wheel.contact.rut_depth"),
             )
         },
@@ -119,20 +120,25 @@ def _left_behind(q: Quantities) -> Cell:
     }
 
 
-def _in_rut(q: Quantities, corner: Corner) -> Corner:
+def _in_rut(q: Quantities, corner: Corner, one_width: bool) -> Corner:
     """The rear wheel's share in the rut: 1 - |y_off|/b of two rectangles, put right for edges of width w over which the path
     falls from J to 0: |y_off| counts at least w/4, and what the edges' soil has mobilised widens the rut by w (coth(J/2)/2 -
-    1/J - 1/2), J in shear moduli, here by J/sqrt(144 + 16 J^2).
+    1/J - 1/2), J in shear moduli, here by J/sqrt(144 + 16 J^2). Of a rear wheel b_r wide in a rut b_f wide, not `one_width`, it
+    is ((b_f + b_r)/2 - |y_off|)/b_r, at most b_f/b_r and 1.
     """
     if corner.axle == "f" or corner.contact is None:
         return corner
-    width, edge = q["width"], q["rut_edge"]
+    width, edge = q["width_rear"], q["rut_edge"]
     offset, path, depth = (_of_side(q, corner.side, name) for name in ("rut_offset", "rut_path", "rut_depth"))
     path, depth = q["kappa"] * q["sheared"] * path, q["kappa"] * depth
     spent = path / corner.soil.k  # type: ignore[union-attr]
     wider = edge * spent / ca.sqrt(144.0 + 16.0 * spent * spent)
     apart = smooth_norm(offset - corner.y, 0.25 * edge, 0.01 * width)
-    overlap = fade_in(q["kappa"], LEAST_KAPPA) * smooth_positive(1.0 - (apart - wider) / width, 0.02)
+    share = 1.0 - (apart - wider) / width
+    if not one_width:
+        narrower = q["width"] / width
+        share = smooth_min(share + 0.5 * (narrower - 1.0), ca.fmin(narrower, 1.0), 0.02)
+    overlap = fade_in(q["kappa"], LEAST_KAPPA) * smooth_positive(share, 0.02)
     in_rut = replace(corner.contact, entry_path=path, overlap=overlap, rut_depth=depth)
     return corner.with_(contact=in_rut)
 

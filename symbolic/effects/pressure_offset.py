@@ -2,6 +2,7 @@
 
 import casadi as ca
 
+from softsoil.symbolic.bicycle import radius_of
 from softsoil.symbolic.effect import GRAVITY, Corner, Correction, Effect, Layout, Signal, Vehicle
 from softsoil.symbolic.history import lag_share
 from softsoil.symbolic.model import Memory, Quantities, Scalar
@@ -33,7 +34,7 @@ def effect(vehicle: Vehicle) -> Effect:
 
     def leaning_back(q: Quantities) -> Quantities:
         pitch = q["ground_pitch"] + q["pitch_gain"] * q["pressure_moment"]
-        back = q["pressure_share"] * ca.fmax(q["h_cg"] - q["radius"], 0.0) * pitch
+        back = q["pressure_share"] * ca.fmax(q["h_cg"] - 0.5 * (q["radius"] + q["radius_rear"]), 0.0) * pitch
         return {"l_f": q["l_f"] + back, "l_r": q["l_r"] - back}
 
     def loads(q: Quantities) -> Quantities:
@@ -59,7 +60,7 @@ def effect(vehicle: Vehicle) -> Effect:
         ),
         typical={"pressure_share": 1.0},
         corrections={
-            "vehicle": Correction(leaning_back, reads=("h_cg", "radius", "pitch_gain"), adds=("l_f", "l_r")),
+            "vehicle": Correction(leaning_back, reads=("h_cg", "radius", "radius_rear", "pitch_gain"), adds=("l_f", "l_r")),
             "loads": Correction(loads, reads=("mass", "load_offset", "l_f", "l_r"), adds=("load_f", "load_r")),
         },
         memories=(memory,),
@@ -78,7 +79,7 @@ def _ground_pitch(q: Quantities) -> Scalar:
 
 def _pressure_moment(q: Quantities) -> Scalar:
     """Sum of W X_p over the wheels (N m): m_y without what the longitudinal shear does at the middle of its depth."""
-    return -sum(corner.count * _pitch(corner, q["radius"]) for corner in q["wheels"])
+    return -sum(corner.count * _pitch(corner, radius_of(q, corner)) for corner in q["wheels"])
 
 
 def _pitch(corner: Corner, radius: Scalar) -> Scalar:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import casadi as ca
 
+from softsoil.symbolic.bicycle import radius_of
 from softsoil.symbolic.effect import Corner, Correction, Effect, Layout, Signal, Vehicle, each_wheel
 from softsoil.symbolic.model import Quantities
 from softsoil.symbolic.smooth import smooth_min, smooth_norm
@@ -21,7 +22,7 @@ def effect(vehicle: Vehicle) -> Effect:
         corrections={
             "contacts": Correction(
                 each_wheel(_compute),
-                reads=("radius", "wheel.soil.n", "wheel.contact.v_x", "wheel.contact.omega"),
+                reads=("radius", "radius_rear", "wheel.soil.n", "wheel.contact.v_x", "wheel.contact.omega"),
                 scales=("wheel.soil.k_phi", "wheel.soil.k_c"),
             )
         },
@@ -33,7 +34,7 @@ def effect(vehicle: Vehicle) -> Effect:
 
 def _compute(q: Quantities, corner: Corner) -> Corner:
     contact, soil = corner.contact, corner.soil
-    rolling = q["radius"] * contact.omega  # type: ignore[union-attr]
+    rolling = radius_of(q, corner) * contact.omega  # type: ignore[union-attr]
     v_x = contact.v_x  # type: ignore[union-attr]
     rim, travel = smooth_norm(rolling, 0.0, 0.1), smooth_norm(v_x, 0.0, 0.1)
     slip = ca.sqrt((rolling - v_x) ** 2 + 1e-4) / -smooth_min(-rim, -travel, 0.01)

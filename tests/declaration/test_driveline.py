@@ -13,7 +13,7 @@ from softsoil.declaration.model_file import Declaration, declaration_toml, load_
 from softsoil.recording.drive import WHEEL_CHANNELS
 from softsoil.recording.geometry import corners
 from softsoil.recording.read import read_drive
-from softsoil.symbolic.bicycle import body_force, nominal_bicycle
+from softsoil.symbolic.bicycle import body_force, nominal_bicycle, radius_of
 from softsoil.symbolic.catalogue import bicycle
 from softsoil.symbolic.model import Model, Quantities
 from softsoil.symbolic.soil import CLAY
@@ -34,7 +34,7 @@ def balanced(model: Model, centre: tuple[float, float], steps: int = 300) -> dic
         wheels = {w.name: w for w in q["wheels"]}
         force = sum(w.count * body_force(w)[0] for w in wheels.values())
         seen = {"missing": (q["mass"] * q["specific_x"] - force) / (q["load_f"] + q["load_r"])}
-        seen |= {f"torque_{c}": -w.force.m_y / q["radius"] for c, w in wheels.items()}
+        seen |= {f"torque_{c}": -w.force.m_y / radius_of(q, w) for c, w in wheels.items()}
         return seen | {f"turns_{c}": w.contact.omega for c, w in wheels.items()}
 
     p = model.p.pack(centre_lock=centre[0], front_drive=centre[1])
@@ -48,16 +48,19 @@ def balanced(model: Model, centre: tuple[float, float], steps: int = 300) -> dic
 
 
 @pytest.mark.parametrize("centre", [LOCKED, OPEN, FRONT, REAR])
-def test_forces_and_torques_are_in_balance_whatever_is_driven(centre):
-    seen = balanced(with_driveline(bicycle(reference_vehicle(), CLAY), WHEELS), centre)
-    weight = reference_vehicle().mass * 9.81
+@pytest.mark.parametrize("share", [1.0, 1.2])
+def test_forces_and_torques_are_in_balance_whatever_is_driven(centre, share):
+    """share: radius of the rear wheels over that of the front ones, whose final drives are made for it."""
+    vehicle = reference_vehicle().with_(radius_rear=share * reference_vehicle().radius)
+    seen = balanced(with_driveline(bicycle(vehicle, CLAY), WHEELS), centre)
+    weight = vehicle.mass * 9.81
     assert abs(seen["missing"]) < 1e-4
     for axle in "fr":
         assert seen[f"torque_{axle}l"] == pytest.approx(seen[f"torque_{axle}r"], abs=1e-4 * weight)
     front, rear = (seen[f"torque_{axle}l"] + seen[f"torque_{axle}r"] for axle in "fr")
     if centre == LOCKED:
         turns = [seen[f"turns_{axle}l"] + seen[f"turns_{axle}r"] for axle in "fr"]
-        assert turns[0] == pytest.approx(turns[1], rel=1e-4)
+        assert turns[0] == pytest.approx(share * turns[1], rel=1e-4)
     else:
         assert front == pytest.approx(centre[1] * (front + rear), abs=1e-4 * weight)
 

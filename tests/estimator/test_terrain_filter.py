@@ -147,8 +147,9 @@ def test_a_false_jump_is_revoked_and_a_true_one_stands():
 
 @pytest.mark.compiler
 def test_a_vehicle_that_stood_at_first_has_no_change_of_soil():
-    """The first seconds of driving are convergence from the guess, however long it stood before them."""
-    own = Declaration(load_vehicle(PLANT_VEHICLE), CLAY)
+    """The first seconds of driving are convergence from the guess, however long it stood before them. Its rear wheels are larger
+    and wider than the front ones, in both languages."""
+    own = Declaration(load_vehicle(PLANT_VEHICLE).with_(radius_rear=0.36, width_rear=0.26), CLAY)
     model = c_parts(own).model
     log = add_noise(synthetic_drive(model, own.vehicle.radius, seconds=12.0, speed=5.0), "good", 1)
     inputs, moves, motion = measured_inputs(log, model.external)[0], measured_states(log), known_states(log)[0]

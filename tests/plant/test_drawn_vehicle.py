@@ -9,6 +9,7 @@ from softsoil.plant.machine import load_plant_vehicle
 from softsoil.plant.manoeuvres import Manoeuvre, Sine, Speed
 from softsoil.plant.simulate import simulate
 from softsoil.plant.start import Start
+from softsoil.plant.state import TRAVEL, rotation
 from softsoil.plant.suspension import STEER_TURN
 from softsoil.plant.world import Plant
 from softsoil.symbolic.soil import CLAY
@@ -75,3 +76,16 @@ def test_an_owner_measures_with_errors_of_the_size_that_the_table_states():
     off = {name: known[name] / value - 1.0 for name, value in exact.items()}
     assert all(value != 0.0 for value in off.values())
     assert abs(off["mass"]) < 0.0101 and abs(off["radius"]) < 0.005 and abs(off["track"]) < 0.0601
+
+
+def test_rear_wheels_of_another_size_stand_level_and_are_told():
+    drawn = draw_vehicle(0, Draw(rear_wheel=(1.2, 1.4)))
+    plain, machine = draw_vehicle(0), drawn.vehicle.machine
+    np.testing.assert_allclose(machine.radius[2:] / machine.radius[:2], 1.2)
+    np.testing.assert_allclose(machine.width[2:] / machine.width[:2], 1.4)
+    assert drawn.measured["radius_rear"] == machine.radius[2] and "radius_rear" not in plain.measured
+    assert drawn.measured["mass"] == pytest.approx(plain.measured["mass"], rel=1e-9)
+    plant = Plant(CLAY, vehicle=drawn.vehicle, start=Start(u=3.0))
+    turn = np.empty((3, 3))
+    rotation(plant.state, turn)
+    assert np.abs(plant.state[TRAVEL : TRAVEL + 4]).max() < 0.05 and abs(turn[2, 0]) < 0.01
