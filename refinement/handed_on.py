@@ -97,7 +97,7 @@ def moved(vehicle: Vehicle, final: Bench) -> Vehicle:
         key: {k: numbers[k] if k in numbers else values[k] for k in known[key].parameters.names if k in numbers or k in values}
         for key, values in vehicle.effects.items()
     }
-    return vehicle.with_(effects=effects, **own)
+    return vehicle.moved(effects=effects, **own)
 
 
 def _refined(

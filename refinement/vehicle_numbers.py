@@ -196,12 +196,10 @@ def vehicle_of(known: Known, values: dict[str, float], stds: dict[str, float] | 
     simulator = {**known.simulator, **{name: own.pop(name) for name in tuple(own) if name in SIMULATOR}}
     if simulator["contact_step"] < REAL_SOIL:
         simulator = known.simulator
-    rest: dict[str, Any] = {**known.rest(set(own)), **own}
-    if known.numbers.get("radius_rear"):  # the other size of wheel keeps to the one that logs move
-        rest["radius_rear"] *= own["radius"] / known["radius"]
+    rest: dict[str, Any] = {**known.rest(set(own)), **own, "radius": known["radius"]}
     stated = {name: std for name, std in (stds or {}).items() if name not in SIMULATOR}
     made = Vehicle(name=known.name, effects=effects, simulator=simulator, uncertainty=stated, **rest)
-    return replace(made, steering=known.steering, driveline=known.driveline)
+    return replace(made.moved(radius=own["radius"]), steering=known.steering, driveline=known.driveline)
 
 
 def says_ground(known: Known) -> bool:

@@ -148,6 +148,12 @@ class Vehicle:
         """The same vehicle with other numbers, by name."""
         return replace(self, **values)
 
+    def moved(self, **values: Any) -> Vehicle:
+        """The same vehicle with its own numbers as logs have moved them, by name: a rear wheel of another radius keeps to the
+        front one's."""
+        share = values.get("radius", self.radius) / self.radius
+        return self.with_(**{"radius_rear": share * self.radius_rear, **values})
+
 
 TURNING = ("yaw_inertia", "ackermann", "toe")
 """Numbers that turning rests on and that no scale and no tape gives."""

@@ -118,5 +118,6 @@ def test_files_keep_both_sizes_and_an_identified_radius_keeps_their_ratio(tmp_pa
     known = known_from_table({name: getattr(TWO, name) for name in numbers}, "known", "two")
     made = vehicle_of(known, {"radius": 1.01 * TWO.radius})
     assert made.radius_rear == pytest.approx(1.01 * LARGE) and made.rear_width == WIDE
+    assert TWO.moved(radius=1.01 * TWO.radius).radius_rear == made.radius_rear and TWO.moved(track=1.3).radius_rear == LARGE
     single = known_from_table({name: getattr(TWO, name) for name in numbers[:6]}, "known", "one")
     assert vehicle_of(single, {}).rear_radius == ONE.radius
