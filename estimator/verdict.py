@@ -92,8 +92,8 @@ def hard_ground(found: HardGround, evidence: Evidence, rules: VerdictRules | Non
     return Verdict(
         "no_soil",
         f"hard ground with a coefficient of friction of {found.friction:.2f} leaves {found.cost:.1f}, soil "
-        f"{found.soil_cost:.1f} in the mean square of the sensors' standard deviations: nothing sinks here and n has no meaning, or "
-        "soil and vehicle are far from what is declared",
+        f"{found.soil_cost:.1f} in the mean square of the sensors' standard deviations: nothing sinks here and n has no meaning, "
+        "or soil and vehicle are far from what is declared",
         evidence,
     )
 
