@@ -13,6 +13,7 @@ from softsoil.refinement.folds import cross_validated
 from softsoil.refinement.ranking import placed, rank
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.trace import Bench, Candidate, fit_base, held_cost, reweighted
+from softsoil.refinement.vehicle_numbers import KINDS_OF_GROUND
 from softsoil.symbolic.effect import Effect
 
 
@@ -121,18 +122,13 @@ def supported(candidate: Candidate, effect: Effect, least: float = RULES.least_g
     if not (candidate.gain >= least and candidate.gain >= sigmas * candidate.std and candidate.whole >= whole):
         return False
     lead = effect.parameters[0].name
-    ended = [name for name in candidate.fit.at_bound if not _whole(name, candidate.fit, effect)]
+    ended = [name for name in candidate.fit.at_bound if name not in KINDS_OF_GROUND]
     if any(name == lead or name not in effect.parameters for name in ended):
         return False
     if size(candidate.fit, effect) < RULES.least_size:
         return False
     beyond_doubt = candidate.gain >= least_sigmas(len(candidate.windows), RULES.beyond_doubt) * candidate.std
     return beyond_doubt or strength(candidate.fit, effect) >= RULES.least_parameter_sigmas
-
-
-def _whole(name: str, fit: Fit, effect: Effect) -> bool:
-    """Whether a parameter ends on that bound where the effect is as expected, as the share of one of two kinds does."""
-    return name in effect.parameters and fit.named()[name][0] == effect.typical[name]
 
 
 def hidden_by_noise(selection: Selection, one_wave: bool) -> tuple[Candidate, ...]:

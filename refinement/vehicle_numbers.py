@@ -149,6 +149,8 @@ FIXED: Mapping[str, Mapping[str, float]] = MappingProxyType(_TABLE.pop("fixed"))
 """What every model of an identification has beside its numbers: the soil's aligning moments act on the vehicle in full."""
 OTHER_GROUND: Mapping[str, Mapping[str, float]] = MappingProxyType(_TABLE.pop("other_ground"))
 """What takes their place on soil that shears anew in ruts."""
+KINDS_OF_GROUND = frozenset(name for table in OTHER_GROUND.values() for name in table)
+"""Parameters that say which of two kinds of ground it is, at either bound of theirs."""
 NUMBERS: tuple[Number, ...] = (
     *OWN,
     *(_of(effect, name, entry) for effect, parameters in _TABLE.items() for name, entry in parameters.items()),

@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from softsoil.estimator.verdict import IDENTIFIED
 from softsoil.refinement.result import FittedNumber, Refinement, TracedEffect
 from softsoil.refinement.trace import Candidate
-from softsoil.refinement.vehicle_numbers import OTHER_GROUND
+from softsoil.refinement.vehicle_numbers import KINDS_OF_GROUND
 
 JUDGED_STATES = ("v", "omega_z", "psi", "y")
 JUDGED_HORIZON = "2.5"
-KINDS_OF_GROUND = {name for table in OTHER_GROUND.values() for name in table}
 OF_THE_SPEED = 1.5
 """Times as much as the lateral channels from which on the speed's held-out error, which falls with a drag, is spoken of."""
 

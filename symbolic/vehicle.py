@@ -111,11 +111,6 @@ class Vehicle:
         return Wheel(self.radius, self.width)
 
     @property
-    def rear_wheel(self) -> Wheel:
-        """A rear wheel."""
-        return Wheel(self.rear_radius, self.rear_width)
-
-    @property
     def rear_radius(self) -> float:
         """Radius of the rear wheels, m."""
         return self.radius_rear or self.radius
