@@ -48,7 +48,8 @@ class Draw:
     (Pa); narrow: limits of width over radius; frequency: of the springs (Hz); damping: ratio; bar: roll bar over the springs;
     scrub: share of the radius added; rods: tie rod's end moved, share of the track; toe, toe_rear: of each wheel (rad);
     lock: pitman angle (rad); unsprung: mass of wheel and links over that of the reference vehicle's by size. rear_wheel: radius
-    and width of the rear wheels over those of the front ones, of every vehicle.
+    and width of the rear wheels over those of the front ones, front_drive: the front axle's share of the torque behind an open
+    centre, None for a locked one, of every vehicle.
     """
 
     mass: tuple[float, float] = (600.0, 4000.0)
@@ -72,6 +73,7 @@ class Draw:
     lock: tuple[float, float] = (0.42, 0.5)
     unsprung: tuple[float, float] = (0.8, 1.2)
     rear_wheel: tuple[float, float] = (1.0, 1.0)
+    front_drive: float | None = None
 
 
 DRAW = Draw()
@@ -85,14 +87,15 @@ class DrawnVehicle:
     """A vehicle of the plant and what a person with a scale and a tape would measure of it, without error.
 
     vehicle; measured: mass, l_f, l_r, track, track_rear, radius, width, h_cg (SI units), radius_rear and width_rear where rear
-    wheels are of another size; layouts: suspension in front and rear;
-    spacing: of the soil's grid that resolves its wheels as the reference vehicle's are resolved (m).
+    wheels are of another size; layouts: suspension in front and rear; spacing: of the soil's grid that resolves its wheels as the
+    reference vehicle's are resolved (m); open_centre: whether its axles turn freely of each other.
     """
 
     vehicle: PlantVehicle
     measured: dict[str, float]
     layouts: tuple[str, str]
     spacing: float
+    open_centre: bool
 
 
 def draw_vehicle(seed: int, draw: Draw = DRAW) -> DrawnVehicle:
@@ -160,6 +163,8 @@ def _drawn(seed: int, rng: np.random.Generator, draw: Draw) -> DrawnVehicle:
         sprung = load * 2.0 * lever / wheelbase / GRAVITY - table[wheel]["mass"] - axle["carrier_mass"]
         _springs(axle, steering, sprung, one("frequency"), one("damping"), one("bar"))
     _driveline(table["driveline"], mass / LIKE_MASS, grown)
+    if draw.front_drive is not None:
+        table["driveline"]["front_drive"] = draw.front_drive
     steering["angle_of_command"] = _angle_of_command(front, steering)
     vehicle = build_vehicle(table, table["name"])
     measured = {
@@ -169,7 +174,8 @@ def _drawn(seed: int, rng: np.random.Generator, draw: Draw) -> DrawnVehicle:
     }  # fmt: skip
     if draw.rear_wheel != DRAW.rear_wheel:
         measured |= {"radius_rear": rear_radius, "width_rear": rear_width}
-    return DrawnVehicle(vehicle, measured, layouts, 0.03 * grown)
+    apart = draw.front_drive is not None or draw.rear_wheel[0] != 1.0  # wheels of two sizes fight where they turn alike
+    return DrawnVehicle(vehicle, measured, layouts, 0.03 * grown, apart)
 
 
 def _wheel(wheel: Table, radius: float, width: float, heavy: float) -> None:

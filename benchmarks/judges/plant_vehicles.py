@@ -125,8 +125,7 @@ def log_of(case: Case, kind: str, number: int, effects: Mapping[str, Any] | None
     }
     steer, throttle = steers[kind]
     start = Start(u=speed, psi=float(rng.uniform(-math.pi, math.pi)))
-    apart = {"locked_centre": False} if "radius_rear" in measured else {}  # wheels of two sizes on one shaft fight
-    made = Effects.from_table(apart | dict(effects or {}))
+    made = Effects.from_table({"locked_centre": not case.drawn.open_centre, **(effects or {})})
     plant = Plant(soil, vehicle=case.drawn.vehicle, effects=made, start=start, spacing=case.drawn.spacing)
     drive = simulate(Manoeuvre(f"{kind}_{number}", steer, throttle), soil, SECONDS[kind], plant=plant)
     declared, n = (SOILS[name], n) if on is None else (on, float(on.n))

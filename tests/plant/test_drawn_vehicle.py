@@ -84,6 +84,8 @@ def test_rear_wheels_of_another_size_stand_level_and_are_told():
     np.testing.assert_allclose(machine.radius[2:] / machine.radius[:2], 1.2)
     np.testing.assert_allclose(machine.width[2:] / machine.width[:2], 1.4)
     assert drawn.measured["radius_rear"] == machine.radius[2] and "radius_rear" not in plain.measured
+    assert drawn.open_centre and not plain.open_centre
+    assert draw_vehicle(0, Draw(front_drive=0.0)).vehicle.machine.front_drive == 0.0
     assert drawn.measured["mass"] == pytest.approx(plain.measured["mass"], rel=1e-9)
     plant = Plant(CLAY, vehicle=drawn.vehicle, start=Start(u=3.0))
     turn = np.empty((3, 3))
