@@ -106,7 +106,11 @@ def main() -> None:
         case, file = case_of(seed, drawn), asked.vehicles / f"vehicle_{seed}.toml"
         print(_words(case), flush=True)
         steering = Steering(asked.lag, asked.late, asked.anew)
-        vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent, steering)
+        try:
+            vehicle = load_vehicle(file) if asked.again else identified(case, file, asked.fit_noise, asked.absent, steering)
+        except ValueError as refusal:  # as of a log on which the wheels dug themselves in
+            print(f"  refused: {refusal}", flush=True)
+            continue
         true, bodies = inertia_of(case, fitted_logs(case, steering)), case.drawn.vehicle.yaw_inertia
         off = 100 * (vehicle.yaw_inertia / true - 1)
         inertias.append(off)
@@ -125,7 +129,9 @@ def main() -> None:
         if asked.effects or asked.only_effects:
             switches = asked.switches.split(",") if asked.switches else []
             named += _traced(case, vehicle, asked.logs.split(","), switches, asked.noise)
-    print(f"{asked.seeds} vehicles, seeds {asked.first} to {asked.first + asked.seeds - 1}")
+    print(f"{len(inertias)} vehicles of the seeds {asked.first} to {asked.first + asked.seeds - 1}")
+    if not inertias:
+        return
     size = np.abs(inertias)
     print(f"yaw inertia: median {np.median(size):.1f} %, worst {size.max():.1f} % off what balances; in standard "
           f"deviations of the joint error {np.sqrt(np.mean(np.square(departures))):.1f} (rms)")
