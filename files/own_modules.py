@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import os
 import pkgutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+from typing import TypeVar
 
+Made = TypeVar("Made")
 EFFECTS, LAWS = "SOFTSOIL_EFFECTS", "SOFTSOIL_LAWS"
 """Environment variables: folders of effects and of force laws, one file each, separated as in PATH."""
 
 
 def own_folders(variable: str) -> list[str]:
-    """The folders that an environment variable names."""
-    return [folder for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
+    """The folders that an environment variable names, in full."""
+    return [str(Path(folder).resolve()) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
 
 
 def module_names(paths: Iterable[str], variable: str) -> tuple[str, ...]:
@@ -37,19 +39,27 @@ def module_names(paths: Iterable[str], variable: str) -> tuple[str, ...]:
     return tuple(sorted(found))
 
 
-def loaded(package: str, name: str, variable: str) -> ModuleType:
-    """The module `name` of a package. Raises ValueError naming a user's file that cannot be imported, and why."""
+def own_file(name: str, variable: str) -> Path | None:
+    """The user's file, or folder, of the module `name`; None for one of the package."""
+    places = (Path(folder) / part for folder in own_folders(variable) for part in (f"{name}.py", f"{name}/__init__.py"))
+    return next((path for path in places if path.is_file()), None)
+
+
+def made(package: str, name: str, variable: str, make: Callable[[ModuleType], Made]) -> Made:
+    """What `make` makes of the module `name` of a package. Raises ValueError naming a user's file that cannot be imported, or of
+    which nothing can be made, and why."""
     try:
-        return import_module(f"{package}.{name}")
+        return make(import_module(f"{package}.{name}"))
     except Exception as error:
-        own = [path for folder in own_folders(variable) if (path := Path(folder) / f"{name}.py").is_file()]
-        if not own:
+        own = own_file(name, variable)
+        if own is None or str(error).startswith(str(own)):
             raise
-        raise ValueError(f"{own[0]}: expected a file that can be imported, found {type(error).__name__}: {error}") from error
+        raise ValueError(f"{own}: expected a file that can be used, found {type(error).__name__}: {error}") from error
 
 
 def own_code() -> bytes:
-    """The user's files of both kinds, as bytes: what is kept of a model is that of these files."""
+    """The user's files of both kinds, as bytes, with all that lies beside and below them: what is kept of a model is that of
+    these files."""
     folders = [Path(folder) for variable in (EFFECTS, LAWS) for folder in own_folders(variable)]
-    paths = [path for folder in folders for path in sorted(folder.glob("*.py"))]
-    return b"\0".join(part for path in paths for part in (path.name.encode(), path.read_bytes()))
+    paths = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file() and path.suffix != ".pyc"]
+    return b"\0".join(part for path in paths for part in (str(path).encode(), path.read_bytes()))

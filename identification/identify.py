@@ -95,7 +95,7 @@ def identify(
         raise ValueError(f"identify: expected one soil, or one for each of {len(logs)} logs; found {len(soils)}")
     refuse_copies(recordings)
     known, late = with_late_channels(_with_steering(known, recordings), recordings)
-    last = range(len(recordings))[judged]
+    last, progress = range(len(recordings))[judged], _forwards(progress)
 
     def attempt(known: Known, told: Progress) -> _Attempt:
         return _attempt(make_bench(recordings, soils, known, start, told), last, rules, progress)
@@ -140,6 +140,18 @@ def identify(
             *_own_notes(recordings),
         ),
     )
+
+
+def _forwards(progress: Progress) -> Progress:
+    """Progress that never goes back, though a second fit begins anew."""
+    most = 0.0
+
+    def tell(share: float) -> None:
+        nonlocal most
+        most = max(most, share)
+        progress(most)
+
+    return tell
 
 
 @dataclass(frozen=True)

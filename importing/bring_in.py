@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from softsoil.checking.place import place_checks, without_misplaced
 from softsoil.checking.words import Check
 from softsoil.importing.bag import inspect_bag, read_bag, topics_of
 from softsoil.importing.draft_map import geodetic
+from softsoil.importing.earth_velocity import EARTH
 from softsoil.importing.import_map import ImportMap, split_label
 from softsoil.importing.local_frame import east_north
 from softsoil.importing.loose_table import BY_NAME, TimeColumn, inspect_table, open_table, read_columns
@@ -198,8 +200,10 @@ def idle_entries(plan: ImportMap) -> tuple[Check, ...]:
 def as_mapped(check: Check, plan: ImportMap) -> Check:
     """The check with the cure that the map asks for: a sign that the map turns already is to be taken out of it."""
     origin, asked = plan.channels.get(check.channel), f"sign = -1 for {check.channel}"
-    if origin is not None and origin.earth and asked in check.cure:
-        return replace(check, cure=check.cure.replace(asked, "compare psi with velocity_east and velocity_north, which it turns"))
+    if origin is not None and origin.earth:
+        pair = " and ".join(EARTH)
+        cure = check.cure.replace(asked, f"compare psi with {pair}, which it turns")
+        return replace(check, cure=re.sub(r"\b(of|for|at) [uv]\b", rf"\1 {pair}", cure))
     if origin is None or asked not in check.cure or origin.scale > 0.0:
         return check
     there = f"no sign, ratio or factor below 0 for {check.channel}, as the map has it now"

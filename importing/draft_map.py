@@ -224,7 +224,7 @@ def channel_named(path: str) -> str | None:
     if (field := message_field(full)) is not None:
         return field or None
     parts = re.split(r"[./]", full)
-    if len(parts) > 1 and parts[-1] in GENERAL:
+    if len(parts) > 1 and (parts[-1] in GENERAL or (parts[-1] in ("east", "north") and re.match("vel|speed", parts[-2]))):
         parts[-1] = parts[-2] if parts[-1] in ("data", "value") else f"{parts[-2]}_{parts[-1]}"
     for text in filter(None, (without_unit(parts[-1]), parts[-1], full)):
         for channel, pattern in NAMES:
@@ -298,10 +298,10 @@ def draft(holdings: Sequence[Holding]) -> str:
 
 
 def _turned_velocities(best: Mapping[str, Offer]) -> bool:
-    """Whether u and v are best made of velocities to the east and north: where no sensor says them in the vehicle's frame."""
-    pair = [best[name] for name in EARTH if name in best]
+    """Whether u and v are best made of velocities to the east and north; the zero of an inertial sensor's heading is anywhere."""
+    pair, absolute = [best[name] for name in EARTH if name in best], "psi" in best and "Imu" not in best["psi"].why
     own = [best[name].path.endswith(f".{SPEED}") for name in EARTH.values() if name in best]
-    return len(pair) == len(EARTH) and pair[0].source == pair[1].source and (not own or (own == [True] and "psi" in best))
+    return len(pair) == len(EARTH) and pair[0].source == pair[1].source and (not own or (own == [True] and absolute))
 
 
 def _mount(holding: Holding, place: Place | None) -> list[str]:

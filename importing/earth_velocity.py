@@ -15,8 +15,9 @@ from softsoil.recording.evidence import interpolated
 EARTH = {"velocity_east": "u", "velocity_north": "v"}
 """Entries of a map -> the channels in whose place they stand until the heading has turned them."""
 TURNED = 0.5
-"""s between headings over which velocities are turned: within it a line is 0.02 rad off at most in ordinary bends."""
-
+"""s from a heading within which velocities are turned: a line between two is 0.02 rad off at most in ordinary bends."""
+DRIVEN = 1.0
+"""m/s from which on a course says what a heading says."""
 COURSE = 0.3
 """Across a heading the velocities vary by their noise at least; by less than this share of it across their own course."""
 
@@ -45,10 +46,11 @@ def turned_by_heading(east: Array, north: Array, psi: Array | None, dt: float) -
     length = np.hypot(east, north)
     if psi is None:
         return length, np.full(len(length), np.nan)
-    heading = interpolated(psi, round(TURNED / dt))
+    heading = interpolated(psi, round(2.0 * TURNED / dt))
     ahead = east * np.cos(heading) + north * np.sin(heading)
     aside = north * np.cos(heading) - east * np.sin(heading)
-    left, noise = float(np.sqrt(np.nanmean(aside**2))) if np.isfinite(aside).any() else math.inf, min(_noise(east), _noise(north))
+    driven = aside[np.isfinite(aside) & (length > DRIVEN)]  # a receiver holds its course where the vehicle stands
+    left, noise = float(np.sqrt(np.mean(driven**2))) if len(driven) else math.inf, min(_noise(east), _noise(north))
     if left < COURSE * noise:
         raise ValueError(
             f"psi: expected a heading of the vehicle; found the course of {' and '.join(EARTH)} (across it {left:.2g} m/s, where "

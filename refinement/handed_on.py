@@ -15,6 +15,7 @@ from softsoil.refinement.result import FittedNumber, TracedEffect
 from softsoil.refinement.second_look import Look
 from softsoil.refinement.selection import Selection
 from softsoil.refinement.trace import Bench, everything, fit_base, settled
+from softsoil.refinement.vehicle_numbers import KINDS_OF_GROUND
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect
 from softsoil.symbolic.vehicle import NUMBERS, Vehicle
@@ -85,7 +86,8 @@ def _fitted(vehicle: Vehicle, bench: Bench, last: Fit, joint: bool) -> tuple[Fit
 def _traced(effect: Effect, final: Bench, last: Fit) -> TracedEffect:
     fitted = last.named()
     at = {s.name: (float(last.p[0, final.model.p.index(s.name)]), 0.0) for s in effect.parameters}
-    return TracedEffect(effect.name, effect.doc, effect.sizes({**at, **fitted}))
+    sizes = {name: size for name, size in effect.sizes({**at, **fitted}).items() if name not in KINDS_OF_GROUND}  # not fitted
+    return TracedEffect(effect.name, effect.doc, sizes)
 
 
 def moved(vehicle: Vehicle, final: Bench) -> Vehicle:

@@ -15,7 +15,7 @@ from softsoil.recording.states import sample_std, sensor_std
 from softsoil.refinement.fit import Fit, Weights, fit
 from softsoil.refinement.rules import RULES
 from softsoil.refinement.unknown_ground import N_NAMES, free_n, free_road, ground_starts
-from softsoil.refinement.vehicle_numbers import own_layout
+from softsoil.refinement.vehicle_numbers import KINDS_OF_GROUND, own_layout
 from softsoil.refinement.windowing import Windowing
 from softsoil.symbolic.bicycle import soil_parameters
 from softsoil.symbolic.catalogue import bicycle, catalogue
@@ -215,11 +215,12 @@ def try_effect(
 ) -> Candidate:
     """The effect's parameters fitted together with the ground from the best of the starts, and judged on the held-out windows.
 
-    fixed: parameters of the effect that keep their value of the first start.
+    fixed: parameters of the effect that keep their value of the first start, as which of two kinds of ground it is does, too.
     """
-    mine = [_free(effect, name) for name in effect.parameters.names if name not in fixed]
-    kept = [f for f in bench.known if f.name not in effect.parameters]
-    free = [*mine, *kept, *bench.ground]
+    kept = {*fixed, *(KINDS_OF_GROUND if effect.name not in KINDS_OF_GROUND else ())}
+    mine = [_free(effect, name) for name in effect.parameters.names if name not in kept]
+    others = [f for f in bench.known if f.name not in effect.parameters]
+    free = [*mine, *others, *bench.ground]
     known = bench.values(free[len(mine) :])
     p = bench.absent.copy()
     for name, value in starts[0].items():

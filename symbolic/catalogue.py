@@ -1,8 +1,9 @@
 """The effect catalogue by name, found in the package of effects, and models from a declared vehicle."""
 
 from collections.abc import Mapping
+from types import ModuleType
 
-from softsoil.files.own_modules import EFFECTS, loaded, module_names
+from softsoil.files.own_modules import EFFECTS, made, module_names, own_file
 from softsoil.symbolic import effects as package
 from softsoil.symbolic.bicycle import nominal_bicycle
 from softsoil.symbolic.effect import Effect, add_effect
@@ -16,19 +17,33 @@ from softsoil.symbolic.wheel import ForceLaw
 def catalogue(vehicle: Vehicle) -> dict[str, Effect]:
     """Every known effect by name, sized for the vehicle: `effect(vehicle)` of each module of `softsoil.symbolic.effects`.
 
-    Raises ValueError for a module that has no `effect`, or whose effect has another name than its file.
+    Raises ValueError for a module that has no `effect`, whose effect has another name than its file, or a parameter that another
+    effect has, and for a user's file of which no effect can be made.
     Example: "payload_mass" in softsoil.catalogue(softsoil.load_vehicle("paper"))["payload"].parameters.names
     """
     known = {}
     for name in effect_names():
-        module = loaded(package.__name__, name, EFFECTS)
-        if not hasattr(module, "effect"):
-            raise ValueError(f"{module.__file__}: expected a function effect(vehicle), found none")
-        effect = module.effect(vehicle)
-        if effect.name != name:
-            raise ValueError(f"{module.__file__}: expected an effect called {name!r}, found {effect.name!r}")
-        known[name] = effect
+        known[name] = made(package.__name__, name, EFFECTS, lambda module: _effect(module, vehicle))
+    taken: dict[str, str] = {}
+    for name, effect in known.items():
+        for parameter in effect.parameters.names:
+            other = taken.setdefault(parameter, name)
+            if other != name:
+                own, its = (name, other) if own_file(name, EFFECTS) else (other, name)
+                where = own_file(own, EFFECTS) or f"{own}.py"
+                raise ValueError(f"{where}: expected parameters with names of their own, found {parameter}, which {its} has")
     return known
+
+
+def _effect(module: ModuleType, vehicle: Vehicle) -> Effect:
+    """The effect of a module, called as its file."""
+    name = module.__name__.rpartition(".")[2]
+    if not hasattr(module, "effect"):
+        raise ValueError(f"{module.__file__}: expected a function effect(vehicle), found none")
+    effect: Effect = module.effect(vehicle)
+    if effect.name != name:
+        raise ValueError(f"{module.__file__}: expected an effect called {name!r}, found {effect.name!r}")
+    return effect
 
 
 def effect_names() -> tuple[str, ...]:

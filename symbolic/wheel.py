@@ -7,10 +7,10 @@ Longitudinal slip (paper): s = 1 - v_x/(r omega) when driving, s = r omega/v_x -
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Protocol
 
-from softsoil.files.own_modules import LAWS, loaded, module_names
+from softsoil.files.own_modules import LAWS, made, module_names
 from softsoil.symbolic import laws
 from softsoil.symbolic.soil import Soil
 
@@ -113,9 +113,11 @@ def force_law(name: str, **options: Any) -> ForceLaw:
     if name not in law_names():
         raise ValueError(f"force law: expected one of {', '.join(law_names())}; found {name!r}")
     called = name.title().replace("_", "")
-    law = getattr(loaded(laws.__name__, name, LAWS), called, None)
-    if law is None:
-        raise ValueError(f"force law {name}: expected a class {called} in {name}.py, found none")
+    law: Any = made(laws.__name__, name, LAWS, lambda module: getattr(module, called, None))
+    usable = is_dataclass(law) and hasattr(law, "name")
+    if not usable:
+        found = "none" if law is None else "one that is no dataclass, or without a name"
+        raise ValueError(f"force law {name}: expected a dataclass {called} with a `name` in {name}.py, found {found}")
     known = [field.name for field in fields(law)]
     for option in options:
         if option not in known:

@@ -71,8 +71,38 @@ def test_a_file_that_cannot_be_imported_is_named(own, tmp_path):
     (tmp_path / "effects" / "broken.py").write_text("import no_such_library\n", encoding="utf-8")
     done = run("-m", "softsoil", "generate", str(tmp_path / "out"), "--soil", "clay", **own)
     assert done.returncode == 2
-    words = r"error: .*broken\.py: expected a file that can be imported, found ModuleNotFoundError: .*\n"
+    words = r"error: .*broken\.py: expected a file that can be used, found ModuleNotFoundError: .*\n"
     assert re.fullmatch(words, done.stderr)
+
+
+CLASH = """
+from softsoil.symbolic.effect import Correction, Effect, Layout, Signal
+
+def effect(vehicle):
+    mass = Layout.of(Signal("payload_mass", "kg", "its own", 0.0, 0.0, 9.0))
+    corrections = {"rates": Correction(lambda q: {}, reads=(), adds=())}
+    return Effect("mine", "mine", "load", "mine", mass, {"payload_mass": 1.0}, corrections)
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("def effect(vehicle):\n    return vehicle.no_such\n", "found AttributeError: 'Vehicle' object has no attribute"),
+        (CLASH, "expected parameters with names of their own, found payload_mass, which payload has"),
+    ],
+)
+def test_an_effect_that_cannot_be_made_is_named(text, words, own, tmp_path):
+    (tmp_path / "effects" / "mine.py").write_text(text, encoding="utf-8")
+    done = run("-c", "import softsoil; softsoil.catalogue(softsoil.load_vehicle('paper'))", **own)
+    assert "effects/mine.py: " in done.stderr and words in done.stderr
+
+
+@pytest.mark.parametrize("text", ["class HalfForce:\n    pass\n", LAW.replace("name =", "called ="), "x = 1\n"])
+def test_a_law_that_is_none_is_named(text, own, tmp_path):
+    (tmp_path / "laws" / "half_force.py").write_text(text, encoding="utf-8")
+    done = run("-c", "from softsoil.symbolic.wheel import force_law; force_law('half_force')", **own)
+    assert "force law half_force: expected a dataclass HalfForce with a `name` in half_force.py, found " in done.stderr
 
 
 def test_what_cannot_be_is_refused(tmp_path, monkeypatch):
@@ -91,4 +121,9 @@ def test_texts_that_are_kept_are_those_of_the_users_code(tmp_path, monkeypatch):
     monkeypatch.setenv(LAWS, str(tmp_path))
     before = _key(b"")
     (tmp_path / "half_force.py").write_text(LAW, encoding="utf-8")
-    assert _key(b"") != before
+    with_law = _key(b"")
+    (tmp_path / "tyre").mkdir()
+    (tmp_path / "tyre" / "coefficients.toml").write_text("share = 0.5\n", encoding="utf-8")
+    assert len({before, with_law, _key(b"")}) == 3
+    monkeypatch.setenv(LAWS, f"{tmp_path}{os.pathsep}{tmp_path}{os.sep}")
+    assert module_names([], LAWS) == ("half_force",)

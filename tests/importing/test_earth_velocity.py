@@ -79,8 +79,20 @@ def test_their_own_course_is_no_heading(clean):
     east, north = ahead * np.cos(psi) - aside * np.sin(psi), ahead * np.sin(psi) + aside * np.cos(psi)
     found = turned_by_heading(east, north, psi, clean.dt)[1]
     assert np.abs(found - aside).max() < 1e-9
-    with pytest.raises(ValueError, match="psi: expected a heading of the vehicle; found the course of velocity_east and"):
-        turned_by_heading(east, north, np.unwrap(np.arctan2(north, east)), clean.dt)
+    course = np.unwrap(np.arctan2(north, east))
+    words = "psi: expected a heading of the vehicle; found the course of velocity_east and"
+    with pytest.raises(ValueError, match=words):
+        turned_by_heading(east, north, course, clean.dt)
+    noise, held = 0.03 * rng.standard_normal((2, 700)), np.full(700, course[0])  # a receiver holds its course where it stands
+    with pytest.raises(ValueError, match=words):
+        turned_by_heading(np.r_[noise[0], east], np.r_[noise[1], north], np.r_[held, course], clean.dt)
+
+
+def test_a_heading_of_one_hertz_is_within_half_a_second_of_every_velocity(clean):
+    psi, seen = np.full(len(clean), np.nan), slice(None, None, round(1.0 / clean.dt))
+    psi[seen] = np.unwrap(clean["psi"])[seen]
+    _, aside = turned_by_heading(clean["u"], np.zeros(len(clean)), psi, clean.dt)
+    assert np.isfinite(aside).mean() > 0.94
 
 
 @pytest.mark.parametrize(
@@ -100,6 +112,8 @@ def test_a_cure_of_their_sign_names_what_turns_them():
     plan = map_from_table({"channels": {**REST, **BOTH, **HEADING}}, "map")
     check = as_mapped(Check("sign_v", "v", False, "", "", "sign = -1 for v"), plan)
     assert check.cure == "compare psi with velocity_east and velocity_north, which it turns"
+    unit = as_mapped(Check("unit_u", "u", False, "", "", "correct unit or scale of u (km/h?)"), plan)
+    assert unit.cure == "correct unit or scale of velocity_east and velocity_north (km/h?)"
 
 
 def drafted(*names):
@@ -116,11 +130,26 @@ def test_they_are_drafted_where_no_sensor_says_u_and_v():
     assert "u" in tomllib.loads(beside)["channels"] and '# velocity_east = "gnss.csv:vel_east"' in beside
 
 
+@pytest.mark.parametrize(("heading", "turned"), [("sensor_msgs/msg/Imu", False), ("geometry_msgs/msg/PoseStamped", True)])
+def test_beside_a_speed_an_inertial_sensors_heading_turns_nothing(heading, turned):
+    """Its zero is anywhere, and v would be off by it."""
+    names = ("twist.linear.speed", "twist.linear.x", "twist.linear.y")
+    where = "orientation" if heading.endswith("Imu") else "pose.orientation"
+    held = [
+        Holding("/gps/vel", "geometry_msgs/msg/TwistStamped", "bag", 10, 5.0, 0.0, 2.0, "header stamps",
+                {name: Spread(-5.0, 5.0, True) for name in names}),
+        Holding("/heading", heading, "bag", 10, 50.0, 0.0, 2.0, "header stamps", {f"{where}.heading": Spread(-3.0, 3.0, True)}),
+    ]  # fmt: skip
+    channels = tomllib.loads(draft(held))["channels"]
+    assert "psi" in channels and ("velocity_east" in channels) == turned != ("u" in channels)
+
+
 def test_names_of_velocities_to_the_east_and_north_are_known():
     names = {
         "vel_e": "velocity_east", "velE": "velocity_east", "ve": "velocity_east", "v_east": "velocity_east",
         "east_velocity": "velocity_east", "VN": "velocity_north", "velocity_north": "velocity_north",
         "vel_n_mps": "velocity_north", "speed_north": "velocity_north", "drive": None, "valve": None, "event": None,
+        "velocity.north": "velocity_north", "position.north": "y",
         "vel_d": None, "velocity": "u", "gps_velocity": "u", "velocity_y": "v", "column_deg": "steer", "column_torque": None,
     }  # fmt: skip
     assert {name: channel_named(name) for name in names} == names

@@ -1,5 +1,7 @@
 """A drive on ground of the other kind, sheared anew in ruts or not, is said to be that, and nothing else is named for it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,9 +11,11 @@ from softsoil.mpc_demo.synthetic import synthetic_drive
 from softsoil.plant.manoeuvres import MultiSine
 from softsoil.recording.noise import add_noise
 from softsoil.refinement.doubts import grounds, other_ground
+from softsoil.refinement.handed_on import _traced
 from softsoil.refinement.refine import refine
+from softsoil.refinement.trace import make_bench, try_effect
 from softsoil.refinement.words import verdict_sentence
-from softsoil.symbolic.catalogue import bicycle
+from softsoil.symbolic.catalogue import bicycle, catalogue
 from softsoil.symbolic.soil import CLAY
 
 N = 0.6
@@ -60,3 +64,14 @@ def test_it_is_said(declared):
 def test_the_declared_kind_is_not_doubted():
     found = refine([drive(1.0)], Declaration(on(1.0), CLAY), workers=1, candidates=TRIED)
     assert found.verdict == "none" and not found.contradicted
+
+
+def test_which_ground_it_is_is_no_number_of_ruts_that_are_traced():
+    """Tried on a vehicle without them, ruts keep the kind of ground that is expected: nobody has asked which it is."""
+    vehicle = on(1.0).with_(effects={})
+    bench = make_bench([drive(1.0).between(0.0, 14.0)], Declaration(vehicle, CLAY), 2.0, names=("multipass",))
+    ruts = catalogue(vehicle)["multipass"]
+    found = try_effect(bench, ruts, [dict(ruts.typical)])
+    assert "kappa" in found.fit.named() and "sheared" not in found.fit.named() and "sheared" not in found.fit.at_bound
+    assert found.fit.p[0, bench.model.p.index("sheared")] == 1.0
+    assert set(_traced(ruts, replace(bench, absent=found.fit.p), found.fit).parameters) == {"kappa"}
