@@ -26,8 +26,8 @@ CLOCKS = ((1e3, "milliseconds", "ms"), (1e6, "microseconds", "us"), (np.inf, "na
 """Steps between rows up to which a time is taken for one in these units, and what they are called."""
 SPAN = 1.0
 """s over which motions are compared."""
-DEGREES = 180 / np.pi
-KMH = 3.6
+DEGREES, KMH, MODULO = 180 / np.pi, 3.6, 0.3
+"""MODULO: rad, modulo 2 pi, by which turns of a heading in degrees miss those of the yaw rate at least."""
 FORWARD = 0.5
 """m/s: faster rows drive forward."""
 LIKELY = 0.5
@@ -104,12 +104,12 @@ def _check_heading(
     # Wrapped headings: in radians the turn that fits best modulo 2 pi tells the sign, jumps of 360 are left out for degrees.
     steady = np.abs(turned) < 180
     slope = float(turned[steady] @ expected[steady]) / max(float(expected[steady] @ expected[steady]), 1e-9)
-    if abs(slope) > 0.5 * DEGREES:
+    near, mirrored = (np.median(np.abs(np.angle(np.exp(1j * (turned - side * expected))))) for side in (1.0, -1.0))
+    if abs(slope) > 0.5 * DEGREES and near > MODULO:
         raise ValueError(
             f"{path}: column {column!r}: expected rad, found a heading that turns {abs(slope):.0f} times as fast as the yaw "
             'rate says: degrees? A column map with unit = "deg" converts'
         )
-    near, mirrored = (np.median(np.abs(np.angle(np.exp(1j * (turned - side * expected))))) for side in (1.0, -1.0))
     if mirrored < 0.5 * near:
         if against("steer", channels):
             raise ValueError(

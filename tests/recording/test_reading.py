@@ -261,3 +261,20 @@ def test_the_heading_of_a_long_log_with_a_slow_yaw_rate_is_not_in_degrees(tmp_pa
     channels["omega_z"] = np.where(np.arange(len(t)) % 40 == 0, rate, np.nan)
     path = write_drive(Recording("long", channels), tmp_path / "long.parquet")
     assert read_drive(path).measured("psi")
+
+
+@pytest.mark.parametrize(("turns", "degrees"), [(0.15, False), (0.15, True), (1.0, True)])
+def test_a_heading_that_jumps_at_half_a_turn_is_not_in_degrees(tmp_path, turns, degrees):
+    """A slight weave towards the west, with a noisy heading that is wrapped: each jump is a whole turn within a second."""
+    t = np.arange(0.0, 40.0, 0.01)
+    rate = turns * np.sin(2.0 * t)
+    psi = np.pi - 0.5 * turns + 0.01 * np.cumsum(rate) + 0.03 * np.random.default_rng(1).standard_normal(len(t))
+    psi = np.angle(np.exp(1j * psi))
+    heading = np.degrees(psi) if degrees else psi
+    channels = {"t": t, "u": np.full(len(t), 5.0), "psi": heading, "omega_z": rate, "steer": 0.3 * rate}
+    path = write_drive(Recording("half", channels), tmp_path / "half.parquet")
+    if not degrees:
+        assert read_drive(path).measured("psi")
+        return
+    with pytest.raises(ValueError, match=r"expected rad, found a heading that turns .* degrees"):
+        read_drive(path)
