@@ -13,6 +13,7 @@ from softsoil.checking.motion import heading_checks, inertial_checks, pose_check
 from softsoil.checking.place import place_checks, position_checks
 from softsoil.checking.single import excitation_checks, single_checks
 from softsoil.checking.speed import speed_checks
+from softsoil.checking.straight import straight_checks
 from softsoil.checking.wheels import sensor_checks, side_checks, steering_checks, turned_over, wheel_checks
 from softsoil.checking.words import Check
 from softsoil.recording.drive import Recording
@@ -38,7 +39,7 @@ def check_channels(recording: Recording, geometry: Geometry, late_steering: floa
     checks += clock_checks(recording, geometry, late_steering)  # before the rest: a clock that is off makes other checks fail
     checks += filter_checks(motion.log)
     checks += speed_checks(motion, geometry)
-    checks += heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
+    checks += straight_checks(motion) + heading_checks(motion) + pose_checks(motion, geometry) + inertial_checks(motion)
     sides = side_checks(motion, geometry)
     steering = turned_over(steering_checks(motion, geometry), sides)
     checks += steering  # before the wheels: a front wheel's speed is compared along its steering
