@@ -10,6 +10,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
+LARGE = 2**20
+"""Bytes of a file beyond which it is not read to be compared."""
 Made = TypeVar("Made")
 EFFECTS, LAWS = "SOFTSOIL_EFFECTS", "SOFTSOIL_LAWS"
 """Environment variables: folders of effects and of force laws, one file each, separated as in PATH."""
@@ -58,8 +60,17 @@ def made(package: str, name: str, variable: str, make: Callable[[ModuleType], Ma
 
 
 def own_code() -> bytes:
-    """The user's files of both kinds, as bytes, with all that lies beside and below them: what is kept of a model is that of
-    these files."""
+    """The user's files of both kinds, as bytes, with all that is beside and below them but hidden files: what is kept of a model
+    is that of these files. Of large ones size and time count."""
     folders = [Path(folder) for variable in (EFFECTS, LAWS) for folder in own_folders(variable)]
-    paths = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file() and path.suffix != ".pyc"]
-    return b"\0".join(part for path in paths for part in (str(path).encode(), path.read_bytes()))
+    paths = [path for folder in folders for path in sorted(folder.rglob("*")) if _counts(path.relative_to(folder), path)]
+    return b"\0".join(part for path in paths for part in (str(path).encode(), _content(path)))
+
+
+def _counts(inside: Path, path: Path) -> bool:
+    return path.is_file() and path.suffix != ".pyc" and not any(part.startswith(".") for part in inside.parts)
+
+
+def _content(path: Path) -> bytes:
+    about = path.stat()
+    return path.read_bytes() if about.st_size <= LARGE else f"{about.st_size} {about.st_mtime_ns}".encode()

@@ -9,7 +9,7 @@ import pytest
 
 from drives import PROJECT
 from softsoil.codegen.text_cache import _key
-from softsoil.files.own_modules import EFFECTS, LAWS, module_names
+from softsoil.files.own_modules import EFFECTS, LARGE, LAWS, module_names
 from softsoil.files.package_data import VEHICLES
 
 PAGE = PROJECT / "docs" / "tutorials" / "add-an-effect.md"
@@ -125,5 +125,11 @@ def test_texts_that_are_kept_are_those_of_the_users_code(tmp_path, monkeypatch):
     (tmp_path / "tyre").mkdir()
     (tmp_path / "tyre" / "coefficients.toml").write_text("share = 0.5\n", encoding="utf-8")
     assert len({before, with_law, _key(b"")}) == 3
+    (tmp_path / ".hidden").write_text("x", encoding="utf-8")
+    small = _key(b"")
+    (tmp_path / "runs.bin").write_bytes(bytes(LARGE + 1))
+    large = _key(b"")
+    os.utime(tmp_path / "runs.bin", (1.0, 1.0))
+    assert small != large != _key(b"") and len({with_law, small, large}) == 3
     monkeypatch.setenv(LAWS, f"{tmp_path}{os.pathsep}{tmp_path}{os.sep}")
     assert module_names([], LAWS) == ("half_force",)
