@@ -111,6 +111,7 @@ def test_a_verdict_waits_until_a_load_would_show():
     assert c.options.look == 1, "the library's own default, as it can look"
 
 
+@pytest.mark.study
 def test_an_identified_inertia_may_be_off_by_its_own_error(logs):
     """A twentieth of it is stated: four times that is believed, and what the drive itself leaves open."""
     wider = declared(IDENTIFIED).vehicle

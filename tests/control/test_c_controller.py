@@ -416,6 +416,7 @@ def test_compilers_have_nothing_to_say(more, tmp_path):
         assert done.returncode == 0, f"{source.name}: {done.stderr[:2000]}"
 
 
+@pytest.mark.study
 def test_no_allocation_and_nothing_that_can_be_written_to(tmp_path):
     if shutil.which("gcc") is None or shutil.which("nm") is None:
         pytest.skip("gcc or nm is not installed")

@@ -458,6 +458,7 @@ int main(void) {
 """
 
 
+@pytest.mark.study
 def test_what_a_library_refuses_is_named(tmp_path):
     """Nothing is refused that `softsoil_driver_fault` has no word for, and nothing taken that it objects to."""
     main, program = tmp_path / "faults.c", tmp_path / "faults"

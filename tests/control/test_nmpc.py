@@ -83,6 +83,7 @@ def test_clipping_raises_the_eigenvalues_and_nothing_else():
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
+@pytest.mark.study
 def test_converged_plan_is_ipopts():
     ocp = small_ocp()
     ref, z = straight(ocp)

@@ -129,6 +129,7 @@ def test_a_name_that_is_no_identifier_is_refused():
         to_acados(ocp(), "1; rm")
 
 
+@pytest.mark.study
 def test_the_whole_solver_as_one_c_file_finds_the_same_plan(tmp_path):
     compiler = find_compiler()
     if compiler is None:

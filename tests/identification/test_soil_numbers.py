@@ -105,6 +105,7 @@ def test_a_soil_without_stated_errors_is_refused():
         identify_soil([drive_on(CLAY, 1, 6.0)], CLAY, VEHICLE)
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_the_command_writes_a_soil_that_every_command_takes(tmp_path):
     field = tmp_path / "field.toml"

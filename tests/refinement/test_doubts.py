@@ -117,6 +117,7 @@ def test_an_inertia_declared_too_small_is_no_payload_either(clean):
     assert [number.name for number in found.contradicted] == ["yaw_inertia"] and not found.effects
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_a_payload_that_is_there_is_no_wrong_inertia():
     loaded = drive({"payload": {"payload_mass": 350.0, "payload_x": 2.4}})

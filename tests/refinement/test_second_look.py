@@ -215,6 +215,7 @@ def test_no_n_is_identified_where_the_vehicle_has_changed(monkeypatch):
     assert any("something of the vehicle has changed" in note for note in found.notes)
 
 
+@pytest.mark.study
 @pytest.mark.slow
 def test_standard_errors_grow_with_the_root_of_the_strain(without, monkeypatch):
     stds, payload = [], {"payload": catalogue(vehicle())["payload"]}

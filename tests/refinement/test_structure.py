@@ -66,6 +66,7 @@ def test_what_a_sensor_does_is_taken_off_where_the_model_has_it(effect, size):
     assert not left.left and max(left.share.values()) < 0.1
 
 
+@pytest.mark.study
 def test_in_a_derived_channel_there_is_nothing_of_a_sensor():
     """A log without v: with a lever arm of its absent sensor declared, predictions are those without."""
     vehicle = reference_vehicle()
