@@ -9,7 +9,7 @@ from softsoil.recording.evidence import Motion, interpolated, regress
 
 NAME = "v_straight"
 MOST = 0.03
-"""rad: slip angle without a turn that a slope to the side, wind or a dragging wheel makes at most (0.026 on 40 drives)."""
+"""rad: slip angle without a turn up to which it may come from a slope to the side, wind or a dragging wheel."""
 
 
 def straight_checks(m: Motion) -> list[Check]:

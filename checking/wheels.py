@@ -79,7 +79,7 @@ def wheel_checks(m: Motion, geometry: Geometry, front: bool = True) -> list[Chec
             if odd and alike:
                 cure = (
                     "both wheels of the axle slip as much: driven ones turn faster than they roll, towed ones slower, which "
-                    "[driveline] of the vehicle says; or another radius of that axle"
+                    "[driveline] of the vehicle says; or another radius of that axle (radius_rear)"
                 )
             expected = f"all wheels alike ({middle:.3f}) and near 1" if odd or slips else expected
             checks.append(Check(f"wheel_{name}", name, not (odd or slips), found, expected, cure))

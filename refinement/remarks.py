@@ -15,6 +15,7 @@ from softsoil.refinement.rules import RULES
 from softsoil.refinement.selection import Selection, size
 from softsoil.refinement.trace import Bench, Candidate
 from softsoil.refinement.unknown_ground import N_NAMES
+from softsoil.refinement.vehicle_numbers import KINDS_OF_GROUND
 from softsoil.refinement.words import with_error
 from softsoil.symbolic.catalogue import catalogue
 from softsoil.symbolic.effect import Effect
@@ -93,8 +94,9 @@ def notes(recordings: Sequence[Recording], declaration: Declaration, bench: Benc
             lines.append(f"{name}: {words}; the measured inputs carry it, so the model needs no effect for it")
     accepted, tried = {c.name for c in selection.accepted}, selection.tried
     for candidate in selection.ranking:
-        if candidate.name not in accepted and candidate.gain > RULES.least_gain and candidate.fit.at_bound:
-            lines.append(f"{candidate.name}: not identified ({', '.join(candidate.fit.at_bound)} at a bound)")
+        ended = [name for name in candidate.fit.at_bound if name not in KINDS_OF_GROUND]
+        if candidate.name not in accepted and candidate.gain > RULES.least_gain and ended:
+            lines.append(f"{candidate.name}: not identified ({', '.join(ended)} at a bound)")
     for candidate in selection.ranking:
         small = size(candidate.fit, tried[candidate.name]) < RULES.least_size
         if small and candidate.gain > RULES.least_gain and candidate.name not in accepted:
